@@ -1,0 +1,1 @@
+//! Identification: columns, noise, swarm, polish, uncertainty.

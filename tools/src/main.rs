@@ -1,0 +1,3 @@
+//! The `gmhm` program.
+
+fn main() {}

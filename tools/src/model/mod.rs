@@ -1,0 +1,61 @@
+//! Model files: the gear's parameters in SI units, as TOML.
+
+use std::collections::BTreeMap;
+
+/// The side of the gear on which the torque is taken, MODEL.md's σ.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum TorqueSide {
+    /// Motor side (current): σ = +1.
+    Motor,
+    /// Output-side sensor: σ = −1.
+    #[default]
+    Output,
+}
+
+/// The gear itself: section `[gear]`.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct GearSection {
+    /// Reduction ratio N, negative where the gear reverses; needed only where angles are used.
+    pub ratio: Option<f64>,
+    /// Where the torque is taken.
+    pub torque_side: TorqueSide,
+    /// Rated deflection A, rad: the amplitude of the calibrated cycle. Absent for a joint log.
+    pub rated_deflection_rad: Option<f64>,
+    /// Subtracted from every deflection before anything else, rad.
+    pub deflection_zero_rad: f64,
+}
+
+/// One value of a `[[term]]` table.
+#[derive(Debug, Clone, PartialEq)]
+pub enum TermValue {
+    /// A number in the unit that its key names.
+    Number(f64),
+    /// A list of numbers.
+    List(Vec<f64>),
+    /// A choice, such as `shape` or `angle`.
+    Text(String),
+}
+
+/// One `[[term]]`: a kind of MODEL.md section 7 and its keys, checked against the core's list of terms.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Term {
+    /// The kind, such as `kinematic_error`.
+    pub kind: String,
+    /// Its keys and values.
+    pub values: BTreeMap<String, TermValue>,
+}
+
+/// A model file.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Model {
+    /// A name for people.
+    pub name: String,
+    /// Section `[gear]`.
+    pub gear: GearSection,
+    /// Section `[elastic]`; absent for a joint log.
+    pub elastic: Option<gmhm::Elastic>,
+    /// Section `[memory]`; absent for a joint log.
+    pub memory: Option<gmhm::Memory>,
+    /// The `[[term]]` tables in file order.
+    pub terms: Vec<Term>,
+}

@@ -1,0 +1,50 @@
+//! Recordings: rows of time, deflection and torque, in SI units, checked once at the door.
+
+/// What the torque column of a recording holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum TorqueUnit {
+    /// `torque_nm`: parameters are per newton-metre.
+    #[default]
+    NewtonMetre,
+    /// `current_a` stands in for the torque: parameters are per ampere.
+    Ampere,
+}
+
+/// One recording in SI units. Every column present has the length of [`time_s`](Self::time_s), and every number is finite.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Recording {
+    /// Where it came from, for messages and reports.
+    pub name: String,
+    /// SHA-256 of the file's bytes in hexadecimal; empty for a recording made in memory.
+    pub sha256: String,
+    /// Time, s, strictly increasing.
+    pub time_s: Vec<f64>,
+    /// Transmitted torque, N·m (or A, see [`torque_unit`](Self::torque_unit)); absent where only a prediction is wanted.
+    pub torque: Option<Vec<f64>>,
+    /// What `torque` is measured in.
+    pub torque_unit: TorqueUnit,
+    /// Torsional deflection θ = q_m/N − q_o, rad.
+    pub deflection_rad: Option<Vec<f64>>,
+    /// Motor-side (wave generator) angle q_m, rad.
+    pub theta_in_rad: Option<Vec<f64>>,
+    /// Output-side angle q_o, rad.
+    pub theta_out_rad: Option<Vec<f64>>,
+    /// Output velocity, rad/s.
+    pub velocity_out_rad_per_s: Option<Vec<f64>>,
+    /// Gear temperature, °C.
+    pub temperature_c: Option<Vec<f64>>,
+    /// Another simulator's torque for the same rows, N·m.
+    pub torque_sim_nm: Option<Vec<f64>>,
+}
+
+impl Recording {
+    /// Number of rows.
+    pub fn len(&self) -> usize {
+        self.time_s.len()
+    }
+
+    /// True for a recording without rows.
+    pub fn is_empty(&self) -> bool {
+        self.time_s.is_empty()
+    }
+}

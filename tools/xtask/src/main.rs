@@ -1,0 +1,3 @@
+//! `cargo xtask`: set-up, tests, emulator runs and tables.
+
+fn main() {}
