@@ -5,6 +5,7 @@
 
 pub mod bench;
 pub mod cli;
+pub mod diagnosis;
 pub mod estimate;
 pub mod model;
 pub mod recording;
