@@ -1,6 +1,43 @@
-//! Hysteresis torque of a harmonic drive and its inverse, from the genetic-memory hysteresis model (GMHM).
+//! Hysteresis torque of a harmonic drive, and its inverse, from the genetic-memory hysteresis model (GMHM).
+//!
+//! A harmonic drive transmits the torque T = f(θ) + z at the torsional deflection θ = q_m/N − q_o: an elastic part f and a
+//! hysteresis torque z that remembers the path. This crate computes both, sample by sample, on the drive's microcontroller:
+//! no allocator, no panic in the hot path, `f32` or `f64`.
+//!
+//! | module | what |
+//! |---|---|
+//! | [`params`] | parameters in SI units, checked once |
+//! | [`elastic`] | f(θ) |
+//! | [`memory`] | the laws `masing`, `phase` and `time`, and the paper's closed form |
+//! | [`gear`] | both together: parameters and state apart, one call a sample |
+//! | [`scalar`] | the operations the model asks of a number |
+//!
+//! ```
+//! use gmhm::{Elastic, Gear, Memory, Params};
+//!
+//! // The published gear: rated at 1.168 mrad.
+//! let elastic = Elastic { c1_nm_per_rad: 2.4737e4, c2_nm_per_rad3: 1.0e9, c3_nm_per_rad5: -1.1774e14 };
+//! let memory = Memory { alpha: 2.6532e6, beta_per_s: 422.68, omega_per_s: 226.31, ..Memory::default() };
+//! let params = Params::new(1.168e-3, elastic, memory)?;
+//!
+//! let gear = Gear::<f32>::new(&params);
+//! let mut state = gear.start::<16>(0.0);
+//! for k in 0..=100 {
+//!     gear.step(&mut state, 1.168e-3 * k as f32 / 100.0); // load to the rated deflection
+//! }
+//! let out = gear.step(&mut state, 0.143e-3); // and back
+//! assert!((out.torque - -0.16).abs() < 0.01); // the published unloading branch, N·m
+//! # Ok::<(), gmhm::ParamError>(())
+//! ```
 #![no_std]
 
+pub mod elastic;
+pub mod gear;
+pub mod memory;
 pub mod params;
+pub mod scalar;
 
-pub use params::{Elastic, Gate, Kernel, Law, Memory, ParamError, Params};
+pub use elastic::Elastic;
+pub use gear::{Gear, Output, State, Status};
+pub use memory::closed_form;
+pub use params::{Gate, Kernel, Law, Memory, ParamError, Params};

@@ -1,20 +1,13 @@
-//! Parameters in SI units: checked once, immutable afterwards.
+//! Parameters of one gear in SI units: checked once, immutable afterwards.
 
-/// Elastic torque f(θ) = c1·θ + c2·θ³ + c3·θ⁵.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Elastic {
-    /// c1, N·m/rad.
-    pub c1_nm_per_rad: f64,
-    /// c2, N·m/rad³.
-    pub c2_nm_per_rad3: f64,
-    /// c3, N·m/rad⁵.
-    pub c3_nm_per_rad5: f64,
-}
+use core::fmt;
+
+use crate::elastic::Elastic;
 
 /// Which law the memory follows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Law {
-    /// Quasi-static, any deflection path, return-point memory (Masing's rule, Rayleigh's law).
+    /// Quasi-static, any deflection path, return-point memory: Masing's rule on Rayleigh's loop.
     #[default]
     Masing,
     /// The memory integral in the paper's pseudo-time φ = asin(θ/A): rate-independent, transient included.
@@ -26,25 +19,25 @@ pub enum Law {
 /// What the memory integral weighs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Kernel {
-    /// ∫ α e^(−β(t−s)) θ ds, with the sign that dissipates: what the paper fitted and published.
+    /// −∫ α e^(−β(t−s)) θ ds, the sign that dissipates: what the paper fitted and published.
     #[default]
     Deflection,
     /// ∫ α e^(−β(t−s)) θ̇ ds: what the paper's integral says.
     Rate,
 }
 
-/// The factor between memory and hysteresis torque.
+/// The factor between the memory and the hysteresis torque.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Gate {
-    /// z = g(θ)·m, g(θ) = √(1 − θ²/A²): the paper's abs(cos ωt).
+    /// z = g(θ)·m with g(θ) = √(1 − θ²/A²), the paper's abs(cos ωt).
     #[default]
     Cycle,
     /// z = m: a plain viscoelastic memory.
     None,
 }
 
-/// The hysteresis memory: law, kernel, gate and parameters.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// The hysteresis memory: its law and its parameters.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Memory {
     /// Which law.
     pub law: Law,
@@ -56,16 +49,248 @@ pub struct Memory {
     pub alpha: f64,
     /// β ≥ 0, 1/s.
     pub beta_per_s: f64,
-    /// ω ≥ 0, 1/s; laws `masing` and `phase`.
+    /// ω ≥ 0, 1/s: speed of the pseudo-time; laws `masing` and `phase`.
     pub omega_per_s: f64,
-    /// Width ε of the input play before the turning-point tracker, rad; law `masing`.
+    /// Width ε ≥ 0 of the input play before the turning-point tracker, rad; law `masing`.
     pub reversal_play_rad: f64,
 }
 
-/// Checked parameters of one gear.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Params {}
+impl Memory {
+    /// e = αβ/(β² + ω²): with h, all that a quasi-static cycle can tell of (α, β, ω). N·m/rad for kernel `deflection`.
+    pub fn e(&self) -> f64 {
+        self.alpha * self.beta_per_s / self.speed_squared()
+    }
+
+    /// h = αω/(β² + ω²). N·m/rad for kernel `deflection`: hA is the half-width of the rated cycle at θ = 0.
+    pub fn h(&self) -> f64 {
+        self.alpha * self.omega_per_s / self.speed_squared()
+    }
+
+    /// ρ = β/ω = e/h, the decay per radian of pseudo-time.
+    pub fn rho(&self) -> f64 {
+        self.beta_per_s / self.omega_per_s
+    }
+
+    fn speed_squared(&self) -> f64 {
+        self.beta_per_s * self.beta_per_s + self.omega_per_s * self.omega_per_s
+    }
+
+    /// The same memory with β, ω ≥ 0. The published parameters have both negative, which runs time backwards along a branch.
+    fn canonical(mut self) -> Result<Self, ParamError> {
+        if self.beta_per_s <= 0.0 && self.omega_per_s <= 0.0 {
+            // Adding zero turns −0 into 0.
+            self.beta_per_s = -self.beta_per_s + 0.0;
+            self.omega_per_s = -self.omega_per_s + 0.0;
+        }
+        if self.law == Law::Time {
+            at_least_zero("beta_per_s", self.beta_per_s)?;
+        } else if self.beta_per_s < 0.0 || self.omega_per_s < 0.0 {
+            return Err(ParamError::MixedSigns { beta_per_s: self.beta_per_s, omega_per_s: self.omega_per_s });
+        }
+        Ok(self)
+    }
+}
 
 /// Why parameters were refused.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum ParamError {}
+pub enum ParamError {
+    /// A value is NaN or infinite.
+    NotFinite {
+        /// Its name in model files.
+        parameter: &'static str,
+    },
+    /// A value must be greater than zero.
+    NotPositive {
+        /// Its name in model files.
+        parameter: &'static str,
+        /// What it was.
+        value: f64,
+    },
+    /// A value must not be less than zero.
+    Negative {
+        /// Its name in model files.
+        parameter: &'static str,
+        /// What it was.
+        value: f64,
+    },
+    /// β and ω must share their sign.
+    MixedSigns {
+        /// β, 1/s.
+        beta_per_s: f64,
+        /// ω, 1/s.
+        omega_per_s: f64,
+    },
+    /// β and ω are both zero, so that a quasi-static loop has no shape.
+    NoSpeed,
+    /// A setting that the chosen law does not have.
+    NotInLaw {
+        /// Its name in model files.
+        parameter: &'static str,
+        /// The law.
+        law: Law,
+    },
+    /// Elastic and memory parameters give no torque at all, or more than numbers can hold.
+    NoTorque {
+        /// The largest torque within the rated deflection, N·m.
+        torque_nm: f64,
+    },
+}
+
+impl fmt::Display for ParamError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NotFinite { parameter } => write!(f, "{parameter} must be a finite number"),
+            Self::NotPositive { parameter, value } => write!(f, "{parameter} = {value} must be greater than zero"),
+            Self::Negative { parameter, value } => write!(f, "{parameter} = {value} must not be negative"),
+            Self::MixedSigns { beta_per_s, omega_per_s } => {
+                write!(f, "beta_per_s = {beta_per_s} and omega_per_s = {omega_per_s} must have the same sign")
+            }
+            Self::NoSpeed => write!(f, "beta_per_s and omega_per_s must not both be zero in laws masing and phase"),
+            Self::NotInLaw { parameter, law } => write!(f, "{parameter} has no meaning in law {}", law.name()),
+            Self::NoTorque { torque_nm } => write!(
+                f,
+                "the parameters give a torque of {torque_nm} N·m within the rated deflection: it must be finite and not zero"
+            ),
+        }
+    }
+}
+
+impl core::error::Error for ParamError {}
+
+impl Law {
+    /// Its name in model files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Masing => "masing",
+            Self::Phase => "phase",
+            Self::Time => "time",
+        }
+    }
+}
+
+impl Kernel {
+    /// Its name in model files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Deflection => "deflection",
+            Self::Rate => "rate",
+        }
+    }
+}
+
+impl Gate {
+    /// Its name in model files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Cycle => "cycle",
+            Self::None => "none",
+        }
+    }
+}
+
+/// Checked parameters of one gear, SI units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Params {
+    rated_deflection_rad: f64,
+    elastic: Elastic,
+    memory: Memory,
+    torque_scale_nm: f64,
+}
+
+impl Params {
+    /// Checks the parameters and brings β and ω to their canonical signs.
+    ///
+    /// # Errors
+    /// Names the first parameter that cannot be: not finite, rated deflection not above zero, α, play (or β in law `time`) below
+    /// zero, β and ω of different signs or both zero, a kernel, gate or play that the law does not have, no torque at all.
+    pub fn new(rated_deflection_rad: f64, elastic: Elastic, memory: Memory) -> Result<Self, ParamError> {
+        for (parameter, value) in [
+            ("rated_deflection_rad", rated_deflection_rad),
+            ("c1_nm_per_rad", elastic.c1_nm_per_rad),
+            ("c2_nm_per_rad3", elastic.c2_nm_per_rad3),
+            ("c3_nm_per_rad5", elastic.c3_nm_per_rad5),
+            ("alpha", memory.alpha),
+            ("beta_per_s", memory.beta_per_s),
+            ("omega_per_s", memory.omega_per_s),
+            ("reversal_play_rad", memory.reversal_play_rad),
+        ] {
+            if !value.is_finite() {
+                return Err(ParamError::NotFinite { parameter });
+            }
+        }
+        if rated_deflection_rad <= 0.0 {
+            return Err(ParamError::NotPositive { parameter: "rated_deflection_rad", value: rated_deflection_rad });
+        }
+        let memory = memory.canonical()?;
+        at_least_zero("alpha", memory.alpha)?;
+        at_least_zero("reversal_play_rad", memory.reversal_play_rad)?;
+        let absent = |parameter| ParamError::NotInLaw { parameter, law: memory.law };
+        if memory.law == Law::Masing {
+            if memory.kernel != Kernel::Deflection {
+                return Err(absent("kernel = \"rate\""));
+            }
+            if memory.gate != Gate::Cycle {
+                return Err(absent("gate = \"none\""));
+            }
+        } else if memory.reversal_play_rad != 0.0 {
+            return Err(absent("reversal_play_rad"));
+        }
+        if memory.law != Law::Time && memory.beta_per_s == 0.0 && memory.omega_per_s == 0.0 {
+            return Err(ParamError::NoSpeed);
+        }
+        let mut params = Self { rated_deflection_rad, elastic, memory, torque_scale_nm: 1.0 };
+        params.torque_scale_nm = params.choose_torque_scale_nm()?;
+        Ok(params)
+    }
+
+    /// The rated torque T_A = f(A) where the spring carries most of the torque, else the largest single contribution, so that normalised
+    /// coefficients stay of order one even for a gear without stiffness.
+    fn choose_torque_scale_nm(&self) -> Result<f64, ParamError> {
+        let raw = self.elastic.normalised(self.rated_deflection_rad, 1.0);
+        let largest =
+            [raw.k1, raw.k3, raw.k5, self.memory_bound_nm()].into_iter().fold(0.0, |a, b| f64::max(a, b.abs()));
+        let rated_torque_nm = self.rated_torque_nm();
+        let scale = if rated_torque_nm >= 0.125 * largest { rated_torque_nm } else { largest };
+        if scale > 0.0 && scale.is_finite() { Ok(scale) } else { Err(ParamError::NoTorque { torque_nm: scale }) }
+    }
+
+    /// The size of the hysteresis torque on the rated cycle, N·m (its order of magnitude in law `time`, where it depends on the rate).
+    fn memory_bound_nm(&self) -> f64 {
+        let a = self.rated_deflection_rad;
+        match (self.memory.law, self.memory.kernel) {
+            (Law::Time, Kernel::Deflection) => 0.0,
+            (Law::Time, Kernel::Rate) => self.memory.alpha * a,
+            (_, Kernel::Deflection) => a * self.memory.e().max(self.memory.h()),
+            (_, Kernel::Rate) => a * self.memory.omega_per_s * self.memory.e().max(self.memory.h()),
+        }
+    }
+
+    /// A, the amplitude of the calibrated cycle, rad.
+    pub fn rated_deflection_rad(&self) -> f64 {
+        self.rated_deflection_rad
+    }
+
+    /// T_A = f(A), N·m.
+    pub fn rated_torque_nm(&self) -> f64 {
+        self.elastic.torque_nm(self.rated_deflection_rad)
+    }
+
+    /// What torques are divided by inside: T_A, unless the spring is too soft to be the measure of the gear. N·m.
+    pub fn torque_scale_nm(&self) -> f64 {
+        self.torque_scale_nm
+    }
+
+    /// The elastic coefficients.
+    pub fn elastic(&self) -> Elastic {
+        self.elastic
+    }
+
+    /// The memory, β and ω not negative.
+    pub fn memory(&self) -> Memory {
+        self.memory
+    }
+}
+
+fn at_least_zero(parameter: &'static str, value: f64) -> Result<(), ParamError> {
+    if value < 0.0 { Err(ParamError::Negative { parameter, value }) } else { Ok(()) }
+}

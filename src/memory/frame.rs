@@ -1,0 +1,82 @@
+//! The measures of a gear: its rated deflection, what a sample is divided by, and the gate.
+
+use crate::params::Params;
+use crate::scalar::Scalar;
+
+/// Samples beyond this many rated deflections are refused: no gear survives them, and their powers would overflow `f32`.
+pub const REFUSED_BEYOND: f64 = 1e5;
+
+/// Rated deflection and torque scale in input units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Frame<S> {
+    rated: S,
+    inverse_rated: S,
+    torque_scale: S,
+    limit: S,
+}
+
+impl<S: Scalar> Frame<S> {
+    /// The frame of a gear: radians and N·m for floats, fractions of A and T_A for fixed point.
+    pub fn new(params: &Params) -> Self {
+        let (rated, torque_scale) =
+            if S::SI { (params.rated_deflection_rad(), params.torque_scale_nm()) } else { (1.0, 1.0) };
+        Self {
+            rated: S::from_f64(rated),
+            inverse_rated: S::from_f64(1.0 / rated),
+            torque_scale: S::from_f64(torque_scale),
+            limit: S::from_f64(rated * REFUSED_BEYOND),
+        }
+    }
+
+    /// A in input units.
+    #[inline]
+    pub fn rated(&self) -> S {
+        self.rated
+    }
+
+    /// A deflection, or a difference of two, over A.
+    #[inline]
+    pub fn fraction(&self, theta: S) -> S {
+        theta.normalise(self.inverse_rated)
+    }
+
+    /// A normalised torque in output units.
+    #[inline]
+    pub fn torque(&self, tau: S) -> S {
+        tau.denormalise(self.torque_scale)
+    }
+
+    /// A torque in output units, normalised.
+    #[inline]
+    pub fn torque_scale(&self) -> S {
+        self.torque_scale
+    }
+
+    /// Whether a sample can be a deflection at all: finite and below [`REFUSED_BEYOND`].
+    #[inline]
+    pub fn accepts(&self, theta: S) -> bool {
+        // A NaN compares false.
+        theta.abs() <= self.limit
+    }
+
+    /// Whether the sample lies within ±A, where the model is calibrated.
+    #[inline]
+    pub fn in_range(&self, theta: S) -> bool {
+        theta.abs() <= self.rated
+    }
+
+    /// clamp(θ/A, −1, 1).
+    #[inline]
+    pub fn clamped_fraction(&self, theta: S) -> S {
+        self.fraction(theta).clamp(-S::ONE, S::ONE)
+    }
+
+    /// The gate g = √(max(0, (1 − θ/A)(1 + θ/A))).
+    ///
+    /// A ∓ θ is exact near the tips, so the error stays at 3 units in the last place everywhere.
+    #[inline]
+    pub fn gate(&self, theta: S) -> S {
+        let square = self.fraction(self.rated - theta) * self.fraction(self.rated + theta);
+        if square > S::ZERO { square.sqrt() } else { S::ZERO }
+    }
+}

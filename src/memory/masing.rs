@@ -1,0 +1,298 @@
+//! Law `masing`: turning points and Rayleigh branches, quasi-static, any deflection path (MODEL.md section 3).
+//!
+//! z = −e·θ·g(θ) + hA·η, where the loop shape η follows the path alone, without any parameter but A:
+//!
+//! ```text
+//! initial curve from θ_0:     η = d·2δ(1 − δ),       δ = abs(θ − θ_0)/A, 0 for δ > 1
+//! branch from (θ_s, η_s):     η = η_s + d·δ(2 − δ),  δ = abs(θ − θ_s)/A, 0 for δ > 2
+//! ```
+//!
+//! Every branch is evaluated from its own turning point, so nothing accumulates: the error of η is a few units in the last place
+//! after any number of samples.
+
+use heapless::Vec;
+
+use super::{Frame, MemoryLaw};
+use crate::params::Params;
+use crate::scalar::Scalar;
+
+/// A reversal of the deflection.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TurningPoint<S> {
+    /// Deflection in input units.
+    pub theta: S,
+    /// Loop shape there, 1 at the middle of the rated cycle.
+    pub eta: S,
+}
+
+/// Direction of the deflection.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Direction {
+    Unknown,
+    Rising,
+    Falling,
+}
+
+/// The correction of a branch whose own past was merged: zero at the turning point it heads for, continuous where it is entered.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Blend<S> {
+    entry_theta: S,
+    entry_gap: S,
+    gap_growth: S,
+    inverse_length: S,
+}
+
+/// The path as the loop remembers it: up to `N` turning points.
+///
+/// When the stack is full the innermost pair is merged and counted; the affected branches are blended so that η stays continuous
+/// and the error is gone once the stack empties. `N` must be even and at least 4.
+#[derive(Debug, Clone)]
+pub struct Path<S, const N: usize> {
+    /// Deflection after the play.
+    filtered: S,
+    eta: S,
+    direction: Direction,
+    /// Where the present branch starts and where it ends; on the initial curve there is no end.
+    anchor: TurningPoint<S>,
+    target: Option<TurningPoint<S>>,
+    blend: Option<Blend<S>>,
+    turning_points: Vec<TurningPoint<S>, N>,
+    origin: S,
+    lowest: S,
+    highest: S,
+    merging: bool,
+    merged_pairs: u32,
+}
+
+impl<S: Scalar, const N: usize> Path<S, N> {
+    const ENOUGH_ROOM: () =
+        assert!(N >= 4 && N % 2 == 0, "the stack of turning points needs an even capacity of 4 or more");
+
+    /// An unknown past at the deflection θ_0: η = 0.
+    pub fn start(theta: S) -> Self {
+        let () = Self::ENOUGH_ROOM;
+        Self {
+            filtered: theta,
+            eta: S::ZERO,
+            direction: Direction::Unknown,
+            anchor: TurningPoint { theta, eta: S::ZERO },
+            target: None,
+            blend: None,
+            turning_points: Vec::new(),
+            origin: theta,
+            lowest: theta,
+            highest: theta,
+            merging: false,
+            merged_pairs: 0,
+        }
+    }
+
+    /// η at the last sample, within ±1 once both tips were reached.
+    pub fn eta(&self) -> S {
+        self.eta
+    }
+
+    /// The turning points, outermost first. On the initial curve there are none.
+    pub fn turning_points(&self) -> &[TurningPoint<S>] {
+        &self.turning_points
+    }
+
+    /// Pairs of turning points given up so far because the stack was full.
+    pub fn merged_pairs(&self) -> u32 {
+        self.merged_pairs
+    }
+
+    /// How far η may be off because the past is unknown: (1 − max/A)(1 + min/A) over the deflections seen since the start.
+    ///
+    /// The past can only be one of those that end on one of the two rated branches through θ_0; between them lie the hysterons that
+    /// switch outside [min, max]. Zero once a tip was reached.
+    pub fn start_uncertainty(&self, frame: &Frame<S>) -> S {
+        let highest = self.highest.max(self.filtered);
+        let lowest = self.lowest.min(self.filtered);
+        let (above, below) = (frame.fraction(frame.rated() - highest), frame.fraction(frame.rated() + lowest));
+        above.max(S::ZERO) * below.max(S::ZERO)
+    }
+
+    /// Moves to the next deflection and returns η there. `half_play` is half the width of the input play.
+    #[inline]
+    pub fn step(&mut self, frame: &Frame<S>, half_play: S, theta: S) -> S {
+        let theta = if half_play > S::ZERO { self.filtered.clamp(theta - half_play, theta + half_play) } else { theta };
+        let direction = if theta > self.filtered {
+            Direction::Rising
+        } else if theta < self.filtered {
+            Direction::Falling
+        } else {
+            return self.eta;
+        };
+        if direction != self.direction {
+            self.reverse(frame, direction);
+        }
+        if self.passes_target(theta) {
+            self.wipe_out(frame, theta);
+        }
+        self.filtered = theta;
+        self.eta = self.branch(frame, theta);
+        self.eta
+    }
+
+    #[inline]
+    fn passes_target(&self, theta: S) -> bool {
+        match self.target {
+            None => false,
+            Some(target) if self.direction == Direction::Rising => theta >= target.theta,
+            Some(target) => theta <= target.theta,
+        }
+    }
+
+    /// η on the present branch.
+    #[inline]
+    fn branch(&self, frame: &Frame<S>, theta: S) -> S {
+        let eta = self.plain_branch(frame, theta);
+        match self.blend {
+            None => eta,
+            Some(blend) => {
+                let travelled = (theta - blend.entry_theta).abs() * blend.inverse_length;
+                eta + blend.entry_gap + blend.gap_growth * travelled
+            }
+        }
+    }
+
+    /// The branch from the newest turning point, or the initial curve, without the correction of merged pairs.
+    #[inline]
+    fn plain_branch(&self, frame: &Frame<S>, theta: S) -> S {
+        let step = frame.fraction(theta - self.anchor.theta);
+        let mut travelled = step.abs();
+        if self.target.is_none() {
+            travelled = travelled + travelled;
+        }
+        if travelled > S::TWO { self.anchor.eta } else { self.anchor.eta + step * (S::TWO - travelled) }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn reverse(&mut self, frame: &Frame<S>, direction: Direction) {
+        let first = self.direction == Direction::Unknown;
+        self.direction = direction;
+        if first {
+            return;
+        }
+        let here = TurningPoint { theta: self.filtered, eta: self.eta };
+        self.highest = self.highest.max(here.theta);
+        self.lowest = self.lowest.min(here.theta);
+        if self.turning_points.is_empty() {
+            let mirrored = TurningPoint { theta: self.origin + (self.origin - here.theta), eta: -here.eta };
+            self.push(mirrored);
+        } else if self.turning_points.is_full() {
+            self.turning_points.truncate(N - 2);
+            self.merging = true;
+            self.merged_pairs = self.merged_pairs.saturating_add(1);
+        }
+        self.push(here);
+        self.enter(frame, here);
+    }
+
+    fn push(&mut self, point: TurningPoint<S>) {
+        // There is room: a full stack was shortened, an empty one holds two.
+        let _ = self.turning_points.push(point);
+    }
+
+    /// Drops the closed loops and resumes the branch that holds `theta`.
+    #[cold]
+    #[inline(never)]
+    fn wipe_out(&mut self, frame: &Frame<S>, theta: S) {
+        while let Some(target) = self.target {
+            if !self.passes_target(theta) {
+                break;
+            }
+            let left = self.turning_points.len().saturating_sub(2);
+            self.turning_points.truncate(left);
+            if left < 2 {
+                self.turning_points.clear();
+                self.merging = false;
+            }
+            self.enter(frame, target);
+        }
+    }
+
+    /// Sets up the branch from the newest turning point, entered at `entry`.
+    fn enter(&mut self, frame: &Frame<S>, entry: TurningPoint<S>) {
+        self.blend = None;
+        let (Some(&anchor), Some(&target)) = (
+            self.turning_points.last(),
+            self.turning_points.len().checked_sub(2).and_then(|i| self.turning_points.get(i)),
+        ) else {
+            self.anchor = TurningPoint { theta: self.origin, eta: S::ZERO };
+            self.target = None;
+            return;
+        };
+        self.anchor = anchor;
+        self.target = Some(target);
+        let length = (target.theta - entry.theta).abs();
+        if self.merging && length > S::ZERO {
+            let entry_gap = entry.eta - self.plain_branch(frame, entry.theta);
+            let target_gap = target.eta - self.plain_branch(frame, target.theta);
+            self.blend = Some(Blend {
+                entry_theta: entry.theta,
+                entry_gap,
+                gap_growth: target_gap - entry_gap,
+                inverse_length: length.recip(),
+            });
+        }
+    }
+}
+
+/// The coefficients of law `masing`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Masing<S> {
+    /// eA/T_A.
+    pub e: S,
+    /// hA/T_A.
+    pub h: S,
+    /// Half the width of the input play, input units.
+    pub half_play: S,
+}
+
+impl<S: Scalar> Masing<S> {
+    /// The coefficients of a gear, whatever the law that its parameters name.
+    pub fn new(params: &Params) -> Self {
+        let a = params.rated_deflection_rad();
+        let (memory, scale) = (params.memory(), params.torque_scale_nm());
+        let half_play = 0.5 * memory.reversal_play_rad;
+        Self {
+            e: S::from_f64(memory.e() * a / scale),
+            h: S::from_f64(memory.h() * a / scale),
+            half_play: S::from_f64(if S::SI { half_play } else { half_play / a }),
+        }
+    }
+}
+
+impl<S: Scalar> MemoryLaw<S> for Masing<S> {
+    type State<const N: usize> = Path<S, N>;
+
+    fn start<const N: usize>(&self, _frame: &Frame<S>, theta: S) -> Path<S, N> {
+        Path::start(theta)
+    }
+
+    #[inline]
+    fn step<const N: usize>(&self, frame: &Frame<S>, state: &mut Path<S, N>, theta: S) {
+        state.step(frame, self.half_play, theta);
+    }
+
+    #[inline]
+    fn torque<const N: usize>(&self, frame: &Frame<S>, state: &Path<S, N>, theta: S) -> S {
+        self.h * state.eta() - self.e * frame.fraction(theta) * frame.gate(theta)
+    }
+
+    fn start_uncertainty<const N: usize>(&self, frame: &Frame<S>, state: &Path<S, N>, _theta: S) -> S {
+        self.h * state.start_uncertainty(frame)
+    }
+
+    fn merged_pairs<const N: usize>(&self, state: &Path<S, N>) -> u32 {
+        state.merged_pairs()
+    }
+}
+
+/// −θ·g(θ): the column that e multiplies in law `masing`, rad.
+pub fn single_valued_column(frame: &Frame<f64>, theta_rad: f64) -> f64 {
+    -theta_rad * frame.gate(theta_rad)
+}

@@ -1,0 +1,50 @@
+//! The hysteresis torque z and what it remembers.
+//!
+//! | law | file | remembers | source |
+//! |---|---|---|---|
+//! | [`masing`] | turning points | the nested reversals of the deflection | MODEL.md section 3 |
+//! | [`phase`] | one number | the memory integral in pseudo-time | MODEL.md section 4 |
+//! | [`time`] | one number | the memory integral in real time | MODEL.md section 4 |
+//!
+//! [`closed_form`] is the paper's own solution on the rated cycle, the yardstick for the three.
+
+mod any;
+pub mod closed_form;
+pub mod frame;
+pub mod masing;
+pub mod phase;
+pub mod time;
+
+pub use any::{AnyLaw, AnyMemory};
+pub use frame::Frame;
+
+use crate::scalar::{Float, Scalar};
+
+/// A law that can be stepped with a sample period of its own. Laws `masing` and `phase` know no time and ignore it.
+pub trait VaryingPeriod<S: Float>: MemoryLaw<S> {
+    /// Moves to the next sample, `period_s` ≥ 0 after the last.
+    fn step_after<const N: usize>(&self, frame: &Frame<S>, state: &mut Self::State<N>, theta: S, period_s: S);
+}
+
+/// A memory law with its coefficients; its state is apart, so that one set of coefficients serves many gears of a kind.
+pub trait MemoryLaw<S: Scalar>: Copy {
+    /// What the law remembers, with room for `N` turning points.
+    type State<const N: usize>: Clone;
+
+    /// The state of an unknown past at the deflection θ_0: y = 0 or m = 0.
+    fn start<const N: usize>(&self, frame: &Frame<S>, theta: S) -> Self::State<N>;
+
+    /// Moves to the next sample. The sample is finite (the gear refuses others).
+    fn step<const N: usize>(&self, frame: &Frame<S>, state: &mut Self::State<N>, theta: S);
+
+    /// z/T_A at the deflection that `state` was last moved to.
+    fn torque<const N: usize>(&self, frame: &Frame<S>, state: &Self::State<N>, theta: S) -> S;
+
+    /// How far z/T_A may be off because the past before the start is unknown.
+    fn start_uncertainty<const N: usize>(&self, frame: &Frame<S>, state: &Self::State<N>, theta: S) -> S;
+
+    /// Pairs of turning points given up so far because the stack was full.
+    fn merged_pairs<const N: usize>(&self, _state: &Self::State<N>) -> u32 {
+        0
+    }
+}

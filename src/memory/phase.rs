@@ -1,0 +1,128 @@
+//! Law `phase`: the memory integral in the paper's pseudo-time φ = asin(θ/A) (MODEL.md section 4).
+//!
+//! The memory is its steady state plus a transient n that only ever shrinks:
+//!
+//! ```text
+//! m = q·d·g + s·u + n        q = hA, s = −eA (kernel deflection)     q = Aωe, s = Aωh (kernel rate)
+//! n ← n·e^(−ρ·abs(Δφ))       and n ← n + q·g·(d_old − d_new) where the direction d turns
+//! ```
+//!
+//! Rate-independent, transient included: the paper's model for any sampled path within ±A. Outside, m stands still.
+//! Known limits: small loops about a bias drift before they close (no return-point memory), and the law can be inverted on a part of
+//! the range only.
+//!
+//! Storing n instead of m keeps rounding relative to the transient: errors do not accumulate over samples.
+
+use super::{Frame, MemoryLaw};
+use crate::params::{Gate, Kernel, Params};
+use crate::scalar::{Float, Scalar};
+
+/// The coefficients of law `phase`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Phase<S> {
+    /// What d·g is multiplied by in the steady state, over T_A.
+    pub quadrature: S,
+    /// What u is multiplied by in the steady state, over T_A.
+    pub in_phase: S,
+    /// Decay per radian of pseudo-time, ρ = β/ω.
+    pub rho: S,
+    /// The factor between memory and torque.
+    pub gate: Gate,
+}
+
+/// The memory of law `phase`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PhaseState<S> {
+    theta: S,
+    /// sin φ and cos φ of the last sample.
+    u: S,
+    g: S,
+    /// d: −1, 0 before the first movement, 1.
+    direction: S,
+    transient: S,
+    uncertainty: S,
+}
+
+impl<S: Scalar> PhaseState<S> {
+    fn memory(&self, law: &Phase<S>) -> S {
+        law.quadrature * self.direction * self.g + law.in_phase * self.u + self.transient
+    }
+}
+
+impl<S: Scalar> Phase<S> {
+    /// The coefficients of a gear, whatever the law that its parameters name. ω = 0 has no pseudo-time decay to speak of:
+    /// the memory then forgets at once.
+    pub fn new(params: &Params) -> Self {
+        let memory = params.memory();
+        let a = params.rated_deflection_rad() / params.torque_scale_nm();
+        let (e, h) = (memory.e() * a, memory.h() * a);
+        let (quadrature, in_phase) = match memory.kernel {
+            Kernel::Deflection => (h, -e),
+            Kernel::Rate => (memory.omega_per_s * e, memory.omega_per_s * h),
+        };
+        Self {
+            quadrature: S::from_f64(quadrature),
+            in_phase: S::from_f64(in_phase),
+            rho: S::from_f64(memory.rho().min(f64::from(f32::MAX))),
+            gate: memory.gate,
+        }
+    }
+}
+
+/// The angle from (u_0, g_0) to (u, g) on the unit circle, in [0, π].
+#[inline]
+fn phase_step<S: Float>(u0: S, g0: S, u: S, g: S) -> S {
+    let sine = (u * g0 - u0 * g).abs();
+    let cosine = u * u0 + g * g0;
+    // Near 1 the arcsine loses digits, and past a right angle it is the wrong branch.
+    if sine < S::HALF && cosine > S::ZERO { sine.asin() } else { sine.atan2(cosine) }
+}
+
+impl<S: Float> MemoryLaw<S> for Phase<S> {
+    type State<const N: usize> = PhaseState<S>;
+
+    fn start<const N: usize>(&self, frame: &Frame<S>, theta: S) -> PhaseState<S> {
+        let (u, g) = (frame.clamped_fraction(theta), frame.gate(theta));
+        PhaseState {
+            theta,
+            u,
+            g,
+            direction: S::ZERO,
+            transient: -(self.in_phase * u),
+            // On the rated cycle m is s·u ± q·g.
+            uncertainty: (self.in_phase * u).abs() + self.quadrature.abs() * g,
+        }
+    }
+
+    #[inline]
+    fn step<const N: usize>(&self, frame: &Frame<S>, state: &mut PhaseState<S>, theta: S) {
+        let direction = if theta > state.theta {
+            S::ONE
+        } else if theta < state.theta {
+            -S::ONE
+        } else {
+            return;
+        };
+        if direction != state.direction {
+            state.transient = state.transient + self.quadrature * state.g * (state.direction - direction);
+            state.direction = direction;
+        }
+        let (u, g) = (frame.clamped_fraction(theta), frame.gate(theta));
+        let kept = (-(self.rho * phase_step(state.u, state.g, u, g))).exp();
+        state.transient = state.transient * kept;
+        state.uncertainty = state.uncertainty * kept;
+        state.theta = theta;
+        state.u = u;
+        state.g = g;
+    }
+
+    #[inline]
+    fn torque<const N: usize>(&self, _frame: &Frame<S>, state: &PhaseState<S>, _theta: S) -> S {
+        let memory = state.memory(self);
+        if self.gate == Gate::Cycle { state.g * memory } else { memory }
+    }
+
+    fn start_uncertainty<const N: usize>(&self, _frame: &Frame<S>, state: &PhaseState<S>, _theta: S) -> S {
+        if self.gate == Gate::Cycle { state.g * state.uncertainty } else { state.uncertainty }
+    }
+}

@@ -1,0 +1,172 @@
+//! Law `time`: the memory integral in real time, θ linear between samples (MODEL.md section 4).
+//!
+//! ```text
+//! kernel rate:        m ← E·m + α·φ1·(θ_k − θ_{k−1})                                x = βΔ, E = e^(−x)
+//! kernel deflection:  m ← E·m − α·Δ·[φ1·θ_{k−1} + φ2·(θ_k − θ_{k−1})]               φ1 = (1 − E)/x, φ2 = (1 − φ1)/x
+//! ```
+//!
+//! Exact for a deflection that is linear between samples, at any and at varying Δ.
+//! 1 − E is kept instead of E, and what a sum rounds off is carried to the next sample: a slow memory (small βΔ) stays exact to a few units
+//! in the last place in `f32`.
+
+use super::{Frame, MemoryLaw, VaryingPeriod};
+use crate::params::{Gate, Kernel, Params};
+use crate::scalar::{Float, Scalar};
+
+/// The coefficients of law `time` at one sample period.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Time<S: Scalar> {
+    rates: Rates<S>,
+    step: TimeStep<S::Gain>,
+    /// The largest m/T_A that a past within ±A can leave, its part without and its part with abs(θ)/A.
+    bound: [S; 2],
+    gate: Gate,
+}
+
+/// What does not depend on the sample period.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Rates<S> {
+    kernel: Kernel,
+    /// αA/T_A: 1/s for kernel `deflection`, 1 for kernel `rate`.
+    gain: S,
+    beta_per_s: S,
+}
+
+/// One step of the recursion.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct TimeStep<G> {
+    /// 1 − E.
+    forgotten: G,
+    /// What the last deflection adds, per θ/A.
+    level: G,
+    /// What the increment of the deflection adds, per θ/A.
+    increment: G,
+}
+
+/// The memory of law `time`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TimeState<S: Scalar> {
+    theta: S,
+    memory: S,
+    carry: S::Carry,
+    uncertainty: S,
+}
+
+impl<S: Scalar> TimeState<S> {
+    /// m/T_A.
+    pub fn memory(&self) -> S {
+        self.memory
+    }
+}
+
+/// 1 − e^(−x), φ1 and φ2 for x ≥ 0, within 20 units in the last place.
+fn decay<S: Float>(x: S) -> (S, S, S) {
+    let forgotten = -(-x).exp_m1();
+    if x < S::from_f64(0.125) {
+        // φ2 = 1/2 − x/6 + x²/24 − …: the quotient below would lose the digits.
+        let mut term = S::HALF;
+        let mut phi2 = term;
+        for inverse in [1.0 / 3.0, 1.0 / 4.0, 1.0 / 5.0, 1.0 / 6.0, 1.0 / 7.0, 1.0 / 8.0, 1.0 / 9.0, 1.0 / 10.0] {
+            term = -(term * x * S::from_f64(inverse));
+            phi2 = phi2 + term;
+        }
+        (forgotten, S::ONE - x * phi2, phi2)
+    } else {
+        let phi1 = forgotten.over(x);
+        (forgotten, phi1, (S::ONE - phi1).over(x))
+    }
+}
+
+impl<S: Float> Rates<S> {
+    fn over(&self, period_s: S) -> TimeStep<S> {
+        let (forgotten, phi1, phi2) = decay(self.beta_per_s * period_s);
+        match self.kernel {
+            Kernel::Rate => TimeStep { forgotten, level: S::ZERO, increment: self.gain * phi1 },
+            Kernel::Deflection => {
+                let gain = -(self.gain * period_s);
+                TimeStep { forgotten, level: gain * phi1, increment: gain * phi2 }
+            }
+        }
+    }
+}
+
+impl<S: Scalar> Time<S> {
+    /// The coefficients of a gear at the sample period Δ ≥ 0 (s), whatever the law that its parameters name.
+    pub fn new(params: &Params, period_s: f64) -> Self {
+        let memory = params.memory();
+        let gain = memory.alpha * params.rated_deflection_rad() / params.torque_scale_nm();
+        let rates = Rates { kernel: memory.kernel, gain, beta_per_s: memory.beta_per_s };
+        let step = rates.over(period_s);
+        let bound = match memory.kernel {
+            // Without forgetting there is no bound: as good as unknown.
+            Kernel::Deflection => [(gain / memory.beta_per_s).min(UNKNOWN), 0.0],
+            Kernel::Rate => [gain, gain],
+        };
+        Self {
+            rates: Rates {
+                kernel: rates.kernel,
+                gain: S::from_f64(rates.gain),
+                beta_per_s: S::from_f64(rates.beta_per_s),
+            },
+            step: TimeStep {
+                forgotten: S::gain_from_f64(step.forgotten),
+                level: S::gain_from_f64(step.level),
+                increment: S::gain_from_f64(step.increment),
+            },
+            bound: bound.map(S::from_f64),
+            gate: memory.gate,
+        }
+    }
+
+    #[inline]
+    fn advance(frame: &Frame<S>, state: &mut TimeState<S>, theta: S, step: &TimeStep<S::Gain>) {
+        let level = frame.fraction(state.theta);
+        let increment = frame.fraction(theta - state.theta);
+        S::leak(
+            &mut state.memory,
+            &mut state.carry,
+            step.forgotten,
+            [(step.level, level), (step.increment, increment)],
+        );
+        S::leak(&mut state.uncertainty, &mut S::Carry::default(), step.forgotten, [(step.level, S::ZERO); 2]);
+        state.theta = theta;
+    }
+
+    fn gated(&self, frame: &Frame<S>, memory: S, theta: S) -> S {
+        if self.gate == Gate::Cycle { frame.gate(theta) * memory } else { memory }
+    }
+}
+
+/// Rated torques: the bound of a memory that never forgets.
+const UNKNOWN: f64 = 4.0;
+
+impl<S: Float> VaryingPeriod<S> for Time<S> {
+    #[inline]
+    fn step_after<const N: usize>(&self, frame: &Frame<S>, state: &mut TimeState<S>, theta: S, period_s: S) {
+        Self::advance(frame, state, theta, &self.rates.over(period_s));
+    }
+}
+
+impl<S: Scalar> MemoryLaw<S> for Time<S> {
+    type State<const N: usize> = TimeState<S>;
+
+    fn start<const N: usize>(&self, frame: &Frame<S>, theta: S) -> TimeState<S> {
+        let [fixed, per_fraction] = self.bound;
+        let uncertainty = fixed + per_fraction * frame.clamped_fraction(theta).abs();
+        TimeState { theta, memory: S::ZERO, carry: S::Carry::default(), uncertainty }
+    }
+
+    #[inline]
+    fn step<const N: usize>(&self, frame: &Frame<S>, state: &mut TimeState<S>, theta: S) {
+        Self::advance(frame, state, theta, &self.step);
+    }
+
+    #[inline]
+    fn torque<const N: usize>(&self, frame: &Frame<S>, state: &TimeState<S>, theta: S) -> S {
+        self.gated(frame, state.memory, theta)
+    }
+
+    fn start_uncertainty<const N: usize>(&self, frame: &Frame<S>, state: &TimeState<S>, theta: S) -> S {
+        self.gated(frame, state.uncertainty, theta)
+    }
+}

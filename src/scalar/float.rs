@@ -1,0 +1,200 @@
+//! `f32` and `f64` by the `libm` crate.
+//!
+//! Feature `micromath` replaces the `f32` exponential, arcsine, arctangent, sine and cosine by those of the `micromath` crate, for the
+//! sake of code size. Largest absolute errors, asserted by `cargo test -p gmhm --features micromath`:
+//!
+//! | function | argument | error |
+//! |---|---|---|
+//! | exp, expm1 | −6 to 0 | 1.2e-3 |
+//! | arcsine | −1 to 1 | 1.8e-2 |
+//! | sine, cosine | −3.2 to 3.2 | 1.1e-3 |
+//!
+//! It buys no speed on a Cortex-M4F. Square roots stay exact, so law `masing` does not change by a bit.
+
+use super::{Float, Scalar};
+
+macro_rules! scalar {
+    ($f:ty, $sqrt:path, $fabs:path) => {
+        impl Scalar for $f {
+            const ZERO: Self = 0.0;
+            const HALF: Self = 0.5;
+            const ONE: Self = 1.0;
+            const TWO: Self = 2.0;
+            const SI: bool = true;
+
+            type Gain = Self;
+            type Carry = Self;
+
+            fn from_f64(x: f64) -> Self {
+                x as $f
+            }
+            fn to_f64(self) -> f64 {
+                f64::from(self)
+            }
+            #[inline]
+            fn abs(self) -> Self {
+                $fabs(self)
+            }
+            #[inline]
+            fn sqrt(self) -> Self {
+                $sqrt(self)
+            }
+            #[inline]
+            fn recip(self) -> Self {
+                1.0 / self
+            }
+            fn gain_from_f64(x: f64) -> Self {
+                x as $f
+            }
+            #[inline]
+            fn leak(memory: &mut Self, carry: &mut Self, forgotten: Self, inputs: [(Self, Self); 2]) {
+                let [(a, x), (b, y)] = inputs;
+                // Kahan's compensated sum.
+                let change = (a * x + b * y - forgotten * *memory) + *carry;
+                let sum = *memory + change;
+                *carry = change - (sum - *memory);
+                *memory = sum;
+            }
+            #[inline]
+            fn normalise(self, inverse_scale: Self) -> Self {
+                self * inverse_scale
+            }
+            #[inline]
+            fn denormalise(self, scale: Self) -> Self {
+                self * scale
+            }
+        }
+    };
+}
+
+scalar!(f32, sqrtf, libm::fabsf);
+scalar!(f64, libm::sqrt, libm::fabs);
+
+macro_rules! float {
+    ($f:ty, $exp_m1:path, $exp:path, $asin:path, $atan2:path, $sin:path, $cos:path) => {
+        impl Float for $f {
+            #[inline]
+            fn is_finite(self) -> bool {
+                <$f>::is_finite(self)
+            }
+            #[inline]
+            fn exp_m1(self) -> Self {
+                $exp_m1(self)
+            }
+            #[inline]
+            fn exp(self) -> Self {
+                $exp(self)
+            }
+            #[inline]
+            fn asin(self) -> Self {
+                $asin(self)
+            }
+            #[inline]
+            fn atan2(self, x: Self) -> Self {
+                $atan2(self, x)
+            }
+            #[inline]
+            fn sin(self) -> Self {
+                $sin(self)
+            }
+            #[inline]
+            fn cos(self) -> Self {
+                $cos(self)
+            }
+            #[inline]
+            fn over(self, divisor: Self) -> Self {
+                self / divisor
+            }
+        }
+    };
+}
+
+#[cfg(not(feature = "micromath"))]
+float!(f32, libm::expm1f, libm::expf, libm::asinf, libm::atan2f, libm::sinf, libm::cosf);
+#[cfg(feature = "micromath")]
+float!(f32, micro::exp_m1, micro::exp, micro::asin, micro::atan2, micro::sin, micro::cos);
+float!(f64, libm::expm1, libm::exp, libm::asin, libm::atan2, libm::sin, libm::cos);
+
+#[cfg(not(all(target_arch = "arm", target_abi = "eabihf")))]
+#[inline]
+fn sqrtf(x: f32) -> f32 {
+    libm::sqrtf(x)
+}
+
+/// The one unsafe place of this crate: `libm` computes square roots in software where the core has an instruction for it.
+/// VSQRT.F32 is correctly rounded, as `libm` is, so the bits are the same.
+#[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
+#[inline]
+#[allow(unsafe_code)]
+fn sqrtf(x: f32) -> f32 {
+    let root: u32;
+    // SAFETY: reads and writes registers only; the hard-float ABI guarantees the unit.
+    unsafe {
+        core::arch::asm!(
+            "vmov s0, {x}",
+            "vsqrt.f32 s0, s0",
+            "vmov {x}, s0",
+            x = inout(reg) x.to_bits() => root,
+            out("s0") _,
+            options(pure, nomem, nostack, preserves_flags),
+        );
+    }
+    f32::from_bits(root)
+}
+
+#[cfg(feature = "micromath")]
+mod micro {
+    use micromath::F32Ext;
+
+    pub fn exp(x: f32) -> f32 {
+        F32Ext::exp(x)
+    }
+    // The difference loses everything for small x, so the series takes over there.
+    pub fn exp_m1(x: f32) -> f32 {
+        if libm::fabsf(x) < 0.25 {
+            x * (1.0 + x * (0.5 + x * (1.0 / 6.0 + x * (1.0 / 24.0 + x / 120.0))))
+        } else {
+            F32Ext::exp(x) - 1.0
+        }
+    }
+    pub fn asin(x: f32) -> f32 {
+        F32Ext::asin(x)
+    }
+    pub fn atan2(y: f32, x: f32) -> f32 {
+        F32Ext::atan2(y, x)
+    }
+    pub fn sin(x: f32) -> f32 {
+        F32Ext::sin(x)
+    }
+    pub fn cos(x: f32) -> f32 {
+        F32Ext::cos(x)
+    }
+}
+
+#[cfg(all(test, feature = "micromath"))]
+mod tests {
+    use super::Float;
+
+    /// The largest error of the `f32` function against its `f64` twin over [low, high].
+    fn largest_error(low: f64, high: f64, ours: fn(f32) -> f32, exact: fn(f64) -> f64) -> f64 {
+        (0..=100_000u32)
+            .map(|k| {
+                let x = (low + (high - low) * f64::from(k) / 1e5) as f32;
+                libm::fabs(f64::from(ours(x)) - exact(f64::from(x)))
+            })
+            .fold(0.0, f64::max)
+    }
+
+    fn assert_measured(error: f64, measured: f64) {
+        assert!(error <= measured && error > 0.9 * measured, "measured {error:e}, stated {measured:e}");
+    }
+
+    #[test]
+    fn errors_of_micromath_are_those_stated() {
+        assert_measured(largest_error(-6.0, 0.0, Float::exp, libm::exp), 1.2e-3);
+        assert_measured(largest_error(-6.0, 0.0, Float::exp_m1, libm::expm1), 1.2e-3);
+        assert_measured(largest_error(-1.0, 1.0, Float::asin, libm::asin), 1.8e-2);
+        assert_measured(largest_error(-3.2, 3.2, Float::sin, libm::sin), 1.1e-3);
+        assert_measured(largest_error(-3.2, 3.2, Float::cos, libm::cos), 1.1e-3);
+    }
+}

@@ -1,0 +1,97 @@
+//! The operations that the model asks of a number.
+//!
+//! [`Scalar`] is what the quasi-static law needs: sums, products, one square root. [`Float`] adds what the memory integral
+//! needs. Both are implemented for `f32` and `f64` by the `libm` crate alone, so that host and microcontroller agree bit by bit.
+
+mod float;
+
+use core::fmt::Debug;
+use core::ops::{Add, Mul, Neg, Sub};
+
+/// A number the model can be evaluated in.
+///
+/// Samples enter in *input units* and are scaled once by [`normalise`](Self::normalise): radians for floats, deflections that are
+/// already divided by the rated deflection for fixed point.
+pub trait Scalar:
+    Copy
+    + Debug
+    + Default
+    + PartialOrd
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Neg<Output = Self>
+    + 'static
+{
+    /// 0.
+    const ZERO: Self;
+    /// 1/2.
+    const HALF: Self;
+    /// 1.
+    const ONE: Self;
+    /// 2.
+    const TWO: Self;
+    /// Whether input units are SI (floats) or fractions of the rated deflection and the rated torque (fixed point).
+    const SI: bool;
+
+    /// A factor that may be far smaller than one, kept to the full precision of a word.
+    type Gain: Copy + Debug + PartialEq;
+    /// What the sums of [`leak`](Self::leak) rounded off.
+    type Carry: Copy + Debug + Default + PartialEq;
+
+    /// The nearest representable value; saturates.
+    fn from_f64(x: f64) -> Self;
+    /// The exact value.
+    fn to_f64(self) -> f64;
+    /// Absolute value.
+    fn abs(self) -> Self;
+    /// √x for x ≥ 0, correctly rounded for floats.
+    fn sqrt(self) -> Self;
+    /// 1/x for x ≠ 0.
+    fn recip(self) -> Self;
+    /// An input-unit difference as a fraction of the rated deflection.
+    fn normalise(self, inverse_scale: Self) -> Self;
+    /// A fraction of the rated torque in output units.
+    fn denormalise(self, scale: Self) -> Self;
+
+    /// The nearest gain.
+    fn gain_from_f64(x: f64) -> Self::Gain;
+    /// memory ← memory − forgotten·memory + Σ gain·input, with what is rounded off carried to the next call, so that nothing drifts
+    /// however little is forgotten a step.
+    fn leak(memory: &mut Self, carry: &mut Self::Carry, forgotten: Self::Gain, inputs: [(Self::Gain, Self); 2]);
+
+    /// The larger of the two.
+    fn max(self, other: Self) -> Self {
+        if self > other { self } else { other }
+    }
+
+    /// The smaller of the two.
+    fn min(self, other: Self) -> Self {
+        if self < other { self } else { other }
+    }
+
+    /// x limited to [low, high].
+    fn clamp(self, low: Self, high: Self) -> Self {
+        self.max(low).min(high)
+    }
+}
+
+/// A floating-point number: what the memory integral needs beyond [`Scalar`].
+pub trait Float: Scalar<Gain = Self> {
+    /// Neither NaN nor infinite.
+    fn is_finite(self) -> bool;
+    /// e^x − 1 without cancellation near 0.
+    fn exp_m1(self) -> Self;
+    /// e^x.
+    fn exp(self) -> Self;
+    /// arcsin x for abs(x) ≤ 1.
+    fn asin(self) -> Self;
+    /// The angle of the point (x, y) from the x axis, in (−π, π].
+    fn atan2(self, x: Self) -> Self;
+    /// sin x.
+    fn sin(self) -> Self;
+    /// cos x.
+    fn cos(self) -> Self;
+    /// Quotient.
+    fn over(self, divisor: Self) -> Self;
+}
