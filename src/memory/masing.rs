@@ -66,7 +66,7 @@ pub struct Path<S, const N: usize> {
 
 impl<S: Scalar, const N: usize> Path<S, N> {
     const ENOUGH_ROOM: () =
-        assert!(N >= 4 && N % 2 == 0, "the stack of turning points needs an even capacity of 4 or more");
+        assert!(N >= 4 && N.is_multiple_of(2), "the stack of turning points needs an even capacity of 4 or more");
 
     /// An unknown past at the deflection θ_0: η = 0.
     pub fn start(theta: S) -> Self {

@@ -211,14 +211,8 @@ mod tests {
     #[test]
     fn reads_and_writes_the_documented_json() {
         let read: Diagnosis = serde_json::from_str(EXAMPLE).unwrap();
-        assert_eq!(
-            read.effects[0].class().collect::<Vec<_>>(),
-            ["kinematic_error", "torque_ripple"]
-        );
-        assert_eq!(
-            read.effects[0].parameters["cos_rad"].value.numbers(),
-            [5.8e-6]
-        );
+        assert_eq!(read.effects[0].class().collect::<Vec<_>>(), ["kinematic_error", "torque_ripple"]);
+        assert_eq!(read.effects[0].parameters["cos_rad"].value.numbers(), [5.8e-6]);
         assert_eq!(read.heldout.rms.extended, 0.085);
         let documented: serde_json::Value = serde_json::from_str(EXAMPLE).unwrap();
         assert_eq!(serde_json::to_value(&read).unwrap(), documented);
