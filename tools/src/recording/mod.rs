@@ -1,5 +1,19 @@
 //! Recordings: rows of time, deflection and torque, in SI units, checked once at the door.
 
+mod dialect;
+mod error;
+mod header;
+mod map;
+mod quantity;
+mod read;
+mod write;
+
+pub use error::{ColumnPlace, RecordingError, RecordingProblem};
+pub use map::{ColumnMap, MapError, Mapping};
+pub use quantity::{Quantity, Unit};
+pub use read::{Need, Needs, Progress, read};
+pub use write::{Column, CopyError, copy_with_columns, write_columns};
+
 /// What the torque column of a recording holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum TorqueUnit {
@@ -46,5 +60,32 @@ impl Recording {
     /// True for a recording without rows.
     pub fn is_empty(&self) -> bool {
         self.time_s.is_empty()
+    }
+
+    /// Computes θ = q_m/N − q_o where no deflection was recorded but both angles were. A recorded deflection wins; a joint log stays without.
+    ///
+    /// # Errors
+    /// [`RecordingProblem::NoRatio`] where there are two angles and no ratio.
+    pub fn derive_deflection(&mut self, ratio: Option<f64>) -> Result<(), RecordingError> {
+        let (None, Some(input), Some(output)) = (&self.deflection_rad, &self.theta_in_rad, &self.theta_out_rad) else {
+            return Ok(());
+        };
+        let ratio = ratio.ok_or_else(|| self.refuse(RecordingProblem::NoRatio))?;
+        self.deflection_rad = Some(input.iter().zip(output).map(|(q_m, q_o)| q_m / ratio - q_o).collect());
+        Ok(())
+    }
+
+    /// The deflection, or [`RecordingProblem::NoDeflection`].
+    pub fn deflection(&self) -> Result<&[f64], RecordingError> {
+        self.deflection_rad.as_deref().ok_or_else(|| self.refuse(RecordingProblem::NoDeflection))
+    }
+
+    /// The largest abs(θ) about `zero_rad`, rad: the rated deflection where none is stated. `None` without a deflection.
+    pub fn largest_deflection_rad(&self, zero_rad: f64) -> Option<f64> {
+        self.deflection_rad.as_ref().map(|theta| theta.iter().fold(0.0, |a: f64, x| a.max((x - zero_rad).abs())))
+    }
+
+    fn refuse(&self, problem: RecordingProblem) -> RecordingError {
+        RecordingError { file: self.name.clone(), line: None, column: None, problem: Box::new(problem) }
     }
 }
