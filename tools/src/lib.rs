@@ -8,5 +8,6 @@ pub mod cli;
 pub mod diagnosis;
 pub mod estimate;
 pub mod model;
+pub mod prove;
 pub mod recording;
 pub mod report;

@@ -1,0 +1,378 @@
+//! Concealed cases from a generator that shares nothing with the detector.
+
+mod dice;
+mod families;
+mod kinds;
+mod linear;
+mod motion;
+mod nature;
+mod noise;
+mod physics;
+mod truth;
+
+pub use dice::{Dice, case_seed};
+pub use kinds::{KINDS, OUTSIDE, fits_a_joint};
+pub use noise::{Colour, real_residuals};
+
+use kinds::Hidden;
+use motion::{MotionKind, Plan};
+use nature::{Gear, Hysteresis, Joint, Nature};
+use noise::{Noise, quantise, rms};
+use truth::{Experiment, Scaled, Truth};
+
+use super::key::{HiddenEffect, INDISTINGUISHABLE, Key, Role};
+use crate::model::{Model, TorqueSide};
+use crate::recording::Recording;
+
+/// Which gear a case is about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NatureKind {
+    /// A gear of the base model's nature.
+    Gmhm,
+    /// A gear of Maxwell-slip sliders.
+    Maxwell,
+    /// A joint log.
+    Joint,
+}
+
+/// What a case is to hold; everything else is drawn from its seed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CaseSpec {
+    /// The block of the proof.
+    pub block: String,
+    /// The gear's nature.
+    pub nature: NatureKind,
+    /// Kinds to hide (of [`KINDS`] or [`OUTSIDE`]) and the rms each leaves, N·m. Empty for a null.
+    pub effects: Vec<(String, f64)>,
+    /// The colours that the noise may have.
+    pub colour: Colour,
+    /// Kinds taken out of the detector's library.
+    pub removed: Vec<String>,
+    /// Residual of a real recording, unit variance, to be used as noise.
+    pub real: Option<Vec<f64>>,
+}
+
+/// A recording that the detector never sees, free of noise.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Unseen {
+    /// The measured channels, without the torque.
+    pub recording: Recording,
+    /// The true torque, N·m.
+    pub torque_nm: Vec<f64>,
+    /// Rms that the base model, fitted to the case's noise-free recordings, leaves here, N·m.
+    pub base_leaves_nm: f64,
+}
+
+/// One concealed case.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Case {
+    /// What the detector sees.
+    pub recordings: Vec<Recording>,
+    /// The base model it is handed.
+    pub base: Model,
+    /// Kinds that it may not use.
+    pub removed: Vec<String>,
+    /// What it never sees.
+    pub unseen: Vec<Unseen>,
+    /// The key.
+    pub key: Key,
+}
+
+/// How often a motion and its effects are drawn anew until the effects can be seen and have a sane size.
+const ATTEMPTS: u64 = 12;
+
+struct Draft {
+    experiment: Experiment,
+    hidden: Vec<Hidden>,
+    scales: Vec<f64>,
+    before: Vec<f64>,
+}
+
+/// Makes the case of `seed`.
+pub fn case(seed: u64, spec: &CaseSpec) -> Case {
+    let dice = Dice::new(seed);
+    let mut noise = Noise::draw(&mut dice.stream(1), spec.colour);
+    if let Some(real) = &spec.real {
+        noise = Noise { name: "real".to_owned(), real: Some(real.clone()), torque_step_nm: 0.0, ..noise };
+    }
+    let mut made = None;
+    for attempt in 0..ATTEMPTS {
+        let Some(draft) = draft(&dice, attempt, spec) else { continue };
+        let case = record(seed, &dice, spec, &noise, &draft);
+        let done = case.key.hidden().all(|e| e.visible);
+        made = Some(case);
+        if done {
+            break;
+        }
+    }
+    // A combination that no motion shows at a sane size becomes what it looks like: a null, and its key says so.
+    made.unwrap_or_else(|| case(seed, &CaseSpec { effects: Vec::new(), ..spec.clone() }))
+}
+
+fn draft(dice: &Dice, attempt: u64, spec: &CaseSpec) -> Option<Draft> {
+    let mut choose = dice.stream(100 + attempt);
+    let names: Vec<&str> = spec.effects.iter().map(|e| e.0.as_str()).collect();
+    let kind = motion_for(&mut choose, spec.nature, &names);
+    let nature = match spec.nature {
+        NatureKind::Joint => Nature::Joint(Joint::draw(&mut choose)),
+        other => Nature::Bench(Gear::draw(&mut choose, other == NatureKind::Maxwell)),
+    };
+    let rated = if let Nature::Bench(gear) = &nature { gear.rated } else { 1.0 };
+    let slow = names.iter().any(|k| kinds::slow(k));
+    let mut plan = Plan::draw(&mut choose, kind, rated, slow);
+    names.iter().for_each(|k| kinds::prepare(k, &mut choose, &mut plan));
+    let side = match kind {
+        MotionKind::Joint => TorqueSide::Motor,
+        k if k.turns() && choose.chance(0.3) => TorqueSide::Motor,
+        _ => TorqueSide::Output,
+    };
+    let bare = names.iter().any(|k| matches!(*k, "coulomb_friction" | "viscous_friction" | "viscous_damping"));
+    let wanted = names.contains(&"thermal_friction") || (kind.turns() && choose.chance(0.3));
+    let extra = (kind != MotionKind::Joint && wanted && !bare).then(|| {
+        [choose.uniform(0.5, 3.0), plan.speed * choose.uniform(0.02, 0.05), choose.uniform(0.1, 0.5) / plan.speed]
+    });
+    let rows = if slow { 5000 } else { choose.pick(&[3000, 4000, 5000]) };
+    let recordings = if choose.chance(0.15) { 2 } else { 1 };
+    let motions = (0..recordings).map(|i| plan.motion(&mut dice.stream(200 + 8 * attempt + i), rows, false)).collect();
+    let experiment = Experiment { nature, plan, side, extra, motions };
+    let world = experiment.truth(&[]).swap_remove(0).world;
+    let hidden: Vec<Hidden> = names.iter().map(|k| kinds::draw(k, &mut choose, &world)).collect();
+    let (mut scales, mut before) = (Vec::new(), Vec::new());
+    for (hidden, (_, size_nm)) in hidden.iter().zip(&spec.effects) {
+        let (scale, rms_nm) = experiment.scale(hidden, *size_nm)?;
+        // An effect larger than a sixth of the rated torque would be no secret.
+        let rated_nm = rms(&world.base);
+        if rms_nm > 0.17 * rated_nm.max(5.0) {
+            return None;
+        }
+        scales.push(scale);
+        before.push(rms_nm);
+    }
+    Some(Draft { experiment, hidden, scales, before })
+}
+
+fn motion_for(dice: &mut Dice, nature: NatureKind, names: &[&str]) -> MotionKind {
+    if nature == NatureKind::Joint {
+        return MotionKind::Joint;
+    }
+    let all = [MotionKind::LockedCycles, MotionKind::Running, MotionKind::BandLimited, MotionKind::RunningBandLimited];
+    let common: Vec<MotionKind> =
+        all.into_iter().filter(|m| names.iter().all(|k| kinds::motions(k).contains(m))).collect();
+    if !common.is_empty() {
+        return dice.pick(&if names.is_empty() { all.to_vec() } else { common });
+    }
+    // Two kinds without a common choice: what needs a turning motor decides.
+    if names.iter().any(|k| kinds::motions(k).iter().all(|m| m.turns())) {
+        MotionKind::Running
+    } else {
+        dice.pick(&all)
+    }
+}
+
+/// Adds noise, works out the key and packs the case.
+fn record(seed: u64, dice: &Dice, spec: &CaseSpec, noise: &Noise, draft: &Draft) -> Case {
+    let experiment = &draft.experiment;
+    let effects: Vec<Scaled> = draft.hidden.iter().zip(draft.scales.iter().copied()).collect();
+    let truths = experiment.truth(&effects);
+    let mut measure = dice.stream(2);
+    let (mut recordings, mut realised) = (Vec::new(), Vec::new());
+    for (index, truth) in truths.iter().enumerate() {
+        let (recording, left) = measured(&mut measure, experiment, truth, Some(noise), index);
+        recordings.push(recording);
+        realised.push(left);
+    }
+    let (base, handed) = handed(&mut dice.stream(3), experiment, &effects, noise, spec.nature);
+    let mut entries: Vec<HiddenEffect> = (0..effects.len())
+        .map(|i| {
+            let leaves = experiment.unexplained(&effects, i, &realised);
+            let (hidden, size) = (&draft.hidden[i], spec.effects[i].1);
+            entry(hidden, draft.scales[i], size, draft.before[i], leaves, &spec.removed)
+        })
+        .collect();
+    entries.extend(nature_entry(experiment, noise));
+    let unseen = {
+        let fitted = experiment.refitted(&effects);
+        let rows = 2000;
+        let motions = vec![experiment.plan.motion(&mut dice.stream(4), rows, true)];
+        let elsewhere = Experiment { motions, ..experiment.clone() };
+        let truths = elsewhere.truth(&effects);
+        let columns = elsewhere.base_columns(&truths, false);
+        let parameters = columns.len() - 1;
+        truths.iter().map(|truth| pack_unseen(&elsewhere, truth, &columns[..parameters], &fitted)).collect()
+    };
+    let key = Key {
+        block: spec.block.clone(),
+        seed,
+        nature: format!("{:?}", spec.nature).to_lowercase(),
+        motion: format!("{:?}", experiment.plan.kind),
+        noise: noise.name.clone(),
+        noise_rms_nm: noise.rms_nm,
+        handed: handed.to_owned(),
+        removed: spec.removed.clone(),
+        effects: entries,
+    };
+    Case { recordings, base, removed: spec.removed.clone(), unseen, key }
+}
+
+fn pack_unseen(experiment: &Experiment, truth: &Truth, columns: &[Vec<f64>], fitted: &[f64]) -> Unseen {
+    let (mut recording, _) = measured(&mut Dice::new(0), experiment, truth, None, 0);
+    recording.torque = None;
+    let left: Vec<f64> = (0..truth.torque.len())
+        .map(|i| truth.torque[i] - columns.iter().zip(fitted).map(|(c, w)| w * c[i]).sum::<f64>())
+        .collect();
+    Unseen { recording, torque_nm: truth.torque.clone(), base_leaves_nm: deviation(&left) }
+}
+
+/// Rms about the mean.
+pub fn deviation(x: &[f64]) -> f64 {
+    let mean = x.iter().sum::<f64>() / x.len() as f64;
+    rms(&x.iter().map(|x| x - mean).collect::<Vec<f64>>())
+}
+
+/// The recording of `truth`, and the noise in it as the base model would see it. Without `noise`: the bare channels.
+fn measured(
+    dice: &mut Dice,
+    experiment: &Experiment,
+    truth: &Truth,
+    noise: Option<&Noise>,
+    index: usize,
+) -> (Recording, Vec<f64>) {
+    let rows = truth.torque.len();
+    let world = &truth.world;
+    let joint = matches!(experiment.nature, Nature::Joint(_));
+    let offset = if noise.is_some() { dice.uniform(-0.5, 0.5) } else { 0.0 };
+    let clean = vec![0.0; rows];
+    let torque_noise = noise.map_or(clean, |n| n.torque(dice, rows));
+    let (step_nm, theta_rms, theta_step) =
+        noise.map_or((0.0, 0.0, 0.0), |n| (n.torque_step_nm, n.deflection_rms_rad, n.deflection_step_rad));
+    let torque: Vec<f64> = (0..rows).map(|i| quantise(truth.torque[i] + offset + torque_noise[i], step_nm)).collect();
+    let deflection: Vec<f64> =
+        truth.measured.iter().map(|x| quantise(x + theta_rms * dice.normal(), theta_step)).collect();
+    let left = (0..rows)
+        .map(|i| torque[i] - offset - truth.torque[i] - world.c1 * (deflection[i] - truth.measured[i]))
+        .collect();
+    let mut recording = Recording {
+        name: format!("concealed recording {}", index + 1),
+        time_s: world.time_s.clone(),
+        torque: Some(torque),
+        temperature_c: world.temperature.as_ref().map(|t| {
+            t.iter().map(|t| if noise.is_some() { quantise(t + 0.05 * dice.normal(), 0.01) } else { *t }).collect()
+        }),
+        ..Recording::default()
+    };
+    let fastest = world.velocity.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+    let with_velocity = if joint { dice.chance(0.7) } else { dice.chance(0.3) };
+    let output =
+        |theta: &[f64]| -> Vec<f64> { (0..rows).map(|i| world.motor[i] / experiment.plan.ratio - theta[i]).collect() };
+    if joint {
+        let step = if noise.is_some() { 2e-6 * 10.0_f64.powf(dice.uniform(0.0, 1.0)) } else { 0.0 };
+        recording.theta_out_rad = Some(output(&truth.measured).iter().map(|q| quantise(*q, step)).collect());
+    } else {
+        recording.theta_in_rad = Some(world.motor.clone());
+        recording.theta_out_rad = Some(output(&deflection));
+        recording.deflection_rad = Some(deflection);
+    }
+    if with_velocity || (noise.is_none() && joint) {
+        let spread = if noise.is_some() { 1e-3 * fastest } else { 0.0 };
+        let speed = motion::derivative(&world.output, world.period_s);
+        recording.velocity_out_rad_per_s = Some(speed.iter().map(|v| v + spread * dice.normal()).collect());
+    }
+    (recording, left)
+}
+
+/// The base model handed to the detector, and how it was made.
+fn handed(
+    dice: &mut Dice,
+    experiment: &Experiment,
+    effects: &[Scaled],
+    noise: &Noise,
+    nature: NatureKind,
+) -> (Model, &'static str) {
+    let refitted = experiment.refitted(effects);
+    let how = match dice.uniform(0.0, 1.0) {
+        _ if nature == NatureKind::Maxwell => "refitted",
+        x if x < 0.4 => "refitted",
+        x if x < 0.8 => "perturbed",
+        _ => "true",
+    };
+    let mut extra = experiment.extra;
+    let mut weights: Vec<f64> = match &experiment.nature {
+        Nature::Joint(joint) => joint.weights().to_vec(),
+        Nature::Bench(Gear { elastic, hysteresis: Hysteresis::Uniform { h, e }, .. }) => {
+            [&elastic[..], &[*h, *e]].concat()
+        }
+        Nature::Bench(_) => refitted[..5].to_vec(),
+    };
+    match how {
+        "refitted" => {
+            weights.copy_from_slice(&refitted[..5]);
+            if let Some([coulomb, _, viscous]) = &mut extra {
+                (*coulomb, *viscous) = (refitted[5].max(0.0), refitted[6].max(0.0));
+            }
+        }
+        "perturbed" => weights.iter_mut().for_each(|w| *w *= 1.0 + 0.03 * dice.normal()),
+        _ => {}
+    }
+    (experiment.nature.model(&weights, extra, experiment.plan.ratio, experiment.side, noise.play_rad()), how)
+}
+
+fn entry(
+    hidden: &Hidden,
+    scale: f64,
+    size_nm: f64,
+    before_nm: f64,
+    mut leaves: std::collections::BTreeMap<String, f64>,
+    removed: &[String],
+) -> HiddenEffect {
+    let listed = KINDS.contains(&hidden.kind.as_str());
+    let evidence = leaves.remove("").unwrap_or(0.0);
+    let own = if listed { leaves.get(&hidden.kind).copied().unwrap_or(0.0).min(evidence) } else { 0.0 };
+    let mut class: Vec<String> = leaves
+        .iter()
+        .filter(|(kind, left)| **left - own < INDISTINGUISHABLE && !removed.contains(kind))
+        .map(|(kind, _)| kind.clone())
+        .collect();
+    if listed && !class.contains(&hidden.kind) && !removed.contains(&hidden.kind) {
+        class.push(hidden.kind.clone());
+    }
+    HiddenEffect {
+        kind: hidden.kind.clone(),
+        listed: listed && !removed.contains(&hidden.kind),
+        role: Role::Hidden,
+        shape: hidden.shape.clone(),
+        size_nm,
+        before_nm,
+        evidence,
+        visible: evidence >= INDISTINGUISHABLE,
+        coordinates: kinds::coordinates(&hidden.kind).iter().map(|c| (*c).to_owned()).collect(),
+        class,
+        unexplained: leaves,
+        parameters: if hidden.library_shape { kinds::parameters(hidden, scale) } else { Default::default() },
+        pieces: hidden.pieces.iter().map(|(p, w)| format!("{:e} x {p:?}", w * scale)).collect(),
+    }
+}
+
+/// A Maxwell-slip gear's own departure from the base model.
+fn nature_entry(experiment: &Experiment, noise: &Noise) -> Option<HiddenEffect> {
+    let Nature::Bench(Gear { hysteresis: Hysteresis::MaxwellSlip { radius, .. }, .. }) = &experiment.nature else {
+        return None;
+    };
+    let truths = experiment.truth(&[]);
+    let torque: Vec<f64> = truths.iter().flat_map(|t| t.torque.iter().copied()).collect();
+    let size_nm = rms(&linear::residual(&experiment.base_columns(&truths, true), &torque));
+    Some(HiddenEffect {
+        kind: "nonlocal_memory".to_owned(),
+        listed: true,
+        role: Role::Nature,
+        shape: format!("{} sliders", radius.len()),
+        size_nm,
+        before_nm: size_nm,
+        evidence: torque.len() as f64 * (size_nm / noise.rms_nm).powi(2),
+        visible: true,
+        coordinates: kinds::coordinates("nonlocal_memory").iter().map(|c| (*c).to_owned()).collect(),
+        class: vec!["nonlocal_memory".to_owned()],
+        unexplained: Default::default(),
+        parameters: Default::default(),
+        pieces: Vec::new(),
+    })
+}

@@ -1,0 +1,96 @@
+//! The concealed cases: every kind can be hidden at the size asked for, from any seed, and the key is honest about it.
+
+use gmhm_tools::prove::generator::{CaseSpec, Colour, KINDS, NatureKind, OUTSIDE, case, fits_a_joint, real_residuals};
+use gmhm_tools::prove::key::{INDISTINGUISHABLE, Key, Role};
+
+fn spec(nature: NatureKind, effects: &[(&str, f64)]) -> CaseSpec {
+    CaseSpec {
+        block: "test".to_owned(),
+        nature,
+        effects: effects.iter().map(|(k, s)| ((*k).to_owned(), *s)).collect(),
+        colour: Colour::Any,
+        removed: Vec::new(),
+        real: None,
+    }
+}
+
+#[test]
+fn every_kind_can_be_hidden_and_seen() {
+    let mut visible = 0;
+    for (i, kind) in KINDS.iter().chain(&OUTSIDE).enumerate() {
+        let case = case(i as u64, &spec(NatureKind::Gmhm, &[(kind, 0.15)]));
+        let effect = case.key.effects.first().unwrap_or_else(|| panic!("{kind} could not be hidden"));
+        assert_eq!((&*effect.kind, effect.size_nm), (*kind, 0.15));
+        assert!(effect.before_nm > 0.13, "{kind}: {} before the refit", effect.before_nm);
+        assert!(!effect.coordinates.is_empty() && !effect.pieces.is_empty());
+        if KINDS.contains(kind) {
+            assert!(effect.class.iter().any(|k| k == kind), "{kind} is missing from its own class {:?}", effect.class);
+        } else {
+            assert!(effect.class.len() <= 1, "{kind} is explained by {:?}", effect.class);
+        }
+        for other in effect.class.iter().filter(|k| *k != kind) {
+            assert!(effect.unexplained[other] - effect.unexplained[*kind] < INDISTINGUISHABLE);
+        }
+        visible += usize::from(effect.visible);
+        for recording in &case.recordings {
+            let rows = recording.len();
+            assert!(recording.torque.as_ref().is_some_and(|t| t.len() == rows && t.iter().all(|t| t.is_finite())));
+            let theta = recording.deflection_rad.as_ref().unwrap();
+            let rated = case.base.gear.rated_deflection_rad.unwrap();
+            assert!(theta.iter().all(|x| x.abs() <= rated), "{kind} leaves the calibrated range");
+        }
+    }
+    assert!(visible >= 28, "only {visible} of 30 effects can be seen");
+}
+
+#[test]
+fn a_joint_log_has_no_motor_side() {
+    for kind in KINDS.iter().filter(|k| fits_a_joint(k)) {
+        let case = case(5, &spec(NatureKind::Joint, &[(kind, 0.15)]));
+        assert!(case.recordings[0].theta_in_rad.is_none() && case.recordings[0].deflection_rad.is_none());
+        assert!(case.base.elastic.is_none() && case.base.terms.len() == 4);
+    }
+}
+
+#[test]
+fn the_same_seed_gives_the_same_case() {
+    let spec = spec(NatureKind::Gmhm, &[("creep", 0.05), ("torque_ripple", 0.05)]);
+    let (a, b, c) = (case(42, &spec), case(42, &spec), case(43, &spec));
+    assert_eq!(a, b);
+    assert_ne!(a.recordings, c.recordings);
+    assert_eq!(a.key.sha256(), b.key.sha256());
+}
+
+#[test]
+fn the_key_survives_its_file() {
+    let case = case(u64::MAX - 3, &spec(NatureKind::Maxwell, &[("kinematic_error", 0.15)]));
+    assert_eq!(case.key.effects.iter().filter(|e| e.role == Role::Nature).count(), 1);
+    let again = Key::from_toml(&case.key.to_toml()).unwrap();
+    assert_eq!(again, case.key);
+    assert!(Key::from_toml("seed = 1").is_err());
+}
+
+#[test]
+fn nothing_is_hidden_in_a_null_and_its_unseen_torque_is_the_base_models() {
+    for seed in 0..6 {
+        let case = case(seed, &spec(NatureKind::Gmhm, &[]));
+        assert!(case.key.effects.is_empty());
+        assert!(case.unseen[0].base_leaves_nm < 1e-6, "{}", case.unseen[0].base_leaves_nm);
+    }
+}
+
+#[test]
+fn real_residuals_carry_an_effect_like_any_noise() {
+    let folder = std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/recordings"));
+    let residuals = real_residuals(folder);
+    if residuals.is_empty() {
+        println!("not run: no real recordings beside the repository");
+        return;
+    }
+    assert!(residuals.len() >= 5);
+    let mut spec = spec(NatureKind::Gmhm, &[("kinematic_error", 0.15)]);
+    spec.real = Some(residuals[0].clone());
+    let case = case(3, &spec);
+    assert_eq!(case.key.noise, "real");
+    assert!(case.recordings[0].torque.as_ref().unwrap().iter().all(|t| t.is_finite()));
+}
