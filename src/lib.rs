@@ -41,3 +41,8 @@ pub use elastic::Elastic;
 pub use gear::{Gear, Output, State, Status};
 pub use memory::closed_form;
 pub use params::{Gate, Kernel, Law, Memory, ParamError, Params};
+
+/// The README's code is compiled and run as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

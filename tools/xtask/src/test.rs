@@ -1,0 +1,22 @@
+//! Every test, on the host and in the emulator.
+
+use anyhow::{Context, Result};
+use xshell::{Shell, cmd};
+
+use crate::setup;
+
+/// Sets up what is missing, then runs everything.
+pub fn run(shell: &Shell) -> Result<()> {
+    setup::run(shell)?;
+    cmd!(shell, "cargo test --workspace --locked").run().context("a host test failed")?;
+    cmd!(shell, "cargo test --package gmhm --features micromath --lib --locked")
+        .run()
+        .context("a test of the feature `micromath` failed")?;
+    for target in setup::TARGETS {
+        cmd!(shell, "cargo build --package gmhm --target {target} --locked")
+            .run()
+            .with_context(|| format!("the core does not build for {target}"))?;
+    }
+    println!("test: all passed");
+    Ok(())
+}
