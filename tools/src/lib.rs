@@ -8,6 +8,8 @@ pub mod cli;
 pub mod diagnosis;
 pub mod estimate;
 pub mod model;
+pub mod output;
+pub mod predict;
 pub mod prove;
 pub mod recording;
 pub mod report;

@@ -1,3 +1,5 @@
 //! The `gmhm` program.
 
-fn main() {}
+fn main() -> std::process::ExitCode {
+    gmhm_tools::cli::run()
+}

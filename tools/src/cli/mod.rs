@@ -1,1 +1,68 @@
 //! The commands, one small file each; no mathematics here.
+
+mod common;
+mod failure;
+mod predict;
+mod progress;
+
+use std::process::ExitCode;
+
+use clap::{CommandFactory, Parser, Subcommand};
+
+pub use failure::Failure;
+
+/// Hysteresis torque of harmonic drives: identify it from recordings, predict it, put it on the drive
+#[derive(Debug, Parser)]
+#[command(name = "gmhm", version, max_term_width = 100)]
+struct Cli {
+    #[command(subcommand)]
+    command: Option<Command>,
+    /// No progress, no notes: errors only
+    #[arg(short, long, global = true)]
+    quiet: bool,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Predict(predict::PredictArgs),
+}
+
+/// What every command knows of how it was called.
+pub(crate) struct Session {
+    quiet: bool,
+}
+
+impl Session {
+    /// Tells something worth knowing that is no failure.
+    fn note(&self, text: &str) {
+        if !self.quiet {
+            eprintln!("note: {text}");
+        }
+    }
+}
+
+/// Runs the command line. Exit status 0: done; 1: the input was refused or the work failed; 2: wrong usage.
+pub fn run() -> ExitCode {
+    let cli = Cli::parse();
+    crate::output::clean_up_on_interrupt();
+    let session = Session { quiet: cli.quiet };
+    let done = match &cli.command {
+        Some(Command::Predict(args)) => args.run(&session),
+        None => {
+            let _ = Cli::command().print_help();
+            Ok(())
+        }
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            failure.tell();
+            ExitCode::from(1)
+        }
+    }
+}
+
+/// Ends the program as clap does on wrong usage, with status 2.
+fn wrong_usage(message: &str) -> ! {
+    Cli::command().error(clap::error::ErrorKind::ValueValidation, message).exit()
+}

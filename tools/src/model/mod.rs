@@ -1,6 +1,16 @@
 //! Model files: the gear's parameters in SI units, as TOML.
 
+mod error;
+mod read;
+mod unit;
+mod write;
+
+pub use error::{ModelError, ModelProblem};
+pub use read::{load, parse};
+
 use std::collections::BTreeMap;
+
+use crate::recording::TorqueUnit;
 
 /// The side of the gear on which the torque is taken, MODEL.md's σ.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -50,6 +60,8 @@ pub struct Term {
 pub struct Model {
     /// A name for people.
     pub name: String,
+    /// What torques are counted in. Per ampere, every `_nm` in the names of parameters reads `_a` in the file.
+    pub torque_unit: TorqueUnit,
     /// Section `[gear]`.
     pub gear: GearSection,
     /// Section `[elastic]`; absent for a joint log.
@@ -58,4 +70,15 @@ pub struct Model {
     pub memory: Option<gmhm::Memory>,
     /// The `[[term]]` tables in file order.
     pub terms: Vec<Term>,
+}
+
+impl Model {
+    /// The checked parameters of the gear at the rated deflection A; `None` for a joint log. The file's own A is only a default:
+    /// commands may be told another.
+    ///
+    /// # Errors
+    /// What the core refuses.
+    pub fn params(&self, rated_deflection_rad: f64) -> Option<Result<gmhm::Params, gmhm::ParamError>> {
+        Some(gmhm::Params::new(rated_deflection_rad, self.elastic?, self.memory?))
+    }
 }

@@ -82,11 +82,10 @@ fn find(names: &[String], map: &ColumnMap, quantity: Quantity) -> Result<Option<
         }
     }
     // A current in a strange unit is no matter where a torque was measured.
-    let torque_known = quantity == Quantity::Current
-        && names.iter().any(|n| matches!(parse_name(n), Named::Known(Quantity::Torque, _)))
-        || quantity == Quantity::Current && map.get(Quantity::Torque).is_some();
+    let torque_known = map.get(Quantity::Torque).is_some()
+        || names.iter().any(|n| matches!(parse_name(n), Named::Known(Quantity::Torque, _)));
     match (found, bad) {
-        (None, Some(fault)) if !torque_known => Err(fault),
+        (None, Some(fault)) if !(torque_known && quantity == Quantity::Current) => Err(fault),
         (found, _) => Ok(found),
     }
 }

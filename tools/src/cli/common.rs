@@ -1,0 +1,47 @@
+//! Options that several commands share.
+
+use std::path::Path;
+
+use clap::Args;
+
+use super::failure::Failure;
+use super::progress::Progress;
+use crate::recording::{self, ColumnMap, Mapping, Needs, Recording};
+
+/// How recordings are read.
+#[derive(Debug, Args)]
+pub struct ReadingArgs {
+    /// Columns under other names, scaled or flipped: time_s=t,torque_nm=tau*0.001,deflection_rad=-x
+    ///
+    /// The value is the number of the file, scaled and shifted as written, in the unit that the name on the left ends in. Known names:
+    /// time_s, torque_nm, current_a, deflection_rad, theta_in_rad, theta_out_rad, velocity_out_rad_per_s, temperature_c,
+    /// torque_sim_nm, each in any unit of its kind (_ms, _nmm, _mrad, _deg, _arcmin, ...).
+    #[arg(long, value_name = "NAME=COLUMN,...", value_delimiter = ',', action = clap::ArgAction::Append)]
+    map: Vec<Mapping>,
+
+    /// Rated deflection in rad (else the model's, else the largest seen)
+    #[arg(long, value_name = "RAD", value_parser = positive)]
+    pub rated_deflection: Option<f64>,
+}
+
+impl ReadingArgs {
+    /// The whole of `--map`; two entries for one quantity are wrong usage.
+    pub fn map(&self) -> ColumnMap {
+        ColumnMap::new(self.map.clone()).unwrap_or_else(|e| super::wrong_usage(&format!("--map: {e}")))
+    }
+
+    /// Reads a recording under a progress bar.
+    pub fn read(&self, path: &Path, needs: &Needs, quiet: bool) -> Result<Recording, Failure> {
+        let bytes = path.metadata().map_or(0, |m| m.len());
+        let progress = Progress::new(&format!("Reading {}", path.display()), bytes, quiet);
+        Ok(recording::read(path, &self.map(), needs, &|done| progress.at(done))?)
+    }
+}
+
+/// A finite number greater than zero.
+pub fn positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(number) if number > 0.0 && number.is_finite() => Ok(number),
+        _ => Err("must be a number greater than zero".to_owned()),
+    }
+}

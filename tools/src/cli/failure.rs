@@ -1,0 +1,80 @@
+//! How a failure is told: one message with its place, what is wrong, and the mend.
+
+use std::fmt::Display;
+use std::io::IsTerminal;
+
+use miette::{Diagnostic, GraphicalReportHandler, LabeledSpan, SourceCode};
+
+use crate::model::ModelError;
+use crate::output::OutputError;
+use crate::predict::PredictError;
+use crate::recording::{CopyError, RecordingError};
+
+/// Whatever may end a command.
+#[derive(Debug, thiserror::Error)]
+pub enum Failure {
+    /// A recording was refused.
+    #[error(transparent)]
+    Recording(#[from] RecordingError),
+    /// A model file was refused.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// An output could not be written.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// Rows could not be copied.
+    #[error(transparent)]
+    Copy(#[from] CopyError),
+    /// Nothing could be predicted.
+    #[error(transparent)]
+    Predict(#[from] PredictError),
+    /// The system refused.
+    #[error(transparent)]
+    System(#[from] std::io::Error),
+}
+
+impl Failure {
+    fn mend(&self) -> Option<String> {
+        match self {
+            Failure::Recording(e) | Failure::Copy(CopyError::Recording(e)) => e.mend(),
+            Failure::Model(e) => e.mend(),
+            Failure::Output(e) => e.mend().map(str::to_owned),
+            Failure::Predict(e) => e.mend(),
+            Failure::Copy(_) | Failure::System(_) => None,
+        }
+    }
+
+    /// Tells it on standard error: with the lines of a model file on a terminal, as two plain lines into a pipe or a log.
+    pub fn tell(&self) {
+        if std::io::stderr().is_terminal() {
+            let mut text = String::new();
+            if GraphicalReportHandler::new().render_report(&mut text, self).is_ok() {
+                eprintln!("{text}");
+                return;
+            }
+        }
+        eprintln!("error: {self}");
+        if let Some(mend) = self.mend() {
+            eprintln!("help: {mend}");
+        }
+    }
+}
+
+impl Diagnostic for Failure {
+    fn help<'a>(&'a self) -> Option<Box<dyn Display + 'a>> {
+        Some(Box::new(self.mend()?))
+    }
+
+    fn source_code(&self) -> Option<&dyn SourceCode> {
+        match self {
+            Failure::Model(e) if e.span.is_some() => Some(&e.text),
+            _ => None,
+        }
+    }
+
+    fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
+        let Failure::Model(e) = self else { return None };
+        let label = LabeledSpan::new_with_span(None, e.span.clone()?);
+        Some(Box::new(std::iter::once(label)))
+    }
+}

@@ -1,0 +1,67 @@
+//! `gmhm predict`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::Session;
+use super::common::ReadingArgs;
+use super::failure::Failure;
+use crate::model;
+use crate::output::Outputs;
+use crate::predict::predict;
+use crate::recording::{Needs, TorqueUnit, copy_with_columns};
+
+/// Predict the torque of a recording's motion, row by row
+///
+/// Writes the recording's rows plus torque_model_nm, elastic_nm, hysteresis_nm and a column a term (_a for _nm where the model is per ampere).
+/// The first row is the start: the hysteresis memory is empty there. The recording's own torque is never read.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  gmhm predict gear.toml recording.csv -o predicted.csv")]
+pub struct PredictArgs {
+    /// Model file
+    model: PathBuf,
+    /// Recording
+    recording: PathBuf,
+    /// Where to write the rows
+    #[arg(short, long, value_name = "OUT.csv")]
+    output: PathBuf,
+    #[command(flatten)]
+    reading: ReadingArgs,
+}
+
+impl PredictArgs {
+    pub(super) fn run(&self, session: &Session) -> Result<(), Failure> {
+        Outputs::check(&self.output)?;
+        let model = model::load(&self.model)?;
+        let mut recording = self.reading.read(&self.recording, &Needs::PREDICT, session.quiet)?;
+        let prediction = predict(&model, self.reading.rated_deflection, &mut recording)?;
+        let suffix = match model.torque_unit {
+            TorqueUnit::NewtonMetre => "nm",
+            TorqueUnit::Ampere => "a",
+        };
+        let names = ["torque_model", "elastic", "hysteresis"].map(|name| format!("{name}_{suffix}"));
+        let values = [&prediction.torque, &prediction.elastic, &prediction.hysteresis];
+        let columns: Vec<_> = names.iter().map(String::as_str).zip(values.map(Vec::as_slice)).collect();
+
+        let mut outputs = Outputs::new();
+        outputs.add(&self.output, |out| -> Result<(), Failure> {
+            Ok(copy_with_columns(&self.recording, &self.reading.map(), &Needs::PREDICT, &columns, out)?)
+        })?;
+        outputs.commit()?;
+        if prediction.rows_out_of_range > 0 {
+            session.note(&format!(
+                "{} of {} rows lie outside the rated deflection, where the model is not calibrated",
+                prediction.rows_out_of_range,
+                prediction.torque.len()
+            ));
+        }
+        if prediction.merged_pairs > 0 {
+            session.note(&format!(
+                "{} pairs of turning points were merged: the path has more open loops than are remembered",
+                prediction.merged_pairs
+            ));
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,40 @@
+//! Progress on the terminal for what takes longer than a second.
+
+use std::cell::Cell;
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+/// A bar that shows itself after a second, with the time left; never into a pipe, never with `-q`.
+pub struct Progress {
+    bar: ProgressBar,
+    began: Instant,
+    hidden: Cell<bool>,
+    quiet: bool,
+}
+
+impl Progress {
+    /// A bar for `total` steps of what `doing` says.
+    pub fn new(doing: &str, total: u64, quiet: bool) -> Self {
+        let bar = ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::hidden());
+        let style = ProgressStyle::with_template("{msg} {wide_bar} {percent}% {eta} left");
+        bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+        bar.set_message(doing.to_owned());
+        Progress { bar, began: Instant::now(), hidden: Cell::new(true), quiet }
+    }
+
+    /// So many steps are done.
+    pub fn at(&self, done: u64) {
+        if self.hidden.get() && !self.quiet && self.began.elapsed() > Duration::from_secs(1) {
+            self.hidden.set(false);
+            self.bar.set_draw_target(ProgressDrawTarget::stderr());
+        }
+        self.bar.set_position(done);
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
+}
