@@ -11,7 +11,7 @@ mod physics;
 mod truth;
 
 pub use dice::{Dice, case_seed};
-pub use kinds::{KINDS, OUTSIDE, fits_a_joint};
+pub use kinds::{KINDS, OUTSIDE, coordinates, fits_a_joint};
 pub use noise::{Colour, real_residuals};
 
 use kinds::Hidden;
@@ -344,7 +344,7 @@ fn entry(
         before_nm,
         evidence,
         visible: evidence >= INDISTINGUISHABLE,
-        coordinates: kinds::coordinates(&hidden.kind).iter().map(|c| (*c).to_owned()).collect(),
+        coordinates: coordinates(&hidden.kind).iter().map(|c| (*c).to_owned()).collect(),
         class,
         unexplained: leaves,
         parameters: if hidden.library_shape { kinds::parameters(hidden, scale) } else { Default::default() },
@@ -369,7 +369,7 @@ fn nature_entry(experiment: &Experiment, noise: &Noise) -> Option<HiddenEffect> 
         before_nm: size_nm,
         evidence: torque.len() as f64 * (size_nm / noise.rms_nm).powi(2),
         visible: true,
-        coordinates: kinds::coordinates("nonlocal_memory").iter().map(|c| (*c).to_owned()).collect(),
+        coordinates: coordinates("nonlocal_memory").iter().map(|c| (*c).to_owned()).collect(),
         class: vec!["nonlocal_memory".to_owned()],
         unexplained: Default::default(),
         parameters: Default::default(),

@@ -1,0 +1,93 @@
+//! Which cases make up a proof.
+
+use super::generator::{CaseSpec, Colour, Dice, KINDS, NatureKind, OUTSIDE, case_seed, fits_a_joint};
+
+/// Blocks of the proof, in the order of the table.
+pub const BLOCKS: [&str; 8] =
+    ["null", "single 0.15", "single 0.05", "pair", "open world", "maxwell slip", "left out", "real noise"];
+
+/// One round of thirty cases, as indices into [`BLOCKS`]: ten nulls, and every block early, so that a short run reads like a long one.
+const ROUND: [usize; 30] = [0, 1, 2, 3, 0, 4, 1, 0, 2, 6, 0, 1, 2, 3, 0, 5, 4, 0, 1, 2, 0, 7, 0, 6, 1, 0, 3, 2, 4, 0];
+
+/// The cases of a proof with their numbers. Case `n` is the same whatever the length of the run. Cases that need real noise
+/// are left out where `real` is empty.
+pub fn suite(seed: u64, cases: usize, real: &[Vec<f64>]) -> Vec<(usize, CaseSpec)> {
+    (0..cases).filter_map(|index| Some((index, spec(seed, index, real)?))).collect()
+}
+
+fn spec(seed: u64, index: usize, real: &[Vec<f64>]) -> Option<CaseSpec> {
+    let block = ROUND[index % ROUND.len()];
+    let per_round = ROUND.iter().filter(|b| **b == block).count();
+    let before = ROUND[..index % ROUND.len()].iter().filter(|b| **b == block).count();
+    let count = index / ROUND.len() * per_round + before;
+    let mut dice = Dice::new(case_seed(seed, index as u64)).stream(50);
+    // Steps coprime to the number of kinds: every kind comes in turn.
+    let kind = KINDS[(count * 5 + seed as usize % KINDS.len()) % KINDS.len()];
+    let joint = |dice: &mut Dice, kind: &str| fits_a_joint(kind) && dice.chance(0.35);
+    let mut spec = CaseSpec {
+        block: BLOCKS[block].to_owned(),
+        nature: NatureKind::Gmhm,
+        effects: Vec::new(),
+        colour: Colour::Any,
+        removed: Vec::new(),
+        real: None,
+    };
+    let mut hide = |kind: &str, size_nm: f64| spec.effects.push((kind.to_owned(), size_nm));
+    match BLOCKS[block] {
+        "null" => {
+            spec.colour = Colour::Coloured;
+            if dice.chance(0.2) {
+                spec.nature = NatureKind::Joint;
+            }
+        }
+        "pair" => {
+            hide(kind, 0.15);
+            let others: Vec<&str> = KINDS.into_iter().filter(|k| *k != kind).collect();
+            hide(dice.pick(&others), 0.15);
+        }
+        "open world" => {
+            let kind = OUTSIDE[count % OUTSIDE.len()];
+            hide(kind, 0.15);
+            if joint(&mut dice, kind) {
+                spec.nature = NatureKind::Joint;
+            }
+        }
+        "maxwell slip" => {
+            hide(kind, 0.15);
+            spec.nature = NatureKind::Maxwell;
+        }
+        "left out" => {
+            hide(kind, 0.15);
+            spec.removed = vec![kind.to_owned()];
+        }
+        "real noise" => {
+            hide(kind, 0.15);
+            spec.real = Some(real.get(count % real.len().max(1))?.clone());
+        }
+        name => {
+            hide(kind, if name == "single 0.15" { 0.15 } else { 0.05 });
+            if joint(&mut dice, kind) {
+                spec.nature = NatureKind::Joint;
+            }
+        }
+    }
+    Some(spec)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_full_run_has_500_coloured_nulls_and_every_kind() {
+        let specs = suite(1, super::super::FULL_CASES, &[vec![0.0]]);
+        let nulls: Vec<_> = specs.iter().filter(|(_, s)| s.effects.is_empty()).collect();
+        assert!(nulls.len() >= 500 && nulls.iter().all(|(_, s)| s.colour == Colour::Coloured));
+        for block in ["single 0.15", "single 0.05", "left out"] {
+            for kind in KINDS {
+                assert!(specs.iter().any(|(_, s)| s.block == block && s.effects[0].0 == kind), "{kind} in {block}");
+            }
+        }
+        assert_eq!(suite(1, 60, &[]).len(), 58);
+    }
+}

@@ -1,0 +1,228 @@
+//! The score of one case: the diagnosis against the opened key.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use super::generator::{Case, Unseen, deviation};
+use super::key::{HiddenEffect, Key, Role};
+use crate::diagnosis::{Diagnosis, Effect, ParameterValue, UNKNOWN};
+use crate::recording::Recording;
+
+/// How a detector did on one case.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct CaseScore {
+    /// Number of the case.
+    pub index: usize,
+    /// SHA-256 of its key.
+    pub key_sha256: String,
+    /// Its block.
+    pub block: String,
+    /// Kinds hidden that anybody could see.
+    pub hidden: Vec<String>,
+    /// Kinds hidden that nobody could see in this noise.
+    pub invisible: Vec<String>,
+    /// Are those kinds in the detector's library?
+    pub listed: bool,
+    /// Names given.
+    pub named: Vec<String>,
+    /// The detector saw a mismatch.
+    pub mismatch: bool,
+    /// It saw one where there is none.
+    pub false_alarm: bool,
+    /// The names given are those hidden, no more and no fewer.
+    pub exact: bool,
+    /// Visible hidden effects whose kind is in the class of an effect found.
+    pub class_hits: usize,
+    /// For each of them: kinds in that class, and in the theoretical one.
+    pub class_sizes: Vec<[usize; 2]>,
+    /// Names given that stand for nothing hidden.
+    pub wrong_names: Vec<String>,
+    /// Visible hidden effects whose coordinate is among the first places told.
+    pub location_hits: usize,
+    /// Parameters compared, of effects named exactly.
+    pub parameters: Vec<ParameterScore>,
+    /// Error on unseen recordings without noise, a constant apart, rms, N·m.
+    pub unseen_error_nm: Option<f64>,
+    /// What the base model, refitted, leaves there, N·m.
+    pub base_leaves_nm: f64,
+    /// Time that the detector took, s.
+    pub seconds: f64,
+    /// Why the detector or its prediction refused.
+    pub failed: Option<String>,
+}
+
+/// One parameter beside its true value.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ParameterScore {
+    /// `kind.key`, with the order where there are several.
+    pub name: String,
+    /// True value.
+    pub truth: f64,
+    /// Estimate.
+    pub value: f64,
+    /// Its standard deviation.
+    pub sd: f64,
+}
+
+impl ParameterScore {
+    /// Does the interval of two standard deviations hold the truth?
+    pub fn covered(&self) -> bool {
+        (self.value - self.truth).abs() <= 2.0 * self.sd
+    }
+
+    /// Half width of that interval as a share of the true value.
+    pub fn relative_width(&self) -> f64 {
+        2.0 * self.sd / self.truth.abs().max(f64::MIN_POSITIVE)
+    }
+}
+
+impl CaseScore {
+    /// Judges names, places and parameters.
+    pub fn judge(&mut self, key: &Key, diagnosis: &Diagnosis) {
+        self.set_key(key);
+        self.mismatch = diagnosis.mismatch;
+        // A gear that is by nature not the base model's does differ from it.
+        self.false_alarm = diagnosis.mismatch && key.effects.is_empty();
+        self.named = diagnosis.effects.iter().map(|e| e.name.clone()).collect();
+        let pairs = assign(key, &diagnosis.effects);
+        for (hidden, found) in &pairs {
+            if hidden.role == Role::Hidden && hidden.visible {
+                self.class_hits += 1;
+                // Repeats in a class, or kinds that were taken out of the library, do not make it larger.
+                let kinds: std::collections::BTreeSet<&str> = found.class().collect();
+                self.class_sizes.push([kinds.len(), hidden.class.len().max(1)]);
+            }
+            if hidden.role == Role::Hidden && found.name == hidden.kind {
+                self.parameters.extend(parameters(hidden, found));
+            }
+        }
+        self.wrong_names = diagnosis
+            .effects
+            .iter()
+            .filter(|e| !pairs.iter().any(|(_, found)| std::ptr::eq(*found, *e)) && !excused(key, e))
+            .map(|e| e.name.clone())
+            .collect();
+        let mut visible: Vec<&str> = key.hidden().filter(|e| e.visible).map(|e| e.kind.as_str()).collect();
+        let mut names: Vec<&str> = self
+            .named
+            .iter()
+            .map(String::as_str)
+            .filter(|n| visible.contains(n) || !key.effects.iter().any(|e| e.kind == *n))
+            .collect();
+        visible.sort_unstable();
+        names.sort_unstable();
+        self.exact = self.listed && visible == names;
+        self.location_hits = key.hidden().filter(|e| e.visible && located(key, e, diagnosis)).count();
+    }
+
+    /// A case in which the detector refused: nothing found.
+    pub fn judge_failure(&mut self, key: &Key, why: String) {
+        self.set_key(key);
+        self.failed = Some(why);
+    }
+
+    fn set_key(&mut self, key: &Key) {
+        self.block = key.block.clone();
+        let kinds = |visible: bool| key.hidden().filter(|e| e.visible == visible).map(|e| e.kind.clone()).collect();
+        (self.hidden, self.invisible) = (kinds(true), kinds(false));
+        self.listed = key.hidden().all(|e| e.listed);
+    }
+
+    /// Judges the prediction of the recordings that nobody saw, against the torque without noise.
+    pub fn judge_prediction(&mut self, case: &Case, predict: &dyn Fn(&Recording) -> Result<Vec<f64>, String>) {
+        let rms = |x: &dyn Fn(&Unseen) -> Result<f64, String>| -> Result<f64, String> {
+            let squares: Result<Vec<f64>, String> = case.unseen.iter().map(|u| x(u).map(|x| x * x)).collect();
+            squares.map(|s| (s.iter().sum::<f64>() / s.len() as f64).sqrt())
+        };
+        self.base_leaves_nm = rms(&|u| Ok(u.base_leaves_nm)).unwrap_or(0.0);
+        let error = rms(&|unseen| {
+            let predicted = predict(&unseen.recording)?;
+            if predicted.len() != unseen.torque_nm.len() || predicted.iter().any(|x| !x.is_finite()) {
+                return Err("the prediction has other rows than the recording, or is not finite".to_owned());
+            }
+            Ok(deviation(&unseen.torque_nm.iter().zip(&predicted).map(|(t, p)| t - p).collect::<Vec<f64>>()))
+        });
+        match error {
+            Ok(error) => self.unseen_error_nm = Some(error),
+            Err(why) => self.failed = Some(why),
+        }
+    }
+
+    /// Share of the effect's power on unseen recordings that the extended model explains; may be negative. Nothing for nulls.
+    pub fn explained(&self) -> Option<f64> {
+        if self.hidden.is_empty() || self.base_leaves_nm <= 0.0 {
+            return None;
+        }
+        Some(self.unseen_error_nm.map_or(0.0, |e| 1.0 - (e / self.base_leaves_nm).powi(2)))
+    }
+}
+
+/// Which effect found stands for which hidden one, each used once: same name first, then the class.
+fn assign<'a>(key: &'a Key, found: &'a [Effect]) -> Vec<(&'a HiddenEffect, &'a Effect)> {
+    let mut pairs: Vec<(&HiddenEffect, &Effect)> = Vec::new();
+    for by_name in [true, false] {
+        for hidden in &key.effects {
+            if pairs.iter().any(|(h, _)| std::ptr::eq(*h, hidden)) {
+                continue;
+            }
+            let free = found.iter().find(|e| {
+                let fits = if by_name { e.name == hidden.kind } else { e.class().any(|k| k == hidden.kind) };
+                fits && !pairs.iter().any(|(_, used)| std::ptr::eq(*used, *e))
+            });
+            pairs.extend(free.map(|e| (hidden, e)));
+        }
+    }
+    pairs
+}
+
+/// `unknown` is no wrong name; nor, where the true kind is in no list, one that explains the recording equally well.
+fn excused(key: &Key, effect: &Effect) -> bool {
+    effect.name == UNKNOWN && !key.effects.is_empty()
+        || key.hidden().any(|hidden| !hidden.listed && hidden.class.contains(&effect.name))
+}
+
+/// Is a coordinate of `hidden`, or of a kind that nobody could tell from it, among the first places, two for each effect?
+fn located(key: &Key, hidden: &HiddenEffect, diagnosis: &Diagnosis) -> bool {
+    let twins = hidden.class.iter().flat_map(|k| super::generator::coordinates(k).iter().copied());
+    let accepted: Vec<&str> = hidden.coordinates.iter().map(String::as_str).chain(twins).collect();
+    diagnosis.places.iter().take(2 * key.effects.len()).any(|p| accepted.contains(&p.coordinate.as_str()))
+}
+
+fn parameters(hidden: &HiddenEffect, found: &Effect) -> Vec<ParameterScore> {
+    let orders = |keys: &dyn Fn(&str) -> Option<ParameterValue>| -> Vec<f64> {
+        keys("orders").map_or(vec![0.0], |v| v.numbers().to_vec())
+    };
+    let value = |name: &str| found.parameters.get(name).map(|p| p.value.clone());
+    let (true_orders, found_orders) = (orders(&|k| hidden.parameters.get(k).cloned()), orders(&value));
+    let mut scores = Vec::new();
+    for (name, truth) in hidden.parameters.iter().filter(|(k, _)| *k != "orders") {
+        let Some(estimate) = found.parameters.get(name) else { continue };
+        let Some(sd) = &estimate.sd else { continue };
+        for (i, order) in true_orders.iter().enumerate() {
+            let Some(k) = found_orders.iter().position(|o| (o - order).abs() < 0.05) else { continue };
+            if let (Some(&truth), Some(&value), Some(&sd)) =
+                (truth.numbers().get(i), estimate.value.numbers().get(k), sd.numbers().get(k))
+            {
+                let suffix = if true_orders.len() > 1 { format!(" order {order}") } else { String::new() };
+                scores.push(ParameterScore { name: format!("{}.{name}{suffix}", hidden.kind), truth, value, sd });
+            }
+        }
+    }
+    scores
+}
+
+/// How often each name was given for each kind hidden alone; `""` stands for nothing found.
+pub fn confusion(scores: &[CaseScore]) -> BTreeMap<String, BTreeMap<String, usize>> {
+    let mut table: BTreeMap<String, BTreeMap<String, usize>> = BTreeMap::new();
+    for score in scores.iter().filter(|s| s.hidden.len() + s.invisible.len() == 1 && !s.hidden.is_empty()) {
+        let row = table.entry(score.hidden[0].clone()).or_default();
+        if score.named.is_empty() {
+            *row.entry(String::new()).or_default() += 1;
+        }
+        for name in &score.named {
+            *row.entry(name.clone()).or_default() += 1;
+        }
+    }
+    table
+}

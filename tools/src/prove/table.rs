@@ -1,0 +1,313 @@
+//! The table of a proof: counts and Wilson intervals, block by block, and the aims beside what was measured.
+
+use std::collections::BTreeMap;
+use std::fmt::{self, Display, Formatter};
+
+use serde::{Deserialize, Serialize};
+
+use super::mix::BLOCKS;
+use super::score::{CaseScore, confusion};
+
+/// A share with its 95 % Wilson interval.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Rate {
+    /// How many of them.
+    pub hits: usize,
+    /// Of how many.
+    pub of: usize,
+    /// Lower end of the interval.
+    pub low: f64,
+    /// Upper end.
+    pub high: f64,
+}
+
+impl Rate {
+    /// `hits` of `of`; 0 to 1 where there are none.
+    pub fn new(hits: usize, of: usize) -> Self {
+        if of == 0 {
+            return Self { hits, of, low: 0.0, high: 1.0 };
+        }
+        let (n, z) = (of as f64, 1.959_963_984_540_054_f64);
+        let p = hits as f64 / n;
+        let middle = (p + z * z / (2.0 * n)) / (1.0 + z * z / n);
+        let half = z / (1.0 + z * z / n) * (p * (1.0 - p) / n + z * z / (4.0 * n * n)).sqrt();
+        Self { hits, of, low: (middle - half).max(0.0), high: (middle + half).min(1.0) }
+    }
+
+    /// The share itself; NaN of none.
+    pub fn share(&self) -> f64 {
+        self.hits as f64 / self.of as f64
+    }
+}
+
+impl Display for Rate {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        if self.of == 0 {
+            return f.pad("-");
+        }
+        let text = format!("{:.3} [{:.3} {:.3}] {}/{}", self.share(), self.low, self.high, self.hits, self.of);
+        f.pad(&text)
+    }
+}
+
+/// One block of the table.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct BlockRow {
+    /// The block.
+    pub block: String,
+    /// Its cases.
+    pub cases: usize,
+    /// Cases without anything hidden in which a mismatch was seen.
+    pub false_alarms: Rate,
+    /// Cases with something visible in which a mismatch was seen.
+    pub found: Rate,
+    /// Cases named exactly.
+    pub exact: Rate,
+    /// Visible effects of the library whose kind is in a class found.
+    pub class_hits: Rate,
+    /// Kinds in those classes over kinds in the theoretical ones.
+    pub class_size_ratio: Option<f64>,
+    /// Names that stand for nothing hidden.
+    pub wrong_names: usize,
+    /// Cases with such a name.
+    pub misnamed: Rate,
+    /// Visible effects located.
+    pub located: Rate,
+    /// 2·hits/(2·hits + wrong names + misses) over effects of the library.
+    pub f1: Option<f64>,
+    /// Share of the effects' power on unseen recordings explained, all cases pooled.
+    pub explained: Option<f64>,
+    /// Its median over cases.
+    pub explained_median: Option<f64>,
+    /// Cases that explain 90 % or more.
+    pub explained_well: Rate,
+    /// Error on unseen recordings, median, N·m.
+    pub unseen_error_nm: Option<f64>,
+    /// Parameters within two standard deviations.
+    pub coverage: Rate,
+    /// Half width of that interval over the true value, median.
+    pub interval_width: Option<f64>,
+    /// Effects that nobody could see: counted nowhere else.
+    pub invisible: usize,
+    /// Cases in which the detector or its prediction refused.
+    pub failed: usize,
+    /// Time of the detector, median, s.
+    pub seconds: Option<f64>,
+}
+
+impl BlockRow {
+    /// Sums up `scores` under a name.
+    pub fn new<'a>(block: &str, scores: impl Iterator<Item = &'a CaseScore>) -> Self {
+        let scores: Vec<&CaseScore> = scores.collect();
+        let count = |test: &dyn Fn(&CaseScore) -> bool| scores.iter().filter(|s| test(s)).count();
+        let sum = |value: &dyn Fn(&CaseScore) -> usize| scores.iter().map(|s| value(s)).sum::<usize>();
+        let seen = count(&|s| !s.hidden.is_empty());
+        let null = |s: &CaseScore| s.hidden.is_empty() && s.invisible.is_empty();
+        let named = |s: &CaseScore| s.listed && !s.hidden.is_empty();
+        let effects = sum(&|s| if named(s) { s.hidden.len() } else { 0 });
+        let hits = sum(&|s| if named(s) { s.class_hits } else { 0 });
+        let wrong = sum(&|s| s.wrong_names.len());
+        let sizes = |k: usize| sum(&|s| if named(s) { s.class_sizes.iter().map(|c| c[k]).sum() } else { 0 });
+        let explained: Vec<f64> = scores.iter().filter_map(|s| s.explained()).collect();
+        let power = |value: &dyn Fn(&CaseScore) -> f64| -> f64 {
+            scores.iter().filter(|s| s.explained().is_some()).map(|s| value(s).powi(2)).sum()
+        };
+        let parameters: Vec<_> = scores.iter().flat_map(|s| &s.parameters).collect();
+        Self {
+            block: block.to_owned(),
+            cases: scores.len(),
+            false_alarms: Rate::new(count(&|s| s.false_alarm), count(&null)),
+            found: Rate::new(count(&|s| !s.hidden.is_empty() && s.mismatch), seen),
+            exact: Rate::new(count(&|s| named(s) && s.exact), count(&named)),
+            class_hits: Rate::new(hits, effects),
+            class_size_ratio: (sizes(1) > 0).then(|| sizes(0) as f64 / sizes(1) as f64),
+            wrong_names: wrong,
+            misnamed: Rate::new(count(&|s| !s.wrong_names.is_empty()), scores.len()),
+            located: Rate::new(sum(&|s| s.location_hits), sum(&|s| s.hidden.len())),
+            f1: (effects > 0).then(|| 2.0 * hits as f64 / (hits + wrong + effects) as f64),
+            explained: (!explained.is_empty()).then(|| {
+                1.0 - power(&|s| s.unseen_error_nm.unwrap_or(s.base_leaves_nm)) / power(&|s| s.base_leaves_nm)
+            }),
+            explained_well: Rate::new(explained.iter().filter(|x| **x >= 0.9).count(), explained.len()),
+            explained_median: median(explained),
+            unseen_error_nm: median(scores.iter().filter_map(|s| s.unseen_error_nm).collect()),
+            coverage: Rate::new(parameters.iter().filter(|p| p.covered()).count(), parameters.len()),
+            interval_width: median(parameters.iter().map(|p| p.relative_width()).collect()),
+            invisible: sum(&|s| s.invisible.len()),
+            failed: count(&|s| s.failed.is_some()),
+            seconds: median(scores.iter().map(|s| s.seconds).collect()),
+        }
+    }
+}
+
+/// One aim beside what was measured.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Aim {
+    /// What is aimed at, such as `false alarms <= 0.02`.
+    pub aim: String,
+    /// What was measured; nothing where no case speaks of it.
+    pub measured: Option<f64>,
+    /// Met or not.
+    pub met: Option<bool>,
+}
+
+/// The whole proof.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ProveReport {
+    /// The seed that repeats it.
+    pub seed: u64,
+    /// What was left out, and why.
+    pub notes: Vec<String>,
+    /// The table.
+    pub blocks: Vec<BlockRow>,
+    /// The aims.
+    pub aims: Vec<Aim>,
+    /// Names given for each kind hidden alone, by kind; `""` stands for nothing found.
+    pub confusion: BTreeMap<String, BTreeMap<String, usize>>,
+    /// Every case.
+    pub cases: Vec<CaseScore>,
+}
+
+impl ProveReport {
+    /// Sums up `scores`.
+    pub fn new(seed: u64, without_real: bool, scores: Vec<CaseScore>) -> Self {
+        let mut notes = Vec::new();
+        if without_real {
+            notes.push("no real recordings at hand: the block \"real noise\" was not run".to_owned());
+        }
+        let blocks: Vec<BlockRow> = BLOCKS
+            .iter()
+            .map(|block| BlockRow::new(block, scores.iter().filter(|s| s.block == *block)))
+            .filter(|row| row.cases > 0)
+            .collect();
+        let all = BlockRow::new("all", scores.iter());
+        let aims = aims(&blocks, &all);
+        let blocks = blocks.into_iter().chain([all]).collect();
+        Self { seed, notes, blocks, aims, confusion: confusion(&scores), cases: scores }
+    }
+
+    /// The report as JSON.
+    ///
+    /// # Errors
+    /// None that this data can cause.
+    pub fn to_json(&self) -> serde_json::Result<String> {
+        serde_json::to_string_pretty(self)
+    }
+}
+
+fn aims(blocks: &[BlockRow], all: &BlockRow) -> Vec<Aim> {
+    let row = |name: &str| blocks.iter().find(|b| b.block == name);
+    let share = |rate: Rate| (rate.of > 0).then(|| rate.share());
+    let per_case = |b: &BlockRow| b.wrong_names as f64 / b.cases as f64;
+    let least = |aim: &str, measured: Option<f64>, bound: f64| Aim {
+        aim: format!("{aim} >= {bound}"),
+        measured,
+        met: measured.map(|m| m >= bound),
+    };
+    let most = |aim: &str, measured: Option<f64>, bound: f64| Aim {
+        aim: format!("{aim} <= {bound}"),
+        measured,
+        met: measured.map(|m| m <= bound),
+    };
+    let (loud, faint, pair, open) = (row("single 0.15"), row("single 0.05"), row("pair"), row("open world"));
+    let left_out = row("left out");
+    let coverage = share(all.coverage);
+    vec![
+        most("false alarms on coloured nulls", row("null").and_then(|b| share(b.false_alarms)), 0.02),
+        least("class hits at 0.15 N·m", loud.and_then(|b| share(b.class_hits)), 0.97),
+        most("class size over theory at 0.15 N·m", loud.and_then(|b| b.class_size_ratio), 1.2),
+        least("class hits at 0.05 N·m", faint.and_then(|b| share(b.class_hits)), 0.95),
+        most("wrong names a case at 0.15 N·m", loud.map(per_case), 0.1),
+        most("wrong names a case at 0.05 N·m", faint.map(per_case), 0.1),
+        least("F1 of two effects at once", pair.and_then(|b| b.f1), 0.9),
+        most("misnamed in the open world", open.and_then(|b| share(b.misnamed)), 0.1),
+        least("found in the open world", open.and_then(|b| share(b.found)), 0.9),
+        most("misnamed with the kind left out", left_out.and_then(|b| share(b.misnamed)), 0.1),
+        least("power explained on unseen recordings at 0.15 N·m", loud.and_then(|b| b.explained_median), 0.9),
+        Aim {
+            aim: "2-deviation intervals cover 0.93 to 0.98".to_owned(),
+            measured: coverage,
+            met: coverage.map(|c| (0.93..=0.98).contains(&c)),
+        },
+    ]
+}
+
+fn median(mut x: Vec<f64>) -> Option<f64> {
+    x.sort_by(f64::total_cmp);
+    match x.len() {
+        0 => None,
+        n => Some(0.5 * (x[(n - 1) / 2] + x[n / 2])),
+    }
+}
+
+impl Display for ProveReport {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let number = |x: Option<f64>| x.map_or("-".to_owned(), |x| format!("{x:.3}"));
+        writeln!(
+            f,
+            "concealed-physics proof, seed {}: {} cases (synthetic unless named real)",
+            self.seed,
+            self.cases.len()
+        )?;
+        writeln!(
+            f,
+            "shares with 95 % Wilson intervals; effects that nobody could see in their noise are counted apart\n"
+        )?;
+        for b in &self.blocks {
+            writeln!(f, "{} ({} cases, {} s each)", b.block, b.cases, number(b.seconds))?;
+            let wrong = format!("{} ({:.3} a case)", b.wrong_names, b.wrong_names as f64 / b.cases as f64);
+            let lines = [
+                ("false alarms", b.false_alarms.to_string()),
+                ("mismatch seen", b.found.to_string()),
+                ("named exactly", b.exact.to_string()),
+                ("class hits", b.class_hits.to_string()),
+                ("class size over theory", number(b.class_size_ratio)),
+                ("wrong names", wrong),
+                ("cases misnamed", b.misnamed.to_string()),
+                ("located", b.located.to_string()),
+                ("F1", number(b.f1)),
+                ("power explained, pooled", number(b.explained)),
+                ("power explained, median", number(b.explained_median)),
+                ("explained 0.9 or more", b.explained_well.to_string()),
+                ("error on unseen, N·m", b.unseen_error_nm.map_or("-".to_owned(), |x| format!("{x:.4}"))),
+                ("intervals that cover", b.coverage.to_string()),
+                ("interval half width", number(b.interval_width)),
+                ("invisible to anybody", b.invisible.to_string()),
+                ("refused", b.failed.to_string()),
+            ];
+            for (name, value) in lines.iter().filter(|(_, v)| v != "-" && v != "0") {
+                writeln!(f, "    {name:26}{value}")?;
+            }
+        }
+        writeln!(f, "\nhidden alone, and the names given ({} kinds)", self.confusion.len())?;
+        for (kind, names) in &self.confusion {
+            let mut names: Vec<_> = names.iter().collect();
+            names.sort_by_key(|(name, count)| (std::cmp::Reverse(**count), *name));
+            let listed: Vec<String> = names
+                .iter()
+                .map(|(name, count)| format!("{} {count}", if name.is_empty() { "nothing" } else { name }))
+                .collect();
+            writeln!(f, "    {kind:30}{}", listed.join(", "))?;
+        }
+        writeln!(f, "\naims")?;
+        for aim in &self.aims {
+            let verdict = aim.met.map_or("no case", |m| if m { "met" } else { "NOT met" });
+            writeln!(f, "    {:55}{:>8}  {verdict}", aim.aim, number(aim.measured))?;
+        }
+        self.notes.iter().try_for_each(|note| writeln!(f, "note: {note}"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn wilson_intervals_are_those_of_the_book() {
+        // Newcombe 1998, table I: 81 of 263 and 0 of 20.
+        let rate = Rate::new(81, 263);
+        assert!((rate.low - 0.2553).abs() < 1e-4 && (rate.high - 0.3662).abs() < 1e-4, "{rate}");
+        let rate = Rate::new(0, 20);
+        assert!(rate.low == 0.0 && (rate.high - 0.1611).abs() < 1e-4, "{rate}");
+    }
+}
