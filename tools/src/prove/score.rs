@@ -158,22 +158,21 @@ impl CaseScore {
     }
 }
 
-/// Which effect found stands for which hidden one, each used once: same name first, then the class.
+/// Which effect found stands for which hidden one, each used once: as many hits as possible, then as many names.
 fn assign<'a>(key: &'a Key, found: &'a [Effect]) -> Vec<(&'a HiddenEffect, &'a Effect)> {
-    let mut pairs: Vec<(&HiddenEffect, &Effect)> = Vec::new();
-    for by_name in [true, false] {
-        for hidden in &key.effects {
-            if pairs.iter().any(|(h, _)| std::ptr::eq(*h, hidden)) {
-                continue;
-            }
-            let free = found.iter().find(|e| {
-                let fits = if by_name { e.name == hidden.kind } else { e.class().any(|k| k == hidden.kind) };
-                fits && !pairs.iter().any(|(_, used)| std::ptr::eq(*used, *e))
-            });
-            pairs.extend(free.map(|e| (hidden, e)));
+    fn best<'a>(hidden: &'a [HiddenEffect], free: &[&'a Effect]) -> Vec<(&'a HiddenEffect, &'a Effect)> {
+        let Some((first, rest)) = hidden.split_first() else { return Vec::new() };
+        let mut choices = vec![best(rest, free)];
+        for (i, effect) in free.iter().enumerate().filter(|(_, e)| e.class().any(|k| k == first.kind)) {
+            let others = [&free[..i], &free[i + 1..]].concat();
+            choices.push([vec![(first, *effect)], best(rest, &others)].concat());
         }
+        let worth = |pairs: &Vec<(&HiddenEffect, &Effect)>| {
+            (pairs.len(), pairs.iter().filter(|(h, e)| h.kind == e.name).count())
+        };
+        choices.into_iter().rev().max_by_key(worth).unwrap_or_default()
     }
-    pairs
+    best(&key.effects, &found.iter().collect::<Vec<_>>())
 }
 
 /// `unknown` is no wrong name; nor, where the true kind is in no list, one that explains the recording equally well.
