@@ -1,0 +1,282 @@
+//! What the noise of a recording is: coloured, with outliers, quantised.
+//!
+//! The residual is taken for an autoregressive process, r_t = Σ φ_i r_{t−i} + ε_t, its reflection coefficients by Burg's method (stable by
+//! construction), its order by twice the penalty of the Bayesian information criterion, so that white noise is left alone. Filtering
+//! recording and columns by 1 − Σ φ_i L^i makes least squares efficient and its covariance honest (Prais and Winsten; Box and Jenkins,
+//! *Time Series Analysis*, chapter 7). The first rows of a run use the predictors of lower order from the Levinson recursion, which is the exact
+//! likelihood. Outliers are isolated rows that Hampel's identifier finds in the residual (Hampel 1974; Pearson 2002); they do not count.
+
+use super::columns::Mark;
+
+/// An autoregressive noise model of one recording.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Noise {
+    /// φ_1 … φ_p; empty for white noise.
+    pub coefficients: Vec<f64>,
+    /// Standard deviation of ε, N·m.
+    pub innovation_sd: f64,
+    /// Root mean square of the residual, N·m.
+    pub rms: f64,
+    /// Rows left out as outliers.
+    pub outliers: usize,
+    /// Step of the torque column where it is quantised, N·m.
+    pub torque_step_nm: Option<f64>,
+    /// Step of the deflection column where it is quantised, rad.
+    pub deflection_step_rad: Option<f64>,
+    /// Predictors of orders 0 … p−1 with the factor that brings their error to the sd of ε.
+    #[serde(skip)]
+    pub(super) starts: Vec<(Vec<f64>, f64)>,
+    /// What the filtered rows are multiplied by: recordings with more noise count less.
+    #[serde(skip)]
+    pub(super) weight: f64,
+}
+
+impl Noise {
+    /// White noise of unit weight.
+    pub fn white() -> Self {
+        Self {
+            coefficients: Vec::new(),
+            innovation_sd: 0.0,
+            rms: 0.0,
+            outliers: 0,
+            torque_step_nm: None,
+            deflection_step_rad: None,
+            starts: Vec::new(),
+            weight: 1.0,
+        }
+    }
+
+    /// p.
+    pub fn order(&self) -> usize {
+        self.coefficients.len()
+    }
+
+    /// The noise model of a residual. `used_columns` is what the fit took from it in degrees of freedom.
+    pub fn of_residual(residual: &[f64], marks: &[Mark], used_columns: usize) -> Self {
+        let clean = bridge_outliers(residual, marks);
+        let runs = runs(marks);
+        let counted: Vec<f64> = runs.iter().flat_map(|r| &clean[r.clone()]).copied().collect();
+        let count = counted.len().max(1) as f64;
+        let variance = counted.iter().map(|r| r * r).sum::<f64>() / count;
+        let mut noise = Self { rms: variance.sqrt(), innovation_sd: variance.sqrt(), ..Self::white() };
+        let highest = (counted.len() / 12).saturating_sub(used_columns / 2).min(HIGHEST_ORDER);
+        if variance > 0.0 && highest > 0 {
+            noise.choose_order(&clean, &runs, variance, highest);
+        }
+        let freedom = (count / (count - used_columns as f64).max(1.0)).sqrt();
+        noise.innovation_sd *= freedom;
+        noise.rms *= freedom;
+        noise
+    }
+
+    fn choose_order(&mut self, residual: &[f64], runs: &[std::ops::Range<usize>], variance: f64, highest: usize) {
+        let steps = burg(residual, runs, variance, highest);
+        let count: usize = runs.iter().map(ExactSizeIterator::len).sum();
+        let penalty = 2.0 * (count as f64).ln();
+        let score = |order: usize| {
+            let variance = if order == 0 { variance } else { steps[order - 1].1 };
+            count as f64 * variance.ln() + penalty * order as f64
+        };
+        let order = (0..=steps.len()).min_by(|&a, &b| score(a).total_cmp(&score(b))).unwrap_or(0);
+        if order == 0 {
+            return;
+        }
+        let (coefficients, innovation) = steps[order - 1].clone();
+        let before = |m: usize| if m == 0 { (Vec::new(), variance) } else { steps[m - 1].clone() };
+        self.starts = (0..order)
+            .map(|m| {
+                let (predictor, error) = before(m);
+                (predictor, (innovation / error).sqrt())
+            })
+            .collect();
+        self.innovation_sd = innovation.sqrt();
+        self.coefficients = coefficients;
+    }
+}
+
+const HIGHEST_ORDER: usize = 20;
+
+/// Contiguous ranges of counted rows (outliers inside are bridged).
+fn runs(marks: &[Mark]) -> Vec<std::ops::Range<usize>> {
+    let mut runs = Vec::new();
+    let mut start = None;
+    for (row, mark) in marks.iter().enumerate() {
+        match (mark, start) {
+            (Mark::Skipped, Some(first)) => {
+                runs.push(first..row);
+                start = None;
+            }
+            (Mark::Skipped, None) => {}
+            (Mark::First, Some(first)) => {
+                runs.push(first..row);
+                start = Some(row);
+            }
+            (_, None) => start = Some(row),
+            (_, Some(_)) => {}
+        }
+    }
+    runs.extend(start.map(|first| first..marks.len()));
+    runs
+}
+
+/// The residual with each outlier replaced by the mean of its good neighbours.
+fn bridge_outliers(residual: &[f64], marks: &[Mark]) -> Vec<f64> {
+    let mut bridged = residual.to_vec();
+    let mut last_good = None;
+    for row in 0..bridged.len() {
+        if marks[row] != Mark::Outlier {
+            last_good = Some(row);
+            continue;
+        }
+        let next = (row + 1..marks.len().min(row + 8)).find(|&r| marks[r] != Mark::Outlier).map(|r| residual[r]);
+        let before = last_good.map(|r: usize| residual[r]);
+        bridged[row] = match (before, next) {
+            (Some(a), Some(b)) => 0.5 * (a + b),
+            (Some(a), None) | (None, Some(a)) => a,
+            (None, None) => 0.0,
+        };
+    }
+    bridged
+}
+
+/// Predictor and error variance of the orders 1 … highest, by Burg's recursion over several runs.
+fn burg(residual: &[f64], runs: &[std::ops::Range<usize>], variance: f64, highest: usize) -> Vec<(Vec<f64>, f64)> {
+    let mut forward: Vec<Vec<f64>> = runs.iter().map(|r| residual[r.clone()].to_vec()).collect();
+    let mut backward = forward.clone();
+    let mut predictor: Vec<f64> = Vec::new();
+    let mut error = variance;
+    let mut steps = Vec::with_capacity(highest);
+    for order in 1..=highest {
+        let (mut cross, mut power) = (0.0, 0.0);
+        for (f, b) in forward.iter().zip(&backward) {
+            for t in order..f.len() {
+                cross += f[t] * b[t - 1];
+                power += f[t] * f[t] + b[t - 1] * b[t - 1];
+            }
+        }
+        if power <= 0.0 {
+            break;
+        }
+        let reflection = 2.0 * cross / power;
+        for (f, b) in forward.iter_mut().zip(&mut backward) {
+            for t in (order..f.len()).rev() {
+                let (ahead, behind) = (f[t], b[t - 1]);
+                f[t] = ahead - reflection * behind;
+                b[t] = behind - reflection * ahead;
+            }
+        }
+        let old = predictor.clone();
+        for (i, value) in predictor.iter_mut().enumerate() {
+            *value -= reflection * old[old.len() - 1 - i];
+        }
+        predictor.push(reflection);
+        error *= 1.0 - reflection * reflection;
+        if error <= 1e-12 * variance {
+            break;
+        }
+        steps.push((predictor.clone(), error));
+    }
+    steps
+}
+
+/// Marks isolated rows that stand out of their neighbours; returns how many.
+///
+/// A row is an outlier when it differs from the median of the five rows around it by more than √(2 ln n) + 3 robust standard deviations of such
+/// differences, which noise without outliers does about once in a thousand recordings. Where more than a tenth of the rows stand out, it is not
+/// outliers but another noise, and none is marked.
+pub fn mark_outliers(residual: &[f64], marks: &mut [Mark]) -> usize {
+    let n = residual.len();
+    if n < 16 {
+        return 0;
+    }
+    let median5 = |t: usize| {
+        let from = t.saturating_sub(2).min(n - 5);
+        let mut window = [0.0; 5];
+        window.copy_from_slice(&residual[from..from + 5]);
+        window.sort_by(f64::total_cmp);
+        window[2]
+    };
+    let off: Vec<f64> = (0..n).map(|t| (residual[t] - median5(t)).abs()).collect();
+    let counted = |t: &usize| marks[*t] != Mark::Skipped;
+    let mut sorted: Vec<f64> = (0..n).filter(counted).map(|t| off[t]).filter(|d| *d > 0.0).collect();
+    if sorted.len() < 16 {
+        return 0;
+    }
+    let middle = sorted.len() / 2;
+    // The middle one of five is its own median, so zeros are left out; for white normal noise the rest has this median in units of sd.
+    let scale = *sorted.select_nth_unstable_by(middle, f64::total_cmp).1 / 0.745;
+    let limit = ((2.0 * (n as f64).ln()).sqrt() + 3.0) * scale;
+    let found: Vec<usize> = (0..n).filter(counted).filter(|&t| off[t] > limit).collect();
+    if scale <= 0.0 || found.len() * 10 > n {
+        return 0;
+    }
+    for &row in &found {
+        marks[row] = Mark::Outlier;
+    }
+    found.len()
+}
+
+/// The step of a quantised column: the smallest change, if all changes are whole multiples of it and it occurs often.
+pub fn quantisation_step(values: &[f64]) -> Option<f64> {
+    let changes: Vec<f64> = values.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|d| *d > 0.0).take(4096).collect();
+    let size = values.iter().fold(0.0_f64, |a, v| a.max(v.abs()));
+    let step = changes.iter().copied().filter(|d| *d > 1e-12 * size).fold(f64::INFINITY, f64::min);
+    let whole = |d: &&f64| {
+        let multiple = **d / step;
+        (multiple - multiple.round()).abs() < 0.02 * multiple.max(1.0).min(10.0)
+    };
+    let enough = changes.len() >= 16 && step.is_finite();
+    let small = |d: &&f64| **d < 20.0 * step;
+    let near: Vec<&f64> = changes.iter().filter(small).collect();
+    (enough && near.len() * 2 > changes.len() && near.iter().all(|d| whole(&d))).then_some(step)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::SeedableRng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    fn coloured(count: usize, phi: &[f64], seed: u64) -> Vec<f64> {
+        let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
+        let mut series: Vec<f64> = Vec::new();
+        for t in 0..count + 500 {
+            let past: f64 = phi.iter().enumerate().filter(|(i, _)| *i < t).map(|(i, p)| p * series[t - 1 - i]).sum();
+            let shock: f64 = StandardNormal.sample(&mut random);
+            series.push(past + shock);
+        }
+        series.split_off(500)
+    }
+
+    #[test]
+    fn recovers_the_coefficients_and_leaves_white_noise_alone() {
+        let marks = vec![Mark::Used; 20_000];
+        let noise = Noise::of_residual(&coloured(20_000, &[1.2, -0.5], 1), &marks, 0);
+        assert_eq!(noise.order(), 2);
+        assert!((noise.coefficients[0] - 1.2).abs() < 0.02 && (noise.coefficients[1] + 0.5).abs() < 0.02);
+        assert!((noise.innovation_sd - 1.0).abs() < 0.02);
+        let orders =
+            (0..200).map(|seed| Noise::of_residual(&coloured(64, &[], seed), &vec![Mark::Used; 64], 0).order());
+        assert!(orders.filter(|o| *o > 0).count() <= 1);
+    }
+
+    #[test]
+    fn marks_isolated_spikes_only() {
+        let mut residual = coloured(2000, &[0.9], 2);
+        let mut marks = vec![Mark::Used; 2000];
+        assert_eq!(mark_outliers(&residual, &mut marks), 0);
+        for row in [100, 800, 1503] {
+            residual[row] += 40.0;
+        }
+        assert_eq!(mark_outliers(&residual, &mut marks), 3);
+        assert_eq!(marks[800], Mark::Outlier);
+    }
+
+    #[test]
+    fn sees_the_step_of_a_quantised_column() {
+        let smooth: Vec<f64> = (0..1000).map(|k| (0.01 * k as f64).sin()).collect();
+        assert_eq!(quantisation_step(&smooth), None);
+        let counts: Vec<f64> = smooth.iter().map(|x| (x / 0.003).round() * 0.003).collect();
+        assert!((quantisation_step(&counts).unwrap_or(0.0) - 0.003).abs() < 1e-9);
+    }
+}

@@ -1,0 +1,136 @@
+//! From recordings to rows: deflection, torque, scale, and what each row may be used for.
+
+use std::borrow::Cow;
+
+use super::EstimateError;
+use super::columns::{Mark, Rows};
+use crate::model::GearSection;
+use crate::recording::{Recording, TorqueUnit};
+
+/// Fewest rows of a recording.
+const FEWEST_ROWS: usize = 12;
+
+/// The rows of each recording, its deflection relative to the gear's deflection zero.
+pub fn rows<'a>(recordings: &'a [Recording], gear: &GearSection) -> Result<Vec<Rows<'a>>, EstimateError> {
+    let first = recordings.first().ok_or(EstimateError::NoRecording)?;
+    recordings
+        .iter()
+        .map(|recording| {
+            let name = || recording.name.clone();
+            if recording.torque_unit != first.torque_unit {
+                return Err(EstimateError::MixedUnits { first: first.name.clone(), other: name() });
+            }
+            if recording.len() < FEWEST_ROWS {
+                return Err(EstimateError::TooFewRows {
+                    recording: name(),
+                    rows: recording.len(),
+                    needed: FEWEST_ROWS,
+                });
+            }
+            let torque = recording.torque.as_deref().ok_or_else(|| EstimateError::NoTorque { recording: name() })?;
+            let mut deflection_rad = deflection(recording, gear)?;
+            if gear.deflection_zero_rad != 0.0 {
+                deflection_rad.to_mut().iter_mut().for_each(|theta| *theta -= gear.deflection_zero_rad);
+            }
+            Ok(Rows { recording, deflection_rad, torque: Cow::Borrowed(torque), marks: gaps(&recording.time_s) })
+        })
+        .collect()
+}
+
+fn deflection<'a>(recording: &'a Recording, gear: &GearSection) -> Result<Cow<'a, [f64]>, EstimateError> {
+    if let Some(deflection) = &recording.deflection_rad {
+        return Ok(Cow::Borrowed(deflection));
+    }
+    let name = || recording.name.clone();
+    match (&recording.theta_in_rad, &recording.theta_out_rad) {
+        (Some(input), Some(output)) => {
+            let ratio = gear.ratio.ok_or_else(|| EstimateError::NoRatio { recording: name() })?;
+            Ok(Cow::Owned(input.iter().zip(output).map(|(q_m, q_o)| q_m / ratio - q_o).collect()))
+        }
+        _ => Err(EstimateError::NoDeflection { recording: name() }),
+    }
+}
+
+/// All rows count; where time jumps, a new run of noise begins.
+fn gaps(time_s: &[f64]) -> Vec<Mark> {
+    let mut periods: Vec<f64> = time_s.windows(2).take(10_001).map(|w| w[1] - w[0]).collect();
+    let middle = periods.len() / 2;
+    let usual = if periods.is_empty() { 0.0 } else { *periods.select_nth_unstable_by(middle, f64::total_cmp).1 };
+    let mut marks = vec![Mark::Used; time_s.len()];
+    for (mark, pair) in marks.iter_mut().skip(1).zip(time_s.windows(2)) {
+        if pair[1] - pair[0] > 4.0 * usual {
+            *mark = Mark::First;
+        }
+    }
+    marks
+}
+
+/// Lowest and highest deflection of all recordings, rad.
+pub fn deflection_range(rows: &[Rows<'_>]) -> (f64, f64) {
+    let all = rows.iter().flat_map(|r| r.deflection_rad.iter());
+    all.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &theta| (low.min(theta), high.max(theta)))
+}
+
+/// Largest torque beside its mean, N·m.
+pub fn torque_size(rows: &[Rows<'_>]) -> f64 {
+    let count: usize = rows.iter().map(Rows::len).sum();
+    let mean = rows.iter().flat_map(|r| r.torque.iter()).sum::<f64>() / count.max(1) as f64;
+    rows.iter().flat_map(|r| r.torque.iter()).fold(0.0, |size: f64, t| size.max((t - mean).abs()))
+}
+
+/// The rates 1/s between which a memory can be told from a spring and from an offset: a tenth of the recordings' length to ten a sample.
+pub fn rates_per_s(rows: &[Rows<'_>]) -> (f64, f64) {
+    let lengths = rows.iter().map(|r| r.recording.time_s[r.len() - 1] - r.recording.time_s[0]);
+    let longest = lengths.fold(0.0, f64::max);
+    let periods = rows.iter().map(|r| (r.recording.time_s[r.len() - 1] - r.recording.time_s[0]) / (r.len() - 1) as f64);
+    (0.1 / longest, 10.0 / periods.fold(f64::INFINITY, f64::min))
+}
+
+/// The unit word of the torque column in file names.
+pub fn unit_word(unit: TorqueUnit) -> &'static str {
+    match unit {
+        TorqueUnit::NewtonMetre => "nm",
+        TorqueUnit::Ampere => "a",
+    }
+}
+
+/// The first row at which law `masing` no longer depends on the unknown past but for a constant torque.
+///
+/// At a tip of the rated cycle the loop is closed whatever came before. Between the extremes of a smaller recording, once both were reached, every
+/// branch starts at a turning point that was seen, so the past shifts the loop and no more, and the offset of the recording takes that up. `None`
+/// if that never comes.
+pub fn settled_row(deflection_rad: &[f64], rated_deflection_rad: f64) -> Option<usize> {
+    let fold = |(low, high): (f64, f64), &theta: &f64| (low.min(theta), high.max(theta));
+    let (lowest, highest) = deflection_rad.iter().fold((f64::INFINITY, f64::NEG_INFINITY), fold);
+    // Noise decides which cycle holds the very extreme; the first visit to its neighbourhood counts, at the furthest point of that visit.
+    let margin = 0.02 * (highest - lowest);
+    let furthest = |height: &dyn Fn(f64) -> f64, level: f64| {
+        let arrival = deflection_rad.iter().position(|&theta| height(theta) >= level)?;
+        let visit = deflection_rad[arrival..].iter().take_while(|&&theta| height(theta) >= level).enumerate();
+        visit.max_by(|a, b| height(*a.1).total_cmp(&height(*b.1)).then(b.0.cmp(&a.0))).map(|(row, _)| arrival + row)
+    };
+    let tip = furthest(&f64::abs, 0.98 * rated_deflection_rad);
+    let both = furthest(&|theta| -theta, -lowest - margin).zip(furthest(&|theta| theta, highest - margin));
+    let both = both.map(|(low, high)| low.max(high));
+    match (tip, both) {
+        (Some(tip), Some(both)) => Some(tip.min(both)),
+        (tip, both) => tip.or(both),
+    }
+}
+
+/// The first rows of each recording, at most so many together.
+pub fn beginning<'a>(rows: &'a [Rows<'a>], most_rows: usize) -> Vec<Rows<'a>> {
+    let total: usize = rows.iter().map(Rows::len).sum();
+    let share = (most_rows as f64 / total.max(1) as f64).min(1.0);
+    rows.iter()
+        .map(|r| {
+            let count = ((r.len() as f64 * share) as usize).clamp(FEWEST_ROWS.min(r.len()), r.len());
+            Rows {
+                recording: r.recording,
+                deflection_rad: Cow::Borrowed(&r.deflection_rad[..count]),
+                torque: Cow::Borrowed(&r.torque[..count]),
+                marks: r.marks[..count].to_vec(),
+            }
+        })
+        .collect()
+}

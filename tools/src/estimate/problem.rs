@@ -1,0 +1,511 @@
+//! One least-squares problem over all recordings: columns in, triangular factors out, in one pass of bounded memory.
+//!
+//! A pass walks each recording once in blocks of rows: corrections, columns, derivative columns, noise filter, QR. Nothing of the size of
+//! the recording is kept. The nuisances of a recording come first in its factor and are eliminated there, so any number of
+//! recordings shares one small triangle.
+
+use std::ops::Range;
+
+use super::bounded::{self, Bound, Solution};
+use super::columns::{
+    Column, Columns, Contribution, Correct, Correction, Evaluate, Mark, Nonlinear, Rows, Scope, Stretch,
+};
+use super::noise::Noise;
+use super::triangle::{Block, Triangle};
+
+/// Recordings and what is to explain them.
+pub struct Problem<'a> {
+    /// The recordings.
+    pub rows: &'a [Rows<'a>],
+    /// Disturbances of the deflection, in the order in which they are taken out.
+    pub corrections: Vec<&'a dyn Correction>,
+    /// Parts of the torque.
+    pub contributions: Vec<&'a dyn Contribution>,
+}
+
+/// The linear parameters.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Linear {
+    /// Of the gear.
+    pub gear: Vec<f64>,
+    /// Of each recording.
+    pub recordings: Vec<Vec<f64>>,
+}
+
+/// How a pass is done.
+#[derive(Debug, Clone, Copy)]
+pub struct Sweep<'s> {
+    /// Noise of each recording; white where there is none.
+    pub noise: Option<&'s [Noise]>,
+    /// Contiguous blocks that each recording is cut into for held-out prediction.
+    pub folds: usize,
+    /// Only every so many rows count; with white noise only.
+    pub stride: usize,
+}
+
+impl Sweep<'_> {
+    /// All rows, one block, white noise.
+    pub const PLAIN: Sweep<'static> = Sweep { noise: None, folds: 1, stride: 1 };
+}
+
+/// Where the derivatives with respect to some nonlinear parameters are taken.
+#[derive(Debug, Clone, Copy)]
+pub struct Tangent<'t> {
+    /// Which nonlinear parameters.
+    pub parameters: &'t [usize],
+    /// At which linear ones.
+    pub linear: &'t Linear,
+}
+
+/// The factors of one pass: recording by recording, block by block. Columns: the recording's nuisances, the gear's, derivatives, torque.
+#[derive(Debug, Clone)]
+pub struct Factors {
+    nuisances: usize,
+    gear: usize,
+    derivatives: usize,
+    triangles: Vec<Vec<(Triangle, usize)>>,
+}
+
+/// Factors put together, the nuisances eliminated.
+#[derive(Debug, Clone)]
+pub struct System {
+    /// The gear's columns, derivatives, torque.
+    pub shared: Triangle,
+    /// Rows that count.
+    pub rows: usize,
+    /// Nuisances that could be told apart, all recordings together.
+    pub nuisances: usize,
+    parts: Vec<(Vec<usize>, Triangle)>,
+    widths: (usize, usize, usize),
+}
+
+const BLOCK: usize = 256;
+
+/// A nonlinear parameter is moved by this share of its range (or of itself, if that is less) to take a derivative.
+const RELATIVE_STEP: f64 = 1e-5;
+
+impl<'a> Problem<'a> {
+    /// All nonlinear parameters: those of the corrections, then those of the contributions.
+    pub fn nonlinear(&self) -> Vec<&Nonlinear> {
+        let corrections = self.corrections.iter().flat_map(|c| c.nonlinear());
+        corrections.chain(self.contributions.iter().flat_map(|c| c.nonlinear())).collect()
+    }
+
+    /// The gear's linear parameters.
+    pub fn gear_columns(&self) -> Vec<&Column> {
+        self.columns(Scope::Gear)
+    }
+
+    /// The nuisances of each recording.
+    pub fn nuisance_columns(&self) -> Vec<&Column> {
+        self.columns(Scope::Recording)
+    }
+
+    fn columns(&self, scope: Scope) -> Vec<&Column> {
+        self.contributions.iter().flat_map(|c| c.columns()).filter(|c| c.scope == scope).collect()
+    }
+
+    /// The bounds of the gear's linear parameters.
+    pub fn bounds(&self) -> Vec<Bound> {
+        self.gear_columns().iter().map(|c| c.bound).collect()
+    }
+
+    /// One pass over all recordings.
+    pub fn factor(&self, nonlinear: &[f64], tangent: Option<Tangent<'_>>, sweep: Sweep<'_>) -> Factors {
+        let layout = self.layout();
+        let derivatives = tangent.map_or(0, |t| t.parameters.len());
+        let triangles =
+            (0..self.rows.len()).map(|index| self.factor_one(index, &layout, nonlinear, tangent, sweep)).collect();
+        Factors { nuisances: layout.nuisances, gear: layout.gear, derivatives, triangles }
+    }
+
+    /// The bounded optimum of the linear parameters, and its residual sum of squares.
+    pub fn solve(&self, nonlinear: &[f64], sweep: Sweep<'_>) -> (Linear, Solution) {
+        let system = self.factor(nonlinear, None, sweep).combine(|_, _| true);
+        let solution = bounded::solve(&system.shared, &self.bounds());
+        (system.linear(&solution.coefficients), solution)
+    }
+
+    /// Recorded torque minus model, row by row, without filtering.
+    pub fn residuals(&self, nonlinear: &[f64], linear: &Linear) -> Vec<Vec<f64>> {
+        let layout = self.layout();
+        let mut residuals = Vec::with_capacity(self.rows.len());
+        for (index, rows) in self.rows.iter().enumerate() {
+            let weights: Vec<f64> = linear.recordings[index].iter().chain(&linear.gear).copied().collect();
+            let mut residual = rows.torque.to_vec();
+            let mut chain = Chain::start(self, &self.split(nonlinear), rows, index, None);
+            let mut block = Block::new(layout.nuisances + layout.gear, BLOCK);
+            let mut deflection = Vec::new();
+            for range in stretches(0..rows.len()) {
+                block.set_rows(range.len());
+                chain.correct(rows, &range, &mut deflection);
+                chain.fill(rows, &range, &deflection, &mut block, 0, &layout);
+                for (column, weight) in weights.iter().enumerate() {
+                    let values = residual[range.clone()].iter_mut().zip(block.column(column));
+                    values.for_each(|(r, x)| *r -= weight * x);
+                }
+            }
+            residuals.push(residual);
+        }
+        residuals
+    }
+
+    fn layout(&self) -> Layout {
+        let nuisances = self.nuisance_columns().len();
+        let (mut local, mut gear) = (0, nuisances);
+        let mut place = |column: &Column| {
+            let next = if column.scope == Scope::Recording { &mut local } else { &mut gear };
+            *next += 1;
+            *next - 1
+        };
+        let at = self.contributions.iter().map(|c| c.columns().iter().map(&mut place).collect()).collect();
+        Layout { nuisances, gear: gear - nuisances, at }
+    }
+
+    /// The parameters of each correction, then of each contribution.
+    fn split<'p>(&self, nonlinear: &'p [f64]) -> Vec<&'p [f64]> {
+        let counts = self.corrections.iter().map(|c| c.nonlinear().len());
+        let counts = counts.chain(self.contributions.iter().map(|c| c.nonlinear().len()));
+        let mut rest = nonlinear;
+        counts
+            .map(|count| {
+                let (own, after) = rest.split_at(count);
+                rest = after;
+                own
+            })
+            .collect()
+    }
+
+    /// Which part a nonlinear parameter belongs to: a correction, or a contribution by number.
+    fn owner(&self, parameter: usize) -> Option<usize> {
+        let corrections: usize = self.corrections.iter().map(|c| c.nonlinear().len()).sum();
+        let mut left = parameter.checked_sub(corrections)?;
+        self.contributions.iter().position(|c| {
+            let count = c.nonlinear().len();
+            let here = left < count;
+            left = left.wrapping_sub(count);
+            here
+        })
+    }
+
+    /// The values on both sides at which a derivative is taken.
+    fn sides(&self, nonlinear: &[f64], parameter: usize) -> (f64, f64) {
+        let info = self.nonlinear()[parameter];
+        let value = nonlinear[parameter];
+        let span = info.high - info.low;
+        let step = RELATIVE_STEP * if value == 0.0 { span } else { span.min(value.abs()).max(1e-6 * span) };
+        ((value - step).max(info.low), (value + step).min(info.high))
+    }
+
+    fn factor_one(
+        &self,
+        index: usize,
+        layout: &Layout,
+        nonlinear: &[f64],
+        tangent: Option<Tangent<'_>>,
+        sweep: Sweep<'_>,
+    ) -> Vec<(Triangle, usize)> {
+        let rows = &self.rows[index];
+        let noise = sweep.noise.map(|n| &n[index]);
+        let history = noise.map_or(0, Noise::order);
+        let modelled = layout.nuisances + layout.gear;
+        let derivatives = tangent.map_or(0, |t| t.parameters.len());
+        let width = modelled + derivatives + 1;
+        let mut chain = Chain::start(self, &self.split(nonlinear), rows, index, None);
+        let mut sides = tangent.map_or_else(Vec::new, |t| self.start_sides(t, nonlinear, rows, index, layout));
+        let mut raw = Block::new(width, history + BLOCK);
+        let mut filtered = Block::new(if history > 0 { width } else { 0 }, BLOCK);
+        let mut scratch = Block::new(modelled, BLOCK);
+        let (mut deflection, mut moved) = (Vec::new(), Vec::new());
+        let mut filter = Filter { clean: 0, exact_start: true };
+        let mut factors = Vec::with_capacity(sweep.folds);
+        for fold in 0..sweep.folds {
+            let mut factor = Triangle::new(width);
+            let mut counted = 0;
+            let bounds = rows.len() * fold / sweep.folds..rows.len() * (fold + 1) / sweep.folds;
+            for range in stretches(bounds) {
+                raw.set_rows(history + range.len());
+                chain.correct(rows, &range, &mut deflection);
+                chain.fill(rows, &range, &deflection, &mut raw, history, layout);
+                for (k, side) in sides.iter_mut().enumerate() {
+                    raw.column_mut(modelled + k)[history..].fill(0.0);
+                    for (chain, weights) in side {
+                        chain.correct(rows, &range, &mut moved);
+                        scratch.set_rows(range.len());
+                        chain.fill(rows, &range, &moved, &mut scratch, 0, layout);
+                        for &(column, weight) in weights.iter() {
+                            let to = raw.column_mut(modelled + k)[history..].iter_mut();
+                            to.zip(scratch.column(column)).for_each(|(d, x)| *d += weight * x);
+                        }
+                    }
+                }
+                raw.column_mut(width - 1)[history..].copy_from_slice(&rows.torque[range.clone()]);
+                let marks = &rows.marks[range.clone()];
+                match noise {
+                    Some(noise) if history > 0 => {
+                        counted += filter.apply(noise, marks, &mut raw, &mut filtered);
+                        factor.absorb(&mut filtered);
+                    }
+                    _ => {
+                        counted +=
+                            choose_rows(&mut raw, marks, range.start, sweep.stride, noise.map_or(1.0, |n| n.weight));
+                        factor.absorb(&mut raw);
+                    }
+                }
+            }
+            factors.push((factor, counted));
+        }
+        factors
+    }
+
+    fn start_sides(
+        &'a self,
+        tangent: Tangent<'_>,
+        nonlinear: &[f64],
+        rows: &'a Rows<'a>,
+        index: usize,
+        layout: &Layout,
+    ) -> Vec<Vec<(Chain<'a>, Vec<(usize, f64)>)>> {
+        let coefficients: Vec<f64> =
+            tangent.linear.recordings[index].iter().chain(&tangent.linear.gear).copied().collect();
+        let side = |&parameter: &usize| {
+            let owner = self.owner(parameter);
+            let (low, high) = self.sides(nonlinear, parameter);
+            let columns: Vec<usize> = match owner {
+                Some(contribution) => layout.at[contribution].clone(),
+                None => (0..coefficients.len()).collect(),
+            };
+            let at = |value: f64, sign: f64| {
+                let mut moved = nonlinear.to_vec();
+                moved[parameter] = value;
+                let chain = Chain::start(self, &self.split(&moved), rows, index, owner);
+                let weights = columns.iter().map(|&c| (c, sign * coefficients[c] / (high - low))).collect();
+                (chain, weights)
+            };
+            vec![at(high, 1.0), at(low, -1.0)]
+        };
+        tangent.parameters.iter().map(side).collect()
+    }
+}
+
+/// Where the columns of each contribution stand.
+struct Layout {
+    nuisances: usize,
+    gear: usize,
+    at: Vec<Vec<usize>>,
+}
+
+/// Corrections and contributions at work on one recording.
+struct Chain<'a> {
+    corrections: Vec<Box<dyn Correct + 'a>>,
+    contributions: Vec<Option<Box<dyn Evaluate + 'a>>>,
+}
+
+impl<'a> Chain<'a> {
+    /// All parts, or of the contributions `only` one.
+    fn start(
+        problem: &'a Problem<'_>,
+        split: &[&[f64]],
+        rows: &'a Rows<'a>,
+        index: usize,
+        only: Option<usize>,
+    ) -> Self {
+        let first = problem.corrections.len();
+        let corrections = problem.corrections.iter().zip(split).map(|(c, p)| c.start(p, rows)).collect();
+        let contributions = problem.contributions.iter().zip(&split[first..]).enumerate();
+        let contributions = contributions
+            .map(|(number, (c, p))| only.is_none_or(|o| o == number).then(|| c.start(p, rows, index)))
+            .collect();
+        Self { corrections, contributions }
+    }
+
+    fn correct(&mut self, rows: &Rows<'_>, range: &Range<usize>, deflection: &mut Vec<f64>) {
+        deflection.clear();
+        if !rows.deflection_rad.is_empty() {
+            deflection.extend_from_slice(&rows.deflection_rad[range.clone()]);
+        }
+        for correction in &mut self.corrections {
+            correction.correct(range.clone(), deflection);
+        }
+    }
+
+    fn fill(
+        &mut self,
+        rows: &Rows<'_>,
+        range: &Range<usize>,
+        deflection: &[f64],
+        block: &mut Block,
+        first_row: usize,
+        layout: &Layout,
+    ) {
+        let stretch = Stretch { rows, range: range.clone(), deflection_rad: deflection };
+        for (contribution, at) in self.contributions.iter_mut().zip(&layout.at) {
+            if let Some(contribution) = contribution {
+                contribution.fill(&stretch, &mut Columns { block, at, first_row });
+            }
+        }
+    }
+}
+
+fn stretches(range: Range<usize>) -> impl Iterator<Item = Range<usize>> {
+    let end = range.end;
+    range.step_by(BLOCK).map(move |from| from..(from + BLOCK).min(end))
+}
+
+/// Clears the rows that do not count; returns how many do.
+fn choose_rows(block: &mut Block, marks: &[Mark], first: usize, stride: usize, weight: f64) -> usize {
+    let counts = |i: usize| matches!(marks[i], Mark::Used | Mark::First) && (first + i).is_multiple_of(stride);
+    let kept = (0..marks.len()).filter(|&i| counts(i)).count();
+    if kept < marks.len() || weight != 1.0 {
+        for j in 0..block.columns() {
+            let column = block.column_mut(j);
+            let mut to = 0;
+            for i in 0..column.len() {
+                if counts(i) {
+                    column[to] = weight * column[i];
+                    to += 1;
+                }
+            }
+        }
+        block.set_rows(kept);
+    }
+    kept
+}
+
+/// The noise filter along a recording.
+struct Filter {
+    /// Counted rows since the last break, as far as the order.
+    clean: usize,
+    /// Whether the run began where the noise before is unknown, not at an outlier.
+    exact_start: bool,
+}
+
+impl Filter {
+    /// Filters the rows after the history into `out`, moves the history on, and returns how many rows count.
+    fn apply(&mut self, noise: &Noise, marks: &[Mark], raw: &mut Block, out: &mut Block) -> usize {
+        let (order, count) = (noise.order(), marks.len());
+        out.set_rows(count);
+        for j in 0..raw.columns() {
+            let (from, to) = (raw.column(j), out.column_mut(j));
+            to.copy_from_slice(&from[order..]);
+            for (i, phi) in noise.coefficients.iter().enumerate() {
+                let lagged = &from[order - 1 - i..][..count];
+                to.iter_mut().zip(lagged).for_each(|(y, x)| *y -= phi * x);
+            }
+            if noise.weight != 1.0 {
+                to.iter_mut().for_each(|y| *y *= noise.weight);
+            }
+        }
+        let mut counted = 0;
+        for (row, mark) in marks.iter().enumerate() {
+            match mark {
+                Mark::Skipped => (self.clean, self.exact_start) = (0, true),
+                Mark::Outlier => (self.clean, self.exact_start) = (0, self.clean < order && self.exact_start),
+                Mark::First => (self.clean, self.exact_start) = (0, true),
+                Mark::Used => {}
+            }
+            let usable = matches!(mark, Mark::Used | Mark::First);
+            if usable && self.clean == order {
+                counted += 1;
+                continue;
+            }
+            let started = usable && self.exact_start;
+            for j in 0..raw.columns() {
+                out.column_mut(j)[row] = if started {
+                    let (predictor, factor) = &noise.starts[self.clean];
+                    let from = raw.column(j);
+                    let past: f64 = predictor.iter().enumerate().map(|(i, a)| a * from[order + row - 1 - i]).sum();
+                    (from[order + row] - past) * factor * noise.weight
+                } else {
+                    0.0
+                };
+            }
+            counted += usize::from(started);
+            self.clean += usize::from(usable);
+        }
+        for j in 0..raw.columns() {
+            raw.column_mut(j).copy_within(count.., 0);
+        }
+        counted
+    }
+}
+
+impl Factors {
+    /// Puts together the blocks (recording, block) that `keep` names.
+    pub fn combine(&self, keep: impl Fn(usize, usize) -> bool) -> System {
+        let shared_columns = self.gear + self.derivatives + 1;
+        let mut shared = Triangle::new(shared_columns);
+        let (mut rows, mut nuisances) = (0, 0);
+        let mut parts = Vec::with_capacity(self.triangles.len());
+        for (recording, blocks) in self.triangles.iter().enumerate() {
+            let mut whole = Triangle::new(self.nuisances + shared_columns);
+            for (fold, (triangle, counted)) in blocks.iter().enumerate() {
+                if keep(recording, fold) {
+                    whole.merge(triangle);
+                    rows += counted;
+                }
+            }
+            let told_apart =
+                |whole: &Triangle, count: usize| (0..count).find(|&j| whole.get(j, j).abs() <= 1e-9 * whole.norm(j));
+            let mut kept: Vec<usize> = (0..self.nuisances).collect();
+            while let Some(j) = told_apart(&whole, kept.len()) {
+                kept.remove(j);
+                let rest: Vec<usize> = (0..whole.columns()).filter(|&c| c != j).collect();
+                whole = whole.select(&rest);
+            }
+            shared.merge(&whole.tail(kept.len()));
+            nuisances += kept.len();
+            parts.push((kept, whole));
+        }
+        System { shared, rows, nuisances, parts, widths: (self.nuisances, self.gear, self.derivatives) }
+    }
+
+    /// Squared error and number of rows of one block under given parameters; `step` moves the nonlinear ones along the derivatives.
+    pub fn squared_error(&self, recording: usize, fold: usize, linear: &Linear, step: &[f64]) -> (f64, usize) {
+        let (triangle, rows) = &self.triangles[recording][fold];
+        let mut x: Vec<f64> = linear.recordings[recording].clone();
+        x.extend(&linear.gear);
+        x.extend((0..self.derivatives).map(|k| step.get(k).copied().unwrap_or(0.0)));
+        x.push(-1.0);
+        (triangle.squared_norm_of_product(&x), *rows)
+    }
+
+    /// Blocks a recording.
+    pub fn folds(&self) -> usize {
+        self.triangles.first().map_or(0, Vec::len)
+    }
+
+    /// Number of recordings.
+    pub fn recordings(&self) -> usize {
+        self.triangles.len()
+    }
+}
+
+impl System {
+    /// The nuisances of each recording that belong to the given coefficients of the gear (followed by steps of the derivatives, if any).
+    pub fn linear(&self, shared: &[f64]) -> Linear {
+        let (nuisances, gear, derivatives) = self.widths;
+        let mut shared_all = shared.to_vec();
+        shared_all.resize(gear + derivatives, 0.0);
+        let recordings = self
+            .parts
+            .iter()
+            .map(|(kept, whole)| {
+                let count = kept.len();
+                let last = whole.columns() - 1;
+                let rhs: Vec<f64> = (0..count)
+                    .map(|i| {
+                        let known: f64 = shared_all.iter().enumerate().map(|(j, b)| whole.get(i, count + j) * b).sum();
+                        whole.get(i, last) - known
+                    })
+                    .collect();
+                let mut all = vec![0.0; nuisances];
+                for (&j, value) in kept.iter().zip(bounded::back_substitute(whole, count, &rhs)) {
+                    all[j] = value;
+                }
+                all
+            })
+            .collect();
+        Linear { gear: shared_all[..gear].to_vec(), recordings }
+    }
+}

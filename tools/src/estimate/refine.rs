@@ -1,0 +1,163 @@
+//! From the chosen structure to the final fit: start of the memory, outliers, colour of the noise, zero of the deflection.
+
+use super::assembly::Assembly;
+use super::base::Structure;
+use super::columns::{Mark, Rows};
+use super::noise::{self, Noise};
+use super::polish::{Polished, polish};
+use super::problem::Sweep;
+use super::select::heldout;
+use super::{EstimateError, Progress, Start};
+
+/// The final fit.
+pub struct Refined {
+    /// The parts, the zero of the deflection among them where the data show one.
+    pub assembly: Assembly,
+    /// Where the fit ended.
+    pub polished: Polished,
+    /// Noise of each recording.
+    pub noise: Vec<Noise>,
+    /// Root mean square on blocks held out, N·m.
+    pub heldout_rms: f64,
+}
+
+/// Fits and noise estimates in turn, at most so often.
+const ROUNDS: usize = 4;
+
+/// How many standard deviations a deflection zero or a start must be away from none.
+const SIGNIFICANT: f64 = 5.0;
+
+/// In laws `phase` and `time` all rows count, and the memory at the start is a nuisance where it is significant.
+pub fn free_start(
+    rows: &mut [Rows<'_>],
+    start: &mut Start,
+    structure: Structure,
+    rated_deflection_rad: f64,
+    nonlinear: &[f64],
+) -> Result<(), EstimateError> {
+    for (rows, unsettled) in rows.iter_mut().zip(&mut start.unsettled) {
+        rows.marks[..*unsettled].fill(Mark::Used);
+        *unsettled = 0;
+    }
+    start.known.fill(false);
+    let size = super::prepare::torque_size(rows);
+    let rss = |known: &[bool]| -> Result<f64, EstimateError> {
+        let assembly = Assembly::new(structure, rated_deflection_rad, rows, known)?;
+        let problem = assembly.problem(rows);
+        Ok(polish(&problem, nonlinear, Sweep::PLAIN, &()).rss)
+    };
+    let count: usize = rows.iter().map(Rows::len).sum();
+    let free = rss(&start.known)?;
+    for index in 0..rows.len() {
+        start.known[index] = true;
+        let floor = count as f64 * (1e-10 * size).powi(2);
+        if rss(&start.known)? - free > SIGNIFICANT.powi(2) * free / count as f64 + floor {
+            start.known[index] = false;
+        }
+    }
+    Ok(())
+}
+
+/// Alternates fit and noise, then looks for a zero of the deflection.
+pub fn refine(
+    assembly: Assembly,
+    rows: &mut [Rows<'_>],
+    known_start: &[bool],
+    start: Vec<f64>,
+    progress: &dyn Progress,
+) -> Result<Refined, EstimateError> {
+    progress.report("fitting", 0.0);
+    let plain = polish(&assembly.problem(rows), &start, Sweep::PLAIN, progress);
+    let residuals = assembly.problem(rows).residuals(&plain.nonlinear, &plain.linear);
+    let mut outliers = 0;
+    for (rows, residual) in rows.iter_mut().zip(&residuals) {
+        outliers += noise::mark_outliers(residual, &mut rows.marks);
+    }
+    drop(residuals);
+    let plain =
+        if outliers > 0 { polish(&assembly.problem(rows), &plain.nonlinear, Sweep::PLAIN, progress) } else { plain };
+    let (assembly, plain, heldout_rms) = look_for_zero(assembly, rows, known_start, plain, progress)?;
+    let mut noise = noise_of(&assembly, rows, &plain);
+    let mut polished = plain;
+    for round in 0..ROUNDS {
+        progress.report("fitting", 0.3 + 0.7 * round as f64 / ROUNDS as f64);
+        if progress.cancelled() {
+            return Err(EstimateError::Cancelled);
+        }
+        if noise.iter().all(|n| n.order() == 0 && n.weight == 1.0) {
+            break;
+        }
+        let sweep = Sweep { noise: Some(&noise), ..Sweep::PLAIN };
+        let used = polished.evaluations;
+        polished = polish(&assembly.problem(rows), &polished.nonlinear, sweep, progress);
+        polished.evaluations += used;
+        let again = noise_of(&assembly, rows, &polished);
+        let settled = noise.iter().zip(&again).all(|(a, b)| {
+            a.order() == b.order() && (a.innovation_sd - b.innovation_sd).abs() <= 1e-3 * b.innovation_sd
+        });
+        noise = again;
+        if settled {
+            break;
+        }
+    }
+    Ok(Refined { assembly, polished, noise, heldout_rms })
+}
+
+/// Keeps a deflection zero if it is far from none and predicts held-out rows better.
+fn look_for_zero(
+    assembly: Assembly,
+    rows: &[Rows<'_>],
+    known_start: &[bool],
+    without: Polished,
+    progress: &dyn Progress,
+) -> Result<(Assembly, Polished, f64), EstimateError> {
+    let before = heldout(&assembly.problem(rows), &without.nonlinear).0;
+    let rated = assembly.rated_deflection_rad;
+    let shifted = Assembly::new(assembly.structure, rated, rows, known_start)?.with_free_zero();
+    let problem = shifted.problem(rows);
+    let from: Vec<f64> = std::iter::once(0.0).chain(without.nonlinear.iter().copied()).collect();
+    let count = rows.iter().map(Rows::len).sum::<usize>() as f64;
+    let with = polish(&problem, &from, Sweep::PLAIN, progress);
+    let size = super::prepare::torque_size(rows);
+    let gain = without.rss - with.rss;
+    let significant =
+        gain > 2.0 * SIGNIFICANT.powi(2) * with.rss / count && without.rss > count * (1e-9 * size).powi(2);
+    if significant && with.nonlinear[0].abs() > 1e-6 * rated {
+        let after = heldout(&problem, &with.nonlinear).0;
+        if after < 0.98 * before {
+            return Ok((shifted, with, after));
+        }
+    }
+    Ok((assembly, without, before))
+}
+
+/// The noise of each recording beside a fit. A recording with clearly more or less noise than the others counts accordingly.
+pub fn noise_of(assembly: &Assembly, rows: &[Rows<'_>], fit: &Polished) -> Vec<Noise> {
+    let problem = assembly.problem(rows);
+    let used = (problem.gear_columns().len() + problem.nonlinear().len()).div_ceil(rows.len()) + 1;
+    let size = super::prepare::torque_size(rows);
+    let residuals = problem.residuals(&fit.nonlinear, &fit.linear);
+    let mut noise: Vec<Noise> = rows
+        .iter()
+        .zip(&residuals)
+        .map(|(rows, residual)| {
+            let mut noise = Noise::of_residual(residual, &rows.marks, used);
+            if noise.rms < 1e-9 * size {
+                // Rounding is no noise to be filtered.
+                noise = Noise { rms: noise.rms, innovation_sd: noise.rms, ..Noise::white() };
+            }
+            noise.outliers = rows.marks.iter().filter(|m| **m == Mark::Outlier).count();
+            noise.torque_step_nm = noise::quantisation_step(&rows.torque);
+            noise.deflection_step_rad = noise::quantisation_step(&rows.deflection_rad);
+            noise
+        })
+        .collect();
+    let typical = noise.iter().map(|n| n.innovation_sd).sum::<f64>() / noise.len() as f64;
+    let unequal = noise.iter().any(|n| n.innovation_sd > 1.25 * typical || n.innovation_sd < 0.8 * typical);
+    if unequal && typical > 1e-9 * size {
+        for noise in &mut noise {
+            noise.weight = typical / noise.innovation_sd.max(1e-3 * typical);
+        }
+    }
+    noise
+}

@@ -1,0 +1,211 @@
+//! Which law, kernel, gate and play: chosen by prediction of rows that took no part in the fit.
+//!
+//! Each recording is cut into contiguous blocks. One pass gives a factor a block; leaving a block out, refitting and predicting it costs no further
+//! pass, because factors add up. Nonlinear parameters are refitted along their derivatives at the optimum of all rows. The memory always runs through all
+//! rows: deflection is an input, only torque is held out.
+
+use gmhm::{Gate, Kernel, Law};
+
+use super::assembly::Assembly;
+use super::base::{Play, Structure};
+use super::columns::Rows;
+use super::polish::{polish, project};
+use super::problem::{Factors, Linear, Problem, Sweep, Tangent};
+use super::swarm::{SwarmOptions, minimise};
+use super::{EstimateError, Progress, bounded};
+
+/// One line of the selection table.
+#[derive(Debug, Clone, serde::Serialize)]
+pub struct Candidate {
+    /// `law/kernel/gate`, with `+play` where a play was fitted.
+    pub name: String,
+    /// Number of parameters of the gear.
+    pub parameters: usize,
+    /// Root mean square of the residual of the rows fitted, N·m.
+    pub rms: f64,
+    /// Root mean square of the error on rows held out, N·m.
+    pub heldout_rms: f64,
+    /// Whether it was chosen.
+    pub chosen: bool,
+    /// Whether these recordings do not tell it from the best: it predicts as well.
+    pub tied: bool,
+    #[serde(skip)]
+    pub(super) structure: Structure,
+    #[serde(skip)]
+    pub(super) nonlinear: Vec<f64>,
+    #[serde(skip)]
+    fold_errors: Vec<f64>,
+}
+
+/// Blocks that a recording is cut into.
+pub const FOLDS: usize = 8;
+
+/// Widest reversal play that is tried, in rated deflections.
+const WIDEST_PLAY: f64 = 0.1;
+
+/// All structures that the core has.
+pub fn structures(rated_deflection_rad: f64) -> Vec<Structure> {
+    let mut all = vec![
+        Structure::MASING,
+        Structure { play: Play::UpTo(WIDEST_PLAY * rated_deflection_rad), ..Structure::MASING },
+    ];
+    for law in [Law::Phase, Law::Time] {
+        for kernel in [Kernel::Deflection, Kernel::Rate] {
+            for gate in [Gate::Cycle, Gate::None] {
+                all.push(Structure { law, kernel, gate, play: Play::Fixed(0.0) });
+            }
+        }
+    }
+    all
+}
+
+/// A structure's name in the table.
+pub fn name(structure: &Structure) -> String {
+    let gate = if structure.gate == Gate::Cycle { "cycle" } else { "none" };
+    match (structure.law, structure.play) {
+        (Law::Masing, Play::UpTo(_)) => "masing+play".to_owned(),
+        (Law::Masing, _) => "masing".to_owned(),
+        (law, _) => format!("{}/{}/{gate}", law.name(), structure.kernel.name()),
+    }
+}
+
+/// Rows of the search beyond which every few are left out.
+const SEARCH_ROWS: usize = 4096;
+
+/// Searches and polishes the nonlinear parameters of a problem; returns them with the evaluations used.
+pub fn search(problem: &Problem<'_>, seed: u64, progress: &dyn Progress) -> (Vec<f64>, usize) {
+    let bounds: Vec<(f64, f64)> = problem.nonlinear().iter().map(|n| (n.low, n.high)).collect();
+    if bounds.is_empty() {
+        return (Vec::new(), 0);
+    }
+    let total: usize = problem.rows.iter().map(Rows::len).sum();
+    let sweep = Sweep { stride: (total / SEARCH_ROWS).max(1), ..Sweep::PLAIN };
+    let particles = 10 + 4 * bounds.len();
+    let options = SwarmOptions { particles, evaluations: 3 * bounds.len() * particles, seed, tolerance: 1e-9 };
+    let objective = |x: &[f64]| if progress.cancelled() { f64::INFINITY } else { problem.solve(x, sweep).1.rss };
+    let best = minimise(&bounds, &options, objective);
+    let polished = polish(problem, &best.position, sweep, progress);
+    (polished.nonlinear, best.evaluations + polished.evaluations)
+}
+
+/// Held-out errors of a problem at the optimum of its nonlinear parameters: total (root mean square), and mean square of each block.
+pub fn heldout(problem: &Problem<'_>, nonlinear: &[f64]) -> (f64, Vec<f64>, f64) {
+    let sweep = Sweep { folds: FOLDS, ..Sweep::PLAIN };
+    let smooth: Vec<usize> = problem.nonlinear().iter().enumerate().filter(|(_, n)| n.smooth).map(|(k, _)| k).collect();
+    let bounds = problem.bounds();
+    let (linear, at_bound, factors) = if smooth.is_empty() {
+        let factors = problem.factor(nonlinear, None, sweep);
+        let system = factors.combine(|_, _| true);
+        let solution = bounded::solve(&system.shared, &bounds);
+        (system.linear(&solution.coefficients), solution.at_bound, factors)
+    } else {
+        let (linear, solution) = problem.solve(nonlinear, Sweep::PLAIN);
+        let tangent = Tangent { parameters: &smooth, linear: &linear };
+        let factors = problem.factor(nonlinear, Some(tangent), sweep);
+        (linear, solution.at_bound, factors)
+    };
+    let (mut sum, mut rows, mut in_sample) = (0.0, 0, 0.0);
+    let mut errors = Vec::new();
+    let none = vec![0.0; smooth.len()];
+    for recording in 0..factors.recordings() {
+        for fold in 0..factors.folds() {
+            let (trained, step) = leave_out(&factors, recording, fold, &bounds, &at_bound, smooth.len());
+            let (error, count) = factors.squared_error(recording, fold, &trained, &step);
+            if count > 0 {
+                sum += error;
+                rows += count;
+                in_sample += factors.squared_error(recording, fold, &linear, &none).0;
+                errors.push(error / count as f64);
+            }
+        }
+    }
+    let count = rows.max(1) as f64;
+    ((sum / count).sqrt(), errors, (in_sample / count).sqrt())
+}
+
+/// The fit without one block, nonlinear parameters moved along their derivatives.
+fn leave_out(
+    factors: &Factors,
+    recording: usize,
+    fold: usize,
+    bounds: &[bounded::Bound],
+    at_bound: &[bool],
+    derivatives: usize,
+) -> (Linear, Vec<f64>) {
+    let system = factors.combine(|r, f| (r, f) != (recording, fold));
+    if derivatives == 0 {
+        let solution = bounded::solve(&system.shared, bounds);
+        return (system.linear(&solution.coefficients), Vec::new());
+    }
+    let reduced = project(&system.shared, at_bound, derivatives);
+    let all: Vec<usize> = (0..derivatives).collect();
+    let step = bounded::solve_subset(&reduced, &all).coefficients;
+    // The torque less what the step explains, on the gear's columns.
+    let gear = bounds.len();
+    let rest: Vec<Vec<f64>> = (0..system.shared.columns())
+        .map(|i| {
+            let at = |j: usize| if j >= i { system.shared.get(i, j) } else { 0.0 };
+            let explained: f64 = (0..derivatives).map(|k| at(gear + k) * step[k]).sum();
+            (0..gear).map(at).chain([at(gear + derivatives) - explained]).collect()
+        })
+        .collect();
+    let solution = bounded::solve(&bounded::factor_of_rows(&rest), bounds);
+    let shared: Vec<f64> = solution.coefficients.iter().chain(&step).copied().collect();
+    (system.linear(&shared), step)
+}
+
+/// Fits every structure and marks the one that predicts best; the simplest of those that cannot be told from the best.
+pub fn table(
+    structures: &[Structure],
+    rated_deflection_rad: f64,
+    rows: &[Rows<'_>],
+    known_start: &[bool],
+    seed: u64,
+    progress: &dyn Progress,
+) -> Result<(Vec<Candidate>, usize), EstimateError> {
+    let mut evaluations = 0;
+    let mut candidates = Vec::with_capacity(structures.len());
+    for (done, structure) in structures.iter().enumerate() {
+        progress.report("choosing the law", done as f64 / structures.len() as f64);
+        let assembly = Assembly::new(*structure, rated_deflection_rad, rows, known_start)?;
+        let problem = assembly.problem(rows);
+        let (nonlinear, used) = search(&problem, seed, progress);
+        if progress.cancelled() {
+            return Err(EstimateError::Cancelled);
+        }
+        let (heldout_rms, fold_errors, rms) = heldout(&problem, &nonlinear);
+        evaluations += used + 2;
+        let parameters = problem.gear_columns().len() + nonlinear.len();
+        let name = name(structure);
+        let structure = *structure;
+        candidates.push(Candidate {
+            name,
+            parameters,
+            rms,
+            heldout_rms,
+            chosen: false,
+            tied: false,
+            structure,
+            nonlinear,
+            fold_errors,
+        });
+    }
+    let best = (0..candidates.len()).min_by(|&a, &b| candidates[a].heldout_rms.total_cmp(&candidates[b].heldout_rms));
+    let Some(best) = best else { return Ok((candidates, evaluations)) };
+    let tied: Vec<bool> = candidates.iter().map(|c| !clearly_worse(c, &candidates[best])).collect();
+    candidates.iter_mut().zip(&tied).for_each(|(c, tied)| c.tied = *tied);
+    let rivals = (0..candidates.len()).filter(|&i| tied[i]);
+    let chosen = rivals.min_by_key(|&i| (candidates[i].parameters, i)).unwrap_or(best);
+    candidates[chosen].chosen = true;
+    Ok((candidates, evaluations))
+}
+
+/// Whether the blocks agree, by one standard error of their difference, that the candidate predicts worse than the best.
+fn clearly_worse(candidate: &Candidate, best: &Candidate) -> bool {
+    let differences: Vec<f64> = candidate.fold_errors.iter().zip(&best.fold_errors).map(|(c, b)| c - b).collect();
+    let count = differences.len() as f64;
+    let mean = differences.iter().sum::<f64>() / count;
+    let variance = differences.iter().map(|d| (d - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
+    // A percent of the error is no difference, however consistent.
+    mean > (variance / count).sqrt().max(0.01 * best.heldout_rms.powi(2)) && candidate.heldout_rms > best.heldout_rms
+}

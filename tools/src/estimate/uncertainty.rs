@@ -1,0 +1,354 @@
+//! How well each parameter is known, and which the recordings cannot tell.
+//!
+//! The model's torque is differentiated by every parameter of the model file, through the core, filtered by the noise model. Its singular directions are
+//! what the recordings say nothing about: a parameter with a share in one gets no standard deviation, whatever the reason (a gauge, a term the law does not
+//! have, an experiment that never moved it). Combinations without such a share keep theirs.
+
+use gmhm::{Elastic, Gear, Kernel, Law, Memory, Params, State};
+use nalgebra::{DMatrix, DVector};
+
+use super::EstimateError;
+use super::base::TURNING_POINTS;
+use super::bounded::Bound;
+use super::columns::{
+    Column, Columns, Contribution, Correction, DeflectionZero, Evaluate, Nonlinear, Offset, Rows, Stretch,
+};
+use super::problem::{Problem, Sweep, Tangent};
+
+/// One parameter as it goes into reports.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Estimated {
+    /// Its name in model files; e, h and ρ by their symbols.
+    pub name: &'static str,
+    /// Its value.
+    pub value: f64,
+    /// Standard deviation under the noise found; absent where the recordings do not fix the parameter by itself.
+    pub sd: Option<f64>,
+    /// Its unit.
+    pub unit: &'static str,
+    /// Held at a bound.
+    pub at_bound: bool,
+    /// The recordings do not tell it from zero, or not at all.
+    pub undetermined: bool,
+    /// What there is to say, and the experiment that would determine it.
+    pub note: Option<String>,
+}
+
+/// Parameters, and the correlations of those that have a standard deviation.
+#[derive(Debug, Clone, Default, PartialEq, serde::Serialize)]
+pub struct Uncertainty {
+    /// Every parameter.
+    pub parameters: Vec<Estimated>,
+    /// Names in the order of `correlation`.
+    pub correlated: Vec<&'static str>,
+    /// Correlation matrix, by rows.
+    pub correlation: Vec<Vec<f64>>,
+}
+
+/// A singular value below this share of the largest is a direction the recordings say nothing about. Derivatives are good to 1e-9.
+const SINGULAR: f64 = 1e-7;
+
+/// The gear with its parameters as the file has them, as one contribution.
+struct WholeGear {
+    rated_deflection_rad: f64,
+    memory: Memory,
+    known_start: Vec<bool>,
+    nonlinear: Vec<Nonlinear>,
+    columns: [Column; 2],
+}
+
+const NAMES: [(&str, &str); 6] = [
+    ("c1_nm_per_rad", "N·m/rad"),
+    ("c2_nm_per_rad3", "N·m/rad³"),
+    ("c3_nm_per_rad5", "N·m/rad⁵"),
+    ("alpha", ""),
+    ("beta_per_s", "1/s"),
+    ("omega_per_s", "1/s"),
+];
+
+impl WholeGear {
+    fn values(elastic: &Elastic, memory: &Memory) -> [f64; 6] {
+        let Elastic { c1_nm_per_rad, c2_nm_per_rad3, c3_nm_per_rad5 } = *elastic;
+        [c1_nm_per_rad, c2_nm_per_rad3, c3_nm_per_rad5, memory.alpha, memory.beta_per_s, memory.omega_per_s]
+    }
+
+    fn new(rated_deflection_rad: f64, elastic: Elastic, memory: Memory, known_start: &[bool], torque_nm: f64) -> Self {
+        let a = rated_deflection_rad;
+        let speed = memory.beta_per_s.max(memory.omega_per_s).max(f64::MIN_POSITIVE);
+        let sizes = [torque_nm / a, torque_nm / a.powi(3), torque_nm / a.powi(5), torque_nm / a, speed, speed];
+        let nonlinear = Self::values(&elastic, &memory)
+            .into_iter()
+            .zip(sizes)
+            .enumerate()
+            .map(|(k, (value, size))| {
+                let span = if value == 0.0 { size } else { value.abs() };
+                let low = if k >= 3 && value == 0.0 { 0.0 } else { value - span };
+                Nonlinear { name: NAMES[k].0.into(), unit: NAMES[k].1.into(), low, high: value + span, smooth: true }
+            })
+            .collect();
+        let columns = [Column::of_gear("torque", "1", Bound::Free), Column::of_recording("start", "1")];
+        Self { rated_deflection_rad, memory, known_start: known_start.to_vec(), nonlinear, columns }
+    }
+}
+
+struct GearPath {
+    gear: Option<Gear<f64>>,
+    state: Option<State<f64, TURNING_POINTS>>,
+    known_start: bool,
+}
+
+impl Contribution for WholeGear {
+    fn columns(&self) -> &[Column] {
+        &self.columns
+    }
+
+    fn nonlinear(&self) -> &[Nonlinear] {
+        &self.nonlinear
+    }
+
+    fn start<'a>(&'a self, p: &[f64], _: &'a Rows<'a>, index: usize) -> Box<dyn Evaluate + 'a> {
+        let elastic = Elastic { c1_nm_per_rad: p[0], c2_nm_per_rad3: p[1], c3_nm_per_rad5: p[2] };
+        let memory = Memory { alpha: p[3], beta_per_s: p[4], omega_per_s: p[5], ..self.memory };
+        let params = Params::new(self.rated_deflection_rad, elastic, memory);
+        let known_start = self.memory.law == Law::Masing || self.known_start.get(index).copied().unwrap_or(false);
+        Box::new(GearPath { gear: params.ok().map(|p| Gear::new(&p)), state: None, known_start })
+    }
+}
+
+impl Evaluate for GearPath {
+    fn fill(&mut self, stretch: &Stretch<'_>, columns: &mut Columns<'_>) {
+        let Some(gear) = &self.gear else {
+            columns.column(0).fill(0.0);
+            columns.column(1).fill(0.0);
+            return;
+        };
+        for (row, &theta) in stretch.deflection_rad.iter().enumerate() {
+            let out = match &mut self.state {
+                Some(state) => gear.step_after(state, theta, stretch.rows.period_s(stretch.range.start + row)),
+                empty => gear.output(empty.insert(gear.start(theta))),
+            };
+            let start = match &self.state {
+                Some(state) if !self.known_start => gear.start_uncertainty(state),
+                _ => 0.0,
+            };
+            columns.set(row, &[out.torque, start]);
+        }
+    }
+}
+
+/// What is fitted, in the terms of the model file.
+pub struct Fitted<'f> {
+    /// A, rad.
+    pub rated_deflection_rad: f64,
+    /// Elastic coefficients.
+    pub elastic: Elastic,
+    /// Memory.
+    pub memory: Memory,
+    /// Recordings that start with an empty memory.
+    pub known_start: &'f [bool],
+    /// Where the deflection zero was fitted: its value beside that already subtracted from the rows, rad.
+    pub zero_rad: Option<f64>,
+    /// Deflection zero as it goes into the file, rad.
+    pub stored_zero_rad: f64,
+    /// Whether the play was searched.
+    pub searched_play: bool,
+    /// Scale of the torque, N·m.
+    pub torque_nm: f64,
+}
+
+/// Standard deviations and notes. `variance` is that of the filtered rows.
+pub fn assess(
+    fitted: &Fitted<'_>,
+    rows: &[Rows<'_>],
+    sweep: Sweep<'_>,
+    variance: impl Fn(f64, usize) -> f64,
+) -> Result<Uncertainty, EstimateError> {
+    let whole = WholeGear::new(
+        fitted.rated_deflection_rad,
+        fitted.elastic,
+        fitted.memory,
+        fitted.known_start,
+        fitted.torque_nm,
+    );
+    let zero = fitted.zero_rad.map(|around| (around, DeflectionZero::near(around, 0.2 * fitted.rated_deflection_rad)));
+    let corrections: Vec<&dyn Correction> = zero.iter().map(|(_, z)| z as &dyn Correction).collect();
+    let zeros = corrections.len();
+    let problem = Problem { rows, corrections, contributions: vec![&Offset, &whole] };
+    let values = WholeGear::values(&fitted.elastic, &fitted.memory);
+    let nonlinear: Vec<f64> = zero.iter().map(|(around, _)| *around).chain(values).collect();
+    let (linear, solution) = problem.solve(&nonlinear, sweep);
+    let all: Vec<usize> = (0..nonlinear.len()).collect();
+    let tangent = Tangent { parameters: &all, linear: &linear };
+    let system = problem.factor(&nonlinear, Some(tangent), sweep).combine(|_, _| true);
+    // What is held at its bound does not vary; α = 0 leaves β and ω without a meaning, which the singular directions show.
+    let held: Vec<bool> = (0..all.len()).map(|k| k >= zeros + 3 && nonlinear[k] == 0.0).collect();
+    let free: Vec<usize> = all.iter().copied().filter(|&k| !held[k]).collect();
+    let jacobian = system.shared.select(&free.iter().map(|k| 1 + k).collect::<Vec<_>>());
+    let count = free.len();
+    let freedom = count + system.nuisances;
+    let spread = Spread::new(
+        &DMatrix::from_fn(count, count, |i, j| jacobian.get(i, j)),
+        variance(solution.rss, system.rows.saturating_sub(freedom)),
+    );
+
+    let place = |k: usize| free.iter().position(|&f| f == zeros + k);
+    let unit_vector = |k: usize| place(k).map(|p| DVector::from_fn(count, |i, _| if i == p { 1.0 } else { 0.0 }));
+    let mut report =
+        Report { law: fitted.memory.law, kernel: fitted.memory.kernel, spread: &spread, lines: Vec::new() };
+    let alpha_unit = if fitted.memory.kernel == Kernel::Rate { "N·m/rad" } else { "N·m/(rad·s)" };
+    for (k, (name, unit)) in NAMES.into_iter().enumerate() {
+        let unit = if k == 3 { alpha_unit } else { unit };
+        if !(fitted.memory.law == Law::Time && k == 5) {
+            report.push(name, unit, values[k], unit_vector(k));
+        }
+    }
+    for (name, unit, value, gradient) in combinations(&fitted.memory) {
+        let of = |k: usize, g: f64| unit_vector(k).map_or_else(|| DVector::zeros(count), |v| v * g);
+        let gradient = of(3, gradient[0]) + of(4, gradient[1]) + of(5, gradient[2]);
+        report.push(name, unit, value, Some(gradient).filter(|g| g.norm() > 0.0 && value != 0.0));
+    }
+    if fitted.memory.law == Law::Masing && fitted.memory.reversal_play_rad > 0.0 {
+        let note = if fitted.searched_play { "searched, not differentiable: no standard deviation" } else { "given" };
+        report.plain("reversal_play_rad", fitted.memory.reversal_play_rad, note);
+    }
+    if zeros > 0 {
+        let gradient = DVector::from_fn(count, |i, _| if free[i] == 0 { 1.0 } else { 0.0 });
+        report.push("deflection_zero_rad", "rad", fitted.stored_zero_rad, Some(gradient));
+    } else if fitted.stored_zero_rad != 0.0 {
+        report.plain("deflection_zero_rad", fitted.stored_zero_rad, "given, or the middle of the deflections seen");
+    }
+    Ok(report.finish())
+}
+
+/// Covariance with the directions that the data leave open.
+struct Spread {
+    scale: DVector<f64>,
+    /// Columns: known directions over their singular values, in scaled coordinates.
+    known: DMatrix<f64>,
+    open: DMatrix<f64>,
+    variance: f64,
+}
+
+impl Spread {
+    fn new(jacobian: &DMatrix<f64>, variance: f64) -> Self {
+        let count = jacobian.ncols();
+        let scale = DVector::from_fn(count, |j, _| {
+            let norm = jacobian.column(j).norm();
+            if norm > 0.0 { 1.0 / norm } else { 0.0 }
+        });
+        let scaled = DMatrix::from_fn(count, count, |i, j| jacobian[(i, j)] * scale[j]);
+        let svd = scaled.svd(false, true);
+        let directions = svd.v_t.map_or_else(|| DMatrix::zeros(0, count), |v| v);
+        let largest = svd.singular_values.max();
+        let is_open = |i: usize| svd.singular_values[i] <= SINGULAR * largest;
+        let pick = |open: bool| -> Vec<usize> { (0..directions.nrows()).filter(|&i| is_open(i) == open).collect() };
+        let (known, open) = (pick(false), pick(true));
+        Self {
+            known: DMatrix::from_fn(count, known.len(), |j, i| {
+                directions[(known[i], j)] / svd.singular_values[known[i]]
+            }),
+            open: DMatrix::from_fn(count, open.len(), |j, i| directions[(open[i], j)]),
+            scale,
+            variance,
+        }
+    }
+
+    /// A combination of parameters in scaled coordinates; `None` where the data leave it open.
+    fn direction(&self, gradient: &DVector<f64>) -> Option<DVector<f64>> {
+        if gradient.iter().zip(&self.scale).any(|(g, s)| *g != 0.0 && *s == 0.0) {
+            return None;
+        }
+        let scaled = gradient.component_mul(&self.scale);
+        let leak = self.open.tr_mul(&scaled).norm();
+        (leak <= 1e-4 * scaled.norm()).then(|| self.known.tr_mul(&scaled))
+    }
+}
+
+struct Report<'s> {
+    law: Law,
+    kernel: Kernel,
+    spread: &'s Spread,
+    lines: Vec<(Estimated, Option<DVector<f64>>)>,
+}
+
+impl Report<'_> {
+    /// `gradient` is `None` for a parameter at its bound.
+    fn push(&mut self, name: &'static str, unit: &'static str, value: f64, gradient: Option<DVector<f64>>) {
+        let at_bound = gradient.is_none();
+        let direction = gradient.and_then(|g| self.spread.direction(&g));
+        let sd = direction.as_ref().map(|d| d.norm() * self.spread.variance.sqrt());
+        let vague = sd.is_some_and(|sd| 2.0 * sd >= value.abs());
+        let open = !at_bound && sd.is_none();
+        let note = if at_bound {
+            Some("at its bound 0: the recordings ask for none".to_owned())
+        } else if open {
+            Some(open_note(self.law, self.kernel, name))
+        } else if vague {
+            sd.map(|sd| vague_note(name, sd / value.abs()))
+        } else {
+            None
+        };
+        let undetermined = open || (vague && name != "deflection_zero_rad");
+        self.lines.push((Estimated { name, value, sd, unit, at_bound, undetermined, note }, direction));
+    }
+
+    fn plain(&mut self, name: &'static str, value: f64, note: &str) {
+        let note = Some(note.to_owned());
+        let line = Estimated { name, value, sd: None, unit: "rad", at_bound: false, undetermined: false, note };
+        self.lines.push((line, None));
+    }
+
+    fn finish(self) -> Uncertainty {
+        let known: Vec<(&'static str, &DVector<f64>)> =
+            self.lines.iter().filter_map(|(l, d)| d.as_ref().filter(|d| d.norm() > 0.0).map(|d| (l.name, d))).collect();
+        let correlation =
+            known.iter().map(|(_, a)| known.iter().map(|(_, b)| a.dot(b) / (a.norm() * b.norm())).collect()).collect();
+        let correlated = known.iter().map(|(name, _)| *name).collect();
+        Uncertainty { correlated, correlation, parameters: self.lines.into_iter().map(|(line, _)| line).collect() }
+    }
+}
+
+/// What a quasi-static loop can tell of (α, β, ω): name, unit, value, gradient.
+fn combinations(memory: &Memory) -> Vec<(&'static str, &'static str, f64, [f64; 3])> {
+    let Memory { law, kernel, alpha: a, beta_per_s: b, omega_per_s: w, .. } = *memory;
+    let mut lines = Vec::new();
+    let q = b * b + w * w;
+    if law == Law::Time || q == 0.0 {
+        return lines;
+    }
+    if kernel == Kernel::Deflection {
+        let turn = (w * w - b * b) / (q * q);
+        lines.push(("e", "N·m/rad", memory.e(), [b / q, a * turn, -2.0 * a * b * w / (q * q)]));
+        lines.push(("h", "N·m/rad", memory.h(), [w / q, -2.0 * a * b * w / (q * q), -a * turn]));
+    }
+    if w > 0.0 {
+        lines.push(("rho", "1", memory.rho(), [0.0, 1.0 / w, -b / (w * w)]));
+    }
+    lines
+}
+
+fn open_note(law: Law, kernel: Kernel, name: &str) -> String {
+    match (law, name) {
+        (Law::Time, _) => format!("the recordings say nothing about {name}: record the same stroke at several rates"),
+        (_, "alpha" | "beta_per_s" | "omega_per_s") if kernel == Kernel::Deflection => {
+            "not determined by itself: a rate-independent loop fixes only e, h and rho = beta/omega; the value follows from omega as written".to_owned()
+        }
+        (_, "alpha" | "beta_per_s" | "omega_per_s") => {
+            "not determined by itself: a rate-independent loop fixes only alpha and rho = beta/omega; the value follows from omega as written".to_owned()
+        }
+        _ => format!("the recordings say nothing about {name}: record cycles at several amplitudes up to the rated deflection"),
+    }
+}
+
+fn vague_note(name: &str, relative: f64) -> String {
+    let rows = (3.0 * relative).powi(2);
+    let experiment = match name {
+        "beta_per_s" | "alpha" => "cycles at several rates",
+        "deflection_zero_rad" => "longer recordings",
+        _ => "cycles at several amplitudes up to the rated deflection",
+    };
+    let percent = 100.0 * relative;
+    format!(
+        "undetermined: standard deviation {percent:.0} % of the value; {experiment} would determine it, or about {rows:.0} times as many rows of this kind"
+    )
+}

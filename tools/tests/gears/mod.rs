@@ -1,0 +1,73 @@
+//! Synthetic recordings for the tests, by the core.
+#![allow(dead_code)]
+
+use gmhm::{Elastic, Gear, Memory, Params};
+use gmhm_tools::recording::Recording;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+/// The published gear.
+pub fn published() -> (Elastic, Memory) {
+    let elastic = Elastic { c1_nm_per_rad: 2.4737e4, c2_nm_per_rad3: 1.0e9, c3_nm_per_rad5: -1.1774e14 };
+    let memory = Memory { alpha: 2.6532e6, beta_per_s: 422.68, omega_per_s: 226.31, ..Memory::default() };
+    (elastic, memory)
+}
+
+/// A deflection path at a constant sample period.
+pub struct Path {
+    pub theta: Vec<f64>,
+    pub period_s: f64,
+}
+
+/// Sine cycles from zero.
+pub fn cycle(amplitude: f64, count: usize, cycles: f64) -> Vec<f64> {
+    (0..count).map(|k| amplitude * (std::f64::consts::TAU * cycles * k as f64 / count as f64).sin()).collect()
+}
+
+/// Strokes between random turning points within ±a, at random speeds.
+pub fn walk(a: f64, count: usize, seed: u64) -> Vec<f64> {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let (mut theta, mut target, mut step) = (0.0_f64, a, 0.02 * a);
+    (0..count)
+        .map(|k| {
+            let here = theta;
+            if (target - theta).abs() <= step {
+                theta = target;
+                target = if k % 400 < 100 { -target.signum() * a } else { random.random_range(-a..a) };
+                step = a * random.random_range(0.005..0.04);
+            } else {
+                theta += step * (target - theta).signum();
+            }
+            here
+        })
+        .collect()
+}
+
+/// The torque along a path, from an empty memory.
+pub fn deflections(a: f64, elastic: Elastic, memory: Memory, theta: &[f64], period_s: f64) -> Vec<f64> {
+    let gear = Gear::<f64>::new(&Params::new(a, elastic, memory).unwrap());
+    let mut state = gear.start::<256>(theta[0]);
+    theta
+        .iter()
+        .enumerate()
+        .map(|(k, &theta)| gear.step_after(&mut state, theta, if k == 0 { 0.0 } else { period_s }).torque)
+        .collect()
+}
+
+/// A recording of a path, with white noise of the given standard deviation on the torque.
+pub fn record(a: f64, elastic: Elastic, memory: Memory, path: &Path, noise_nm: f64, seed: u64) -> Recording {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let mut torque = deflections(a, elastic, memory, &path.theta, path.period_s);
+    for torque in &mut torque {
+        let normal: f64 = StandardNormal.sample(&mut random);
+        *torque += noise_nm * normal;
+    }
+    Recording {
+        name: "synthetic".to_owned(),
+        time_s: (0..torque.len()).map(|k| k as f64 * path.period_s).collect(),
+        torque: Some(torque),
+        deflection_rad: Some(path.theta.clone()),
+        ..Recording::default()
+    }
+}
