@@ -313,7 +313,8 @@ fn named_model(
     memory: gmhm::Memory,
 ) -> Model {
     let name = start.map(|m| m.name.clone()).filter(|n| !n.is_empty()).unwrap_or_else(|| recordings[0].name.clone());
-    Model { name, gear, elastic: Some(elastic), memory: Some(memory), terms: Vec::new() }
+    let torque_unit = recordings[0].torque_unit;
+    Model { name, gear, torque_unit, elastic: Some(elastic), memory: Some(memory), terms: Vec::new() }
 }
 
 fn plain_rss(assembly: &Assembly, rows: &[Rows<'_>], result: &Polished) -> (f64, usize) {
