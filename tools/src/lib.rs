@@ -5,6 +5,7 @@
 
 pub mod bench;
 pub mod cli;
+pub mod demo;
 pub mod diagnosis;
 pub mod estimate;
 pub mod model;
