@@ -1,6 +1,6 @@
 //! Options that several commands share.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
@@ -36,6 +36,32 @@ impl ReadingArgs {
         let progress = Progress::new(&format!("Reading {}", path.display()), bytes, quiet);
         Ok(recording::read(path, &self.map(), needs, &|done| progress.at(done))?)
     }
+}
+
+impl ReadingArgs {
+    /// Reads several recordings, one after the other.
+    pub fn read_all(&self, paths: &[PathBuf], needs: &Needs, quiet: bool) -> Result<Vec<Recording>, Failure> {
+        paths.iter().map(|path| self.read(path, needs, quiet)).collect()
+    }
+}
+
+/// The seed of every random choice.
+#[derive(Debug, Args)]
+pub struct SeedArgs {
+    /// Seed of every random choice
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    pub seed: u64,
+}
+
+impl Default for SeedArgs {
+    fn default() -> Self {
+        SeedArgs { seed: 1 }
+    }
+}
+
+/// Results as indented JSON with a line break at the end.
+pub fn json(results: &impl serde::Serialize) -> Result<String, Failure> {
+    Ok(serde_json::to_string_pretty(results).map_err(std::io::Error::other)? + "\n")
 }
 
 /// A finite number greater than zero.

@@ -5,6 +5,7 @@ use std::io::IsTerminal;
 
 use miette::{Diagnostic, GraphicalReportHandler, LabeledSpan, SourceCode};
 
+use crate::estimate::EstimateError;
 use crate::model::ModelError;
 use crate::output::OutputError;
 use crate::predict::PredictError;
@@ -28,6 +29,9 @@ pub enum Failure {
     /// Nothing could be predicted.
     #[error(transparent)]
     Predict(#[from] PredictError),
+    /// Nothing could be fitted.
+    #[error(transparent)]
+    Estimate(#[from] EstimateError),
     /// The system refused.
     #[error(transparent)]
     System(#[from] std::io::Error),
@@ -40,7 +44,7 @@ impl Failure {
             Failure::Model(e) => e.mend(),
             Failure::Output(e) => e.mend().map(str::to_owned),
             Failure::Predict(e) => e.mend(),
-            Failure::Copy(_) | Failure::System(_) => None,
+            Failure::Copy(_) | Failure::Estimate(_) | Failure::System(_) => None,
         }
     }
 

@@ -1,9 +1,12 @@
 //! The commands, one small file each; no mathematics here.
 
 mod common;
+mod demo;
 mod failure;
+mod fit;
 mod predict;
 mod progress;
+mod tables;
 
 use std::process::ExitCode;
 
@@ -24,6 +27,8 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    Demo(demo::DemoArgs),
+    Fit(fit::FitArgs),
     Predict(predict::PredictArgs),
 }
 
@@ -47,11 +52,10 @@ pub fn run() -> ExitCode {
     crate::output::clean_up_on_interrupt();
     let session = Session { quiet: cli.quiet };
     let done = match &cli.command {
+        Some(Command::Demo(args)) => args.run(&session),
+        Some(Command::Fit(args)) => args.run(&session),
         Some(Command::Predict(args)) => args.run(&session),
-        None => {
-            let _ = Cli::command().print_help();
-            Ok(())
-        }
+        None => demo::DemoArgs::default().run(&session),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -1,6 +1,6 @@
 //! Progress on the terminal for what takes longer than a second.
 
-use std::cell::Cell;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -9,27 +9,37 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 pub struct Progress {
     bar: ProgressBar,
     began: Instant,
-    hidden: Cell<bool>,
+    hidden: AtomicBool,
     quiet: bool,
 }
 
 impl Progress {
+    /// The steps of work that tells its progress as a share.
+    pub const WHOLE: u64 = 1000;
+
     /// A bar for `total` steps of what `doing` says.
     pub fn new(doing: &str, total: u64, quiet: bool) -> Self {
         let bar = ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::hidden());
         let style = ProgressStyle::with_template("{msg} {wide_bar} {percent}% {eta} left");
         bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
         bar.set_message(doing.to_owned());
-        Progress { bar, began: Instant::now(), hidden: Cell::new(true), quiet }
+        Progress { bar, began: Instant::now(), hidden: AtomicBool::new(true), quiet }
     }
 
     /// So many steps are done.
     pub fn at(&self, done: u64) {
-        if self.hidden.get() && !self.quiet && self.began.elapsed() > Duration::from_secs(1) {
-            self.hidden.set(false);
+        let late = !self.quiet && self.began.elapsed() > Duration::from_secs(1);
+        if late && self.hidden.swap(false, Ordering::Relaxed) {
             self.bar.set_draw_target(ProgressDrawTarget::stderr());
         }
         self.bar.set_position(done);
+    }
+}
+
+impl crate::estimate::Progress for Progress {
+    fn report(&self, stage: &str, done: f64) {
+        self.bar.set_message(stage.to_owned());
+        self.at((done * Self::WHOLE as f64) as u64);
     }
 }
 

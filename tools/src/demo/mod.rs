@@ -2,13 +2,16 @@
 
 pub mod paper;
 pub mod rivals;
+mod story;
 
 use gmhm::{Gear, ParamError, Params};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, Normal};
 
+use crate::estimate::{self, EstimateError, Fit, FitOptions, Progress};
 use crate::recording::Recording;
+use rivals::{linear_spring, rms, rss, two_lines};
 
 /// Standard deviation of the noise on the built-in recording's torque, N·m.
 pub const NOISE_NM: f64 = 0.1;
@@ -58,4 +61,78 @@ pub fn on_the_drive(params: &Params, deflection_rad: &[f64]) -> Vec<f64> {
     let gear = Gear::<f32>::new(params);
     let mut state = gear.start::<16>(deflection_rad.first().map_or(0.0, |x| *x as f32));
     deflection_rad.iter().map(|x| f64::from(gear.step(&mut state, *x as f32).torque)).collect()
+}
+
+/// Everything that the demo found.
+#[derive(Debug, Clone)]
+pub struct Demo {
+    /// The recording.
+    pub built_in: BuiltIn,
+    /// The model identified from it.
+    pub fit: Fit,
+    /// That model's parameters.
+    pub params: Params,
+    /// The torque by the core in `f32`, N·m.
+    pub drive_nm: Vec<f64>,
+    /// Torque error left by each model.
+    pub left: [Left; 3],
+    /// Table 1 with the published gear and with the identified one.
+    pub table_1: Vec<(paper::Row, paper::Row)>,
+    /// Table 3 measured on the published cycle.
+    pub table_3: Vec<TwoLines>,
+}
+
+/// What a model leaves of the torque.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Left {
+    /// Which model.
+    pub model: &'static str,
+    /// Root mean square against the recording, N·m.
+    pub recorded_rms_nm: f64,
+    /// Root mean square against the torque before the noise was added, N·m.
+    pub noise_free_rms_nm: f64,
+}
+
+/// Two lines on the published cycle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TwoLines {
+    /// Points on the cycle.
+    pub points: usize,
+    /// Residual sum of squares of the best two lines, N²·m².
+    pub rss: f64,
+}
+
+/// Runs the chain: recording → fit → the core in `f32` → what is left, beside two rivals, and the paper's tables.
+///
+/// # Errors
+/// What `fit` refuses.
+pub fn run(seed: u64, progress: &dyn Progress) -> Result<Demo, EstimateError> {
+    let built_in = built_in(seed)?;
+    let options = FitOptions { seed, ..FitOptions::default() };
+    let fit = estimate::fit(std::slice::from_ref(&built_in.recording), &options, progress)?;
+    let rated = fit.model.gear.rated_deflection_rad.unwrap_or(paper::RATED_DEFLECTION_RAD);
+    let identified = fit.model.params(rated).unwrap_or_else(paper::published)?;
+
+    let deflection = built_in.recording.deflection_rad.as_deref().unwrap_or_default();
+    let torque = built_in.recording.torque.as_deref().unwrap_or_default();
+    let drive_nm = on_the_drive(&identified, deflection);
+    let left = |model, predicted: &[f64]| Left {
+        model,
+        recorded_rms_nm: rms(torque, predicted),
+        noise_free_rms_nm: rms(&built_in.noise_free_nm, predicted),
+    };
+    let left = [
+        left("GMHM, core in f32", &drive_nm),
+        left("two lines", &two_lines(deflection, torque)),
+        left("linear spring", &linear_spring(deflection, torque)),
+    ];
+    let published = paper::published()?;
+    let table_1 = paper::table_1(&published).into_iter().zip(paper::table_1(&identified)).collect();
+    let table_3 = [paper::TABLE_1_POINTS, 2000]
+        .map(|points| {
+            let (x, y) = paper::steady_cycle(&published, points);
+            TwoLines { points, rss: rss(&y, &two_lines(&x, &y)) }
+        })
+        .to_vec();
+    Ok(Demo { built_in, fit, params: identified, drive_nm, left, table_1, table_3 })
 }

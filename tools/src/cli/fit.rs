@@ -1,0 +1,84 @@
+//! `gmhm fit`.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+
+use super::Session;
+use super::common::{ReadingArgs, SeedArgs, json};
+use super::failure::Failure;
+use super::progress::Progress;
+use super::tables;
+use crate::estimate::{self, FitOptions};
+use crate::model;
+use crate::output::Outputs;
+use crate::recording::Needs;
+
+/// Identify a gear from recordings, with the uncertainty of every parameter
+///
+/// Writes a model file. Several recordings of one gear are fitted together. With --model the gear section, law, kernel, gate and play of that
+/// file are kept; without it held-out prediction chooses them.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  gmhm fit recording.csv -o gear.toml
+  gmhm fit slow.csv fast.csv --map deflection_rad=-twist -o gear.toml --json fit.json")]
+pub struct FitArgs {
+    /// Recordings of one gear
+    #[arg(required = true, value_name = "RECORDING")]
+    recordings: Vec<PathBuf>,
+    /// Model file that gives ratio, law, kernel, gate and play
+    #[arg(long, value_name = "M.toml")]
+    model: Option<PathBuf>,
+    /// How to search
+    #[arg(long, value_enum, default_value_t = Method::Auto)]
+    method: Method,
+    /// Where to write the model file
+    #[arg(short, long, value_name = "M2.toml")]
+    output: PathBuf,
+    /// Where to write everything that is known about the fit, as JSON
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    #[command(flatten)]
+    reading: ReadingArgs,
+    #[command(flatten)]
+    seed: SeedArgs,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Method {
+    /// Eliminate the linear parameters exactly, search the others
+    Auto,
+    /// The paper's particle swarm over all six parameters
+    Pso,
+}
+
+impl FitArgs {
+    pub(super) fn run(&self, session: &Session) -> Result<(), Failure> {
+        for output in [Some(&self.output), self.json.as_ref()].into_iter().flatten() {
+            Outputs::check(output)?;
+        }
+        let start = self.model.as_deref().map(model::load).transpose()?;
+        let recordings = self.reading.read_all(&self.recordings, &Needs::FIT, session.quiet)?;
+        let options = FitOptions {
+            method: match self.method {
+                Method::Auto => estimate::Method::Auto,
+                Method::Pso => estimate::Method::Pso,
+            },
+            seed: self.seed.seed,
+            start,
+            rated_deflection_rad: self.reading.rated_deflection,
+            evaluations: None,
+        };
+        let fit = estimate::fit(&recordings, &options, &Progress::new("Fitting", Progress::WHOLE, session.quiet))?;
+
+        let mut outputs = Outputs::new();
+        outputs.add_text(&self.output, &fit.model.to_toml())?;
+        if let Some(path) = &self.json {
+            outputs.add_text(path, &json(&fit)?)?;
+        }
+        outputs.commit()?;
+        print!("{}", tables::fit(&fit));
+        println!("Model written to {}", self.output.display());
+        Ok(())
+    }
+}
