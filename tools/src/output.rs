@@ -100,8 +100,7 @@ impl Outputs {
         F: FnOnce(&mut dyn Write) -> Result<(), E>,
     {
         Self::check(path)?;
-        // A link stays a link: what it points to is replaced.
-        let target = path.canonicalize().unwrap_or_else(|_| path.to_owned());
+        let target = resolved(path);
         if self.files.iter().any(|(other, _)| *other == target) {
             return Err(OutputError::Twice { path: path.to_owned() }.into());
         }
@@ -165,6 +164,12 @@ impl From<io::Error> for TextError {
     fn from(e: io::Error) -> Self {
         TextError::Io(e)
     }
+}
+
+/// The file itself: a link stays a link, and what it points to is replaced.
+fn resolved(path: &Path) -> PathBuf {
+    let beside = || Some(folder_of(path).canonicalize().ok()?.join(path.file_name()?));
+    path.canonicalize().ok().or_else(beside).unwrap_or_else(|| path.to_owned())
 }
 
 fn folder_of(path: &Path) -> PathBuf {

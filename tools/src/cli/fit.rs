@@ -69,8 +69,11 @@ impl FitArgs {
             rated_deflection_rad: self.reading.rated_deflection,
             evaluations: None,
         };
-        let fit = estimate::fit(&recordings, &options, &Progress::new("Fitting", Progress::WHOLE, session.quiet))?;
+        let mut fit = estimate::fit(&recordings, &options, &Progress::new("Fitting", Progress::WHOLE, session.quiet))?;
 
+        if self.model.is_none() {
+            fit.model.name = self.recordings[0].file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        }
         let mut outputs = Outputs::new();
         outputs.add_text(&self.output, &fit.model.to_toml())?;
         if let Some(path) = &self.json {
