@@ -29,7 +29,7 @@ fn every_kind_can_be_hidden_and_seen() {
             assert!(effect.class.len() <= 1, "{kind} is explained by {:?}", effect.class);
         }
         for other in effect.class.iter().filter(|k| *k != kind) {
-            assert!(effect.unexplained[other] - effect.unexplained[*kind] < INDISTINGUISHABLE);
+            assert!(effect.unexplained[other] < effect.evidence && effect.evidence > INDISTINGUISHABLE);
         }
         visible += usize::from(effect.visible);
         for recording in &case.recordings {
@@ -41,6 +41,26 @@ fn every_kind_can_be_hidden_and_seen() {
         }
     }
     assert!(visible >= 28, "only {visible} of 30 effects can be seen");
+}
+
+#[test]
+fn classes_hold_what_the_recording_cannot_tell_and_no_more() {
+    let class = |seed, nature, kind| {
+        let case = case(seed, &spec(nature, &[(kind, 0.15)]));
+        (case.key.motion, case.key.effects[0].class.clone())
+    };
+    // With the input locked v = −θ̇, and friction that acts on v is damping.
+    let mut locked = 0;
+    for seed in 0..8 {
+        let (motion, damping) = class(seed, NatureKind::Gmhm, "viscous_damping");
+        if motion == "LockedCycles" || motion == "BandLimited" {
+            locked += 1;
+            assert_eq!(damping, ["viscous_damping", "viscous_friction"], "{motion}");
+        }
+        let (_, stribeck) = class(seed, NatureKind::Joint, "stribeck_friction");
+        assert!(stribeck.len() <= 2, "{stribeck:?}");
+    }
+    assert!(locked > 1);
 }
 
 #[test]

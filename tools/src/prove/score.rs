@@ -151,7 +151,8 @@ impl CaseScore {
 
     /// Share of the effect's power on unseen recordings that the extended model explains; may be negative. Nothing for nulls.
     pub fn explained(&self) -> Option<f64> {
-        if self.hidden.is_empty() || self.base_leaves_nm <= 0.0 {
+        // Below a millinewton-metre the effect did not show there, and there is nothing to explain.
+        if self.hidden.is_empty() || self.base_leaves_nm < 1e-3 {
             return None;
         }
         Some(self.unseen_error_nm.map_or(0.0, |e| 1.0 - (e / self.base_leaves_nm).powi(2)))

@@ -80,6 +80,14 @@ pub fn all(world: &World, orders: &[f64]) -> Vec<Family> {
             add("wear", vec![Piece::Wear { start, duration, sigmoid: false }], 2, false);
         }
     }
+    // An angle that stands still says nothing of what turns with it.
+    let travel = |q: &[f64]| q.iter().fold(f64::MIN, |m, x| m.max(*x)) - q.iter().fold(f64::MAX, |m, x| m.min(*x));
+    let still = [(Angle::Motor, travel(&world.motor) < 1.0), (Angle::Output, travel(&world.output) < 0.1)];
+    families.retain(|family| {
+        !matches!(family.pieces[0],
+            Piece::AngleDeflection { angle, .. } | Piece::AngleTorque { angle, .. } | Piece::AngleFriction { angle, .. }
+                if still.contains(&(angle, true)))
+    });
     if world.c1 == 0.0 {
         // A joint log has no deflection, and its base holds gravity, inertia, Coulomb and viscous friction already.
         families.retain(|f| super::kinds::fits_a_joint(f.kind));

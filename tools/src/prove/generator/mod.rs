@@ -126,7 +126,7 @@ fn draft(dice: &Dice, attempt: u64, spec: &CaseSpec) -> Option<Draft> {
         k if k.turns() && choose.chance(0.3) => TorqueSide::Motor,
         _ => TorqueSide::Output,
     };
-    let bare = names.iter().any(|k| matches!(*k, "coulomb_friction" | "viscous_friction" | "viscous_damping"));
+    let bare = names.iter().any(|k| matches!(*k, "coulomb_friction" | "viscous_friction"));
     let wanted = names.contains(&"thermal_friction") || (kind.turns() && choose.chance(0.3));
     let extra = (kind != MotionKind::Joint && wanted && !bare).then(|| {
         [choose.uniform(0.5, 3.0), plan.speed * choose.uniform(0.02, 0.05), choose.uniform(0.1, 0.5) / plan.speed]
@@ -192,7 +192,7 @@ fn record(seed: u64, dice: &Dice, spec: &CaseSpec, noise: &Noise, draft: &Draft)
     entries.extend(nature_entry(experiment, noise));
     let unseen = {
         let fitted = experiment.refitted(&effects);
-        let rows = 2000;
+        let rows = experiment.motions[0].time_s.len();
         let motions = vec![experiment.plan.motion(&mut dice.stream(4), rows, true)];
         let elsewhere = Experiment { motions, ..experiment.clone() };
         let truths = elsewhere.truth(&effects);
@@ -325,8 +325,8 @@ fn entry(
     removed: &[String],
 ) -> HiddenEffect {
     let listed = KINDS.contains(&hidden.kind.as_str());
-    let evidence = leaves.remove("").unwrap_or(0.0);
-    let own = if listed { leaves.get(&hidden.kind).copied().unwrap_or(0.0).min(evidence) } else { 0.0 };
+    let evidence = leaves.remove(truth::BASE).unwrap_or(0.0);
+    let own = leaves.remove(truth::OWN).unwrap_or(0.0).min(evidence);
     let mut class: Vec<String> = leaves
         .iter()
         .filter(|(kind, left)| **left - own < INDISTINGUISHABLE && !removed.contains(kind))

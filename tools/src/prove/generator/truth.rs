@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::families;
-use super::kinds::Hidden;
+use super::kinds::{Family, Hidden};
 use super::linear::{Span, Whitener, weights};
 use super::motion::{Motion, Plan};
 use super::nature::Nature;
@@ -38,6 +38,11 @@ pub struct Truth {
     /// The torque minus that of the true base model at the measured deflection: what was left out, before any refit.
     pub left_out: Vec<f64>,
 }
+
+/// The base model alone, beside the kinds of [`Experiment::unexplained`].
+pub const BASE: &str = "base";
+/// The truth itself, there.
+pub const OWN: &str = "own";
 
 /// A hidden effect and the factor on its weights.
 pub type Scaled<'a> = (&'a Hidden, f64);
@@ -141,8 +146,8 @@ impl Experiment {
         weights(&self.base_columns(&truths, false), &torque)
     }
 
-    /// For every kind, how much of `effects[target]` it leaves unexplained, as squared deviations of the `noise`; and
-    /// under "", what the base model alone leaves. The other effects are taken as known.
+    /// For every kind, how much of `effects[target]` it leaves unexplained, as squared deviations of the `noise`; under
+    /// [`BASE`], what the base model alone leaves; under [`OWN`], what first-order columns of the truth itself leave. The other effects are taken as known.
     ///
     /// Families with more than one free parameter beyond the truth's are not tried: a model that can be anything
     /// explains everything.
@@ -168,20 +173,34 @@ impl Experiment {
         let y = span.residual(&whiten(&joined(&self.truth(&[effects[target]]))));
         let energy: f64 = y.iter().map(|y| y * y).sum();
         let base_nm = rms(&truths.iter().flat_map(|t| t.torque.iter().copied()).collect::<Vec<f64>>());
-        let mut least = BTreeMap::from([(String::new(), energy)]);
+        let mut least = BTreeMap::from([(BASE.to_owned(), energy)]);
         let allowed = parameters(&hidden.pieces) + 1;
-        for family in families::all(&truths[0].world, &orders(&hidden.pieces)) {
-            if family.pieces.len() + family.tuned > allowed && family.kind != hidden.kind {
+        let mut tried = families::all(&truths[0].world, &orders(&hidden.pieces));
+        tried.retain(|f| f.kind == hidden.kind || f.pieces.len() + f.tuned <= allowed);
+        // The truth's own pieces: what they leave is only what a first-order column cannot follow.
+        let own: Vec<Piece> = hidden.pieces.iter().map(|(p, _)| p.clone()).collect();
+        tried.push(Family { kind: OWN, pieces: own, tuned: 0, positive: false });
+        for family in tried {
+            let (mut raw, mut columns) = (Vec::new(), Vec::new());
+            for piece in &family.pieces {
+                let column = self.column(piece);
+                let seen = whiten(&column);
+                let left = span.residual(&seen);
+                // A column that the base model holds already has no say, and its weight would be noise.
+                if rms(&left) > 1e-6 * rms(&seen) {
+                    raw.push(column);
+                    columns.push(left);
+                }
+            }
+            if columns.is_empty() {
                 continue;
             }
-            let raw: Vec<Vec<f64>> = family.pieces.iter().map(|p| self.column(p)).collect();
-            let columns: Vec<Vec<f64>> = raw.iter().map(|c| span.residual(&whiten(c))).collect();
             let fitted = weights(&columns, &y);
             let mixed =
                 |columns: &[Vec<f64>], i: usize| columns.iter().zip(&fitted).map(|(c, w)| w * c[i]).sum::<f64>();
             let whole = rms(&(0..raw[0].len()).map(|i| mixed(&raw, i)).collect::<Vec<f64>>());
             // A negative friction, or a term of the order of the base torque itself, is no explanation.
-            let absurd = (family.positive && fitted[0] < 0.0) || whole > 0.4 * base_nm;
+            let absurd = (family.positive && fitted[0] < 0.0) || (whole > 0.4 * base_nm && family.kind != OWN);
             let left = if absurd { energy } else { (0..y.len()).map(|i| (y[i] - mixed(&columns, i)).powi(2)).sum() };
             let entry = least.entry(family.kind.to_owned()).or_insert(energy);
             *entry = entry.min(left);
