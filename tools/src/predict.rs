@@ -26,7 +26,7 @@ pub enum PredictError {
     #[error("the model has neither [elastic] and [memory] nor any [[term]]: it predicts nothing")]
     EmptyModel,
     /// A term that cannot be evaluated.
-    #[error("the model's term `{0}` is not known")]
+    #[error("the model holds the term `{0}`, which this program cannot evaluate")]
     UnknownTerm(String),
     /// A deflection beyond anything that the model can extrapolate to.
     #[error(

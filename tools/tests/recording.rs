@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use gmhm_tools::recording::{ColumnMap, Needs, Recording, RecordingError, TorqueUnit, copy_with_columns, read};
+use proptest::prelude::*;
 
 struct Folder(tempfile::TempDir);
 
@@ -175,4 +176,47 @@ fn written_recordings_read_back_exactly() {
     assert_eq!(bits(&back.torque), bits(&rec.torque));
     assert_eq!(bits(&back.temperature_c), bits(&rec.temperature_c));
     assert_eq!(back.time_s, rec.time_s);
+}
+
+/// Bytes that look like a recording in places.
+fn almost_csv() -> impl Strategy<Value = Vec<u8>> {
+    let token = prop_oneof![
+        prop::sample::select(vec![
+            "time_s",
+            "deflection_rad",
+            "torque_nm",
+            "theta_in_deg",
+            ",",
+            ";",
+            "\t",
+            "\n",
+            "\r\n",
+            "\"",
+            "#",
+            "0",
+            "1",
+            "2",
+            "1e3",
+            "-0.5",
+            "1,5",
+            "nan",
+            " ",
+            "\u{feff}",
+            "sep=;\n",
+        ])
+        .prop_map(|text| text.as_bytes().to_vec()),
+        prop::collection::vec(any::<u8>(), 0..4),
+    ];
+    prop::collection::vec(token, 0..40).prop_map(|tokens| tokens.concat())
+}
+
+proptest! {
+    #[test]
+    fn no_bytes_make_the_reader_panic(bytes in almost_csv()) {
+        if let Ok(rec) = read_bytes(&bytes, "") {
+            prop_assert!(rec.len() >= 2);
+            prop_assert!(rec.time_s.windows(2).all(|w| w[0] < w[1]));
+            prop_assert_eq!(rec.torque.map(|t| t.len()), Some(rec.time_s.len()));
+        }
+    }
 }
