@@ -93,6 +93,11 @@ impl Outputs {
         Ok(())
     }
 
+    /// Makes the folder that outputs are to appear in, with those above it.
+    pub fn make_folder(path: &Path) -> Result<(), OutputError> {
+        std::fs::create_dir_all(path).map_err(|source| OutputError::System { path: path.to_owned(), source })
+    }
+
     /// Writes one output, to appear at `path` on [`commit`](Self::commit). An error of `write` is handed on as it is.
     pub fn add<E, F>(&mut self, path: &Path, write: F) -> Result<(), E>
     where

@@ -41,3 +41,10 @@ fn a_seed_is_a_recording() {
     assert_eq!(dir.read("a/model.toml"), dir.read("b/model.toml"));
     assert_ne!(dir.read("a/recording.csv"), dir.read("c/recording.csv"));
 }
+
+#[test]
+fn a_folder_that_cannot_be_is_refused() {
+    let dir = WorkDir::new();
+    dir.write("taken", "");
+    dir.refuse("demo --out taken", &["taken", "cannot be written"]);
+}

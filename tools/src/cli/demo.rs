@@ -34,7 +34,7 @@ impl Default for DemoArgs {
 impl DemoArgs {
     pub(super) fn run(&self, session: &Session) -> Result<(), Failure> {
         let demo = demo::run(self.seed.seed, &Progress::new("Fitting", Progress::WHOLE, session.quiet))?;
-        std::fs::create_dir_all(&self.out)?;
+        Outputs::make_folder(&self.out)?;
         let mut outputs = Outputs::new();
         outputs.add(&self.out.join("recording.csv"), |out| Ok::<_, Failure>(demo.built_in.recording.write(out)?))?;
         outputs.add_text(&self.out.join("model.toml"), &demo.fit.model.to_toml())?;
