@@ -114,3 +114,23 @@ fn real_residuals_carry_an_effect_like_any_noise() {
     assert_eq!(case.key.noise, "real");
     assert!(case.recordings[0].torque.as_ref().unwrap().iter().all(|t| t.is_finite()));
 }
+
+#[test]
+fn the_true_base_model_predicts_a_null_through_the_core() {
+    // Two hysteresis codes that share nothing, a play profile here and turning points in the core, are the same law.
+    let mut met = 0;
+    for seed in 0..40 {
+        let mut case = case(seed, &spec(NatureKind::Gmhm, &[]));
+        if case.key.handed != "true" || !case.base.terms.is_empty() {
+            continue;
+        }
+        met += 1;
+        case.base.memory.as_mut().unwrap().reversal_play_rad = 0.0;
+        let unseen = &mut case.unseen[0];
+        let predicted = gmhm_tools::predict::predict(&case.base, None, &mut unseen.recording).unwrap();
+        for (truth, core) in unseen.torque_nm.iter().zip(&predicted.torque) {
+            assert!((truth - core).abs() < 1e-8, "{} {truth} {core}", case.key.motion);
+        }
+    }
+    assert!(met >= 3);
+}
