@@ -1,7 +1,13 @@
 //! `cargo xtask`: set-up and tests of this workspace, from a machine with stock Rust to the end.
 
+mod emulate;
+mod emulator;
+mod golden;
+mod machine;
 mod setup;
 mod test;
+
+use std::path::PathBuf;
 
 use clap::{Parser, Subcommand};
 use xshell::Shell;
@@ -17,6 +23,18 @@ struct Arguments {
 enum Command {
     /// Install what is missing: Cortex-M targets and llvm-tools (rustup), the emulator (apt-get).
     Setup,
+    /// Run the images on every emulated board and compare what they print with the files beside them.
+    Emulate {
+        /// Accept what they print.
+        #[arg(long)]
+        overwrite: bool,
+    },
+    /// Run one built image in the emulator: the runner of `cargo run`.
+    #[command(hide = true)]
+    RunImage {
+        /// The image.
+        image: PathBuf,
+    },
     /// Set up what is missing, then run every test.
     Test,
 }
@@ -27,6 +45,8 @@ fn main() -> anyhow::Result<()> {
     shell.change_dir(workspace());
     match arguments.command {
         Command::Setup => setup::run(&shell),
+        Command::Emulate { overwrite } => emulate::run(&shell, overwrite),
+        Command::RunImage { image } => emulate::run_image(&image),
         Command::Test => test::run(&shell),
     }
 }

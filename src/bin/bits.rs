@@ -1,0 +1,68 @@
+//! The core over 100,000 samples a law, as a running hash: every machine must print the same lines to the bit.
+#![cfg_attr(target_os = "none", no_std, no_main)]
+
+mod journey;
+mod platform;
+
+use gmhm::{Gate, Gear, Kernel, Law};
+use journey::{Hash, Journey};
+use platform::gears;
+
+const SAMPLES: u32 = 100_000;
+const CHECKPOINT: u32 = 20_000;
+const PERIOD_S: f32 = 1e-4;
+
+#[cfg_attr(target_os = "none", cortex_m_rt::entry)]
+fn main() -> ! {
+    let play_rad = 2e-6;
+    let kinds = [
+        (Kernel::Deflection, Gate::Cycle),
+        (Kernel::Deflection, Gate::None),
+        (Kernel::Rate, Gate::Cycle),
+        (Kernel::Rate, Gate::None),
+    ];
+    walk("masing", Law::Masing, kinds[0], 0.0, false);
+    walk("masing, play", Law::Masing, kinds[0], play_rad, false);
+    for (name, kind) in ["phase deflection cycle", "phase deflection none", "phase rate cycle", "phase rate none"]
+        .into_iter()
+        .zip(kinds)
+    {
+        walk(name, Law::Phase, kind, 0.0, false);
+    }
+    for (name, kind) in
+        ["time deflection cycle", "time deflection none", "time rate cycle", "time rate none"].into_iter().zip(kinds)
+    {
+        walk(name, Law::Time, kind, 0.0, false);
+    }
+    walk("time rate none, varying period", Law::Time, kinds[3], 0.0, true);
+    platform::end()
+}
+
+/// Prints the hash of all outputs at each checkpoint.
+fn walk(name: &'static str, law: Law, (kernel, gate): (Kernel, Gate), play_rad: f64, varying: bool) {
+    let Ok(params) = gears::published(law, kernel, gate, play_rad) else {
+        return say!("{}: parameters refused", name);
+    };
+    let gear = Gear::<f32>::with_period(&params, f64::from(PERIOD_S));
+    let mut state = gear.start::<16>(0.0);
+    let mut journey = Journey::new(gears::RATED_RAD);
+    let mut hash = Hash::new();
+    for k in 1..=SAMPLES {
+        let theta = journey.next_deflection();
+        let out = if varying {
+            gear.step_after(&mut state, theta, PERIOD_S * journey.uneven())
+        } else {
+            gear.step(&mut state, theta)
+        };
+        let status = state.status();
+        hash.add(out.torque.to_bits());
+        hash.add(out.elastic.to_bits());
+        hash.add(out.hysteresis.to_bits());
+        hash.add(gear.start_uncertainty(&state).to_bits());
+        hash.add(u32::from(status.out_of_range) + 2 * u32::from(status.refused));
+        if k % CHECKPOINT == 0 {
+            say!("{}: after {} samples {:08x}{:08x}", name, k, hash.high(), hash.low());
+        }
+    }
+    say!("{}: pairs merged {}", name, gear.merged_pairs(&state));
+}

@@ -1,0 +1,41 @@
+//! Runs the images on every machine and compares what they print with the file beside each.
+
+use std::path::Path;
+
+use anyhow::{Context, Result, bail};
+use xshell::{Shell, cmd};
+
+use crate::emulator::{self, Clock};
+use crate::golden;
+use crate::machine::{self, Machine};
+
+/// The image that must print the same on every machine, the host included.
+const BITS: &str = "bits";
+
+/// Runs every image; `overwrite` accepts what they print.
+pub fn run(shell: &Shell, overwrite: bool) -> Result<()> {
+    let golden_file = shell.current_dir().join("src/bin/bits.out");
+    println!("emulate: {BITS} on the host");
+    let host = cmd!(shell, "cargo run --quiet --locked --package gmhm --features firmware --bin {BITS}")
+        .quiet()
+        .read()
+        .context("image `bits` failed on the host")?
+        + "\n";
+    golden::check(&golden_file, &host, overwrite)?;
+    for machine in machine::ALL {
+        println!("emulate: {BITS} on {} ({})", machine.core, machine.board);
+        let image = machine.build(shell, BITS)?;
+        let lines = emulator::lines(&image, machine, Clock::Free)?;
+        golden::check(&golden_file, &lines, false).context("the bits differ from those of the host")?;
+    }
+    Ok(())
+}
+
+/// Runs one image that cargo has built, and prints its lines: the runner of `cargo run`.
+pub fn run_image(image: &Path) -> Result<()> {
+    let target = image.ancestors().filter_map(|folder| folder.file_name()?.to_str()).find_map(Machine::of_target);
+    let Some(machine) = target else {
+        bail!("{}: no folder on the way names a target that an emulated board is known for", image.display());
+    };
+    emulator::run(image, machine, Clock::Instructions, |line| println!("{line}"))
+}
