@@ -20,8 +20,18 @@ fn main() -> ! {
     platform::end()
 }
 
-/// Measures a call over its inputs, in order and again from the first.
-fn report<T: Copy>(name: &'static str, inputs: &[T], call: impl FnMut(T)) {
-    let ticks = counter::ticks(CALLS, inputs, call);
-    say!("{} {} {}", ticks, CALLS, name);
+/// Measures a call over its inputs.
+fn report<T: Copy, R>(name: &'static str, inputs: &[T], call: impl FnMut(T) -> R) {
+    say!("{} {} {}", counter::ticks(CALLS, inputs, call), CALLS, name);
+}
+
+/// Measures a call that starts from the same state every time.
+fn report_from<S: Clone, T: Copy, R>(name: &'static str, state: &S, input: T, mut call: impl FnMut(&mut S, T) -> R) {
+    let copying = counter::ticks(CALLS, &[input], |_| state.clone());
+    let all = counter::ticks(CALLS, &[input], |input| {
+        let mut state = state.clone();
+        let result = call(&mut state, input);
+        (state, result)
+    });
+    say!("{} {} {}", all.saturating_sub(copying), CALLS, name);
 }

@@ -1,5 +1,6 @@
-//! `cargo xtask`: set-up and tests of this workspace, from a machine with stock Rust to the end.
+//! `cargo xtask`: set-up, tests, emulator runs and tables of this workspace, from a machine with stock Rust to the end.
 
+mod cost;
 mod emulate;
 mod emulator;
 mod golden;
@@ -13,7 +14,7 @@ use clap::{Parser, Subcommand};
 use xshell::Shell;
 
 #[derive(Parser)]
-#[command(name = "cargo xtask", about = "Set-up and tests of this workspace")]
+#[command(name = "cargo xtask", about = "Set-up, tests, emulator runs and tables of this workspace")]
 struct Arguments {
     #[command(subcommand)]
     command: Command,
@@ -26,6 +27,12 @@ enum Command {
     /// Run the images on every emulated board and compare what they print with the files beside them.
     Emulate {
         /// Accept what they print.
+        #[arg(long)]
+        overwrite: bool,
+    },
+    /// Count the instructions of each call of the core; fails where one has grown.
+    Cost {
+        /// Accept the counts.
         #[arg(long)]
         overwrite: bool,
     },
@@ -46,6 +53,7 @@ fn main() -> anyhow::Result<()> {
     match arguments.command {
         Command::Setup => setup::run(&shell),
         Command::Emulate { overwrite } => emulate::run(&shell, overwrite),
+        Command::Cost { overwrite } => cost::run(&shell, overwrite),
         Command::RunImage { image } => emulate::run_image(&image),
         Command::Test => test::run(&shell),
     }

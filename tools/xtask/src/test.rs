@@ -3,7 +3,7 @@
 use anyhow::{Context, Result};
 use xshell::{Shell, cmd};
 
-use crate::{emulate, setup};
+use crate::{cost, emulate, setup};
 
 /// Sets up what is missing, then runs everything.
 pub fn run(shell: &Shell) -> Result<()> {
@@ -13,6 +13,7 @@ pub fn run(shell: &Shell) -> Result<()> {
         .run()
         .context("a test of the feature `micromath` failed")?;
     emulate::run(shell, false)?;
+    cost::run(shell, false)?;
     println!("test: all passed");
     Ok(())
 }
