@@ -23,6 +23,9 @@ pub struct Noise {
     pub torque_step_nm: Option<f64>,
     /// Step of the deflection column where it is quantised, rad.
     pub deflection_step_rad: Option<f64>,
+    /// k_1 … k_p, the reflection coefficients of φ.
+    #[serde(skip)]
+    pub(super) reflections: Vec<f64>,
     /// Predictors of orders 0 … p−1 with the factor that brings their error to the sd of ε.
     #[serde(skip)]
     pub(super) starts: Vec<(Vec<f64>, f64)>,
@@ -41,6 +44,7 @@ impl Noise {
             outliers: 0,
             torque_step_nm: None,
             deflection_step_rad: None,
+            reflections: Vec::new(),
             starts: Vec::new(),
             weight: 1.0,
         }
@@ -81,23 +85,47 @@ impl Noise {
         if order == 0 {
             return;
         }
-        let (coefficients, innovation) = steps[order - 1].clone();
-        let before = |m: usize| if m == 0 { (Vec::new(), variance) } else { steps[m - 1].clone() };
-        self.starts = (0..order)
-            .map(|m| {
-                let (predictor, error) = before(m);
-                (predictor, (innovation / error).sqrt())
-            })
-            .collect();
-        self.innovation_sd = innovation.sqrt();
-        self.coefficients = coefficients;
+        self.innovation_sd = steps[order - 1].1.sqrt();
+        self.set_reflections(steps[..order].iter().map(|(k, _)| *k).collect());
+    }
+
+    /// Takes the reflection coefficients for those of the noise: predictors by the Levinson recursion.
+    fn set_reflections(&mut self, reflections: Vec<f64>) {
+        let mut predictor: Vec<f64> = Vec::new();
+        let mut left: f64 = reflections.iter().map(|k| 1.0 - k * k).product();
+        self.starts.clear();
+        for k in &reflections {
+            self.starts.push((predictor.clone(), left.sqrt()));
+            left /= 1.0 - k * k;
+            let reversed: Vec<f64> = predictor.iter().rev().map(|a| k * a).collect();
+            predictor.iter_mut().zip(reversed).for_each(|(a, r)| *a -= r);
+            predictor.push(*k);
+        }
+        self.coefficients = predictor;
+        self.reflections = reflections;
+    }
+
+    /// The same noise with the Fisher transform atanh k_1 moved by `step`: the gain at low frequencies, ∏ 1/(1 − k_i), goes with it.
+    pub(super) fn with_slowness(&self, step: f64) -> Self {
+        let mut moved = self.clone();
+        let mut reflections = self.reflections.clone();
+        if let Some(first) = reflections.first_mut() {
+            *first = (first.atanh() + step).tanh();
+        }
+        moved.set_reflections(reflections);
+        moved
+    }
+
+    /// ln det of the covariance of `runs` runs of the noise, in units of the variance of ε.
+    pub(super) fn log_determinant(&self, runs: usize) -> f64 {
+        -2.0 * runs as f64 * self.starts.iter().map(|(_, factor)| factor.ln()).sum::<f64>()
     }
 }
 
 const HIGHEST_ORDER: usize = 20;
 
 /// Contiguous ranges of counted rows (outliers inside are bridged).
-fn runs(marks: &[Mark]) -> Vec<std::ops::Range<usize>> {
+pub(super) fn runs(marks: &[Mark]) -> Vec<std::ops::Range<usize>> {
     let mut runs = Vec::new();
     let mut start = None;
     for (row, mark) in marks.iter().enumerate() {
@@ -139,11 +167,10 @@ fn bridge_outliers(residual: &[f64], marks: &[Mark]) -> Vec<f64> {
     bridged
 }
 
-/// Predictor and error variance of the orders 1 … highest, by Burg's recursion over several runs.
-fn burg(residual: &[f64], runs: &[std::ops::Range<usize>], variance: f64, highest: usize) -> Vec<(Vec<f64>, f64)> {
+/// Reflection coefficient and error variance of the orders 1 … highest, by Burg's recursion over several runs.
+fn burg(residual: &[f64], runs: &[std::ops::Range<usize>], variance: f64, highest: usize) -> Vec<(f64, f64)> {
     let mut forward: Vec<Vec<f64>> = runs.iter().map(|r| residual[r.clone()].to_vec()).collect();
     let mut backward = forward.clone();
-    let mut predictor: Vec<f64> = Vec::new();
     let mut error = variance;
     let mut steps = Vec::with_capacity(highest);
     for order in 1..=highest {
@@ -165,16 +192,11 @@ fn burg(residual: &[f64], runs: &[std::ops::Range<usize>], variance: f64, highes
                 b[t] = behind - reflection * ahead;
             }
         }
-        let old = predictor.clone();
-        for (i, value) in predictor.iter_mut().enumerate() {
-            *value -= reflection * old[old.len() - 1 - i];
-        }
-        predictor.push(reflection);
         error *= 1.0 - reflection * reflection;
         if error <= 1e-12 * variance {
             break;
         }
-        steps.push((predictor.clone(), error));
+        steps.push((reflection, error));
     }
     steps
 }

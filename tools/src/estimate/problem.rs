@@ -482,6 +482,16 @@ impl Factors {
 }
 
 impl System {
+    /// ln det XᵀX of the columns that are not held at a bound, the nuisances among them. Without derivatives.
+    pub fn log_determinant(&self, at_bound: &[bool]) -> f64 {
+        let log = |value: f64| if value == 0.0 { 0.0 } else { 2.0 * value.abs().ln() };
+        let nuisances: f64 =
+            self.parts.iter().flat_map(|(kept, whole)| (0..kept.len()).map(|j| log(whole.get(j, j)))).sum();
+        let free: Vec<usize> = (0..at_bound.len()).filter(|&j| !at_bound[j]).collect();
+        let gear = self.shared.select(&free);
+        nuisances + (0..free.len()).map(|j| log(gear.get(j, j))).sum::<f64>()
+    }
+
     /// The nuisances of each recording that belong to the given coefficients of the gear (followed by steps of the derivatives, if any).
     pub fn linear(&self, shared: &[f64]) -> Linear {
         let (nuisances, gear, derivatives) = self.widths;

@@ -100,7 +100,55 @@ pub fn refine(
             break;
         }
     }
+    if noise.iter().any(|n| n.order() > 0) {
+        restore_slowness(&assembly, rows, &polished.nonlinear, &mut noise);
+        let sweep = Sweep { noise: Some(&noise), ..Sweep::PLAIN };
+        let used = polished.evaluations;
+        polished = polish(&assembly.problem(rows), &polished.nonlinear, sweep, progress);
+        polished.evaluations += used;
+    }
     Ok(Refined { assembly, polished, noise, heldout_rms })
+}
+
+/// Independent samples' worth of rows beyond which the fit takes nothing that matters out of the noise.
+const PLENTY: f64 = 3000.0;
+
+/// The columns take up the slow part of the noise, so its residual looks faster than it is and standard deviations come out small. The first reflection
+/// coefficient is therefore moved to the optimum of the restricted likelihood, which allows for the columns (Patterson, Thompson 1971; Harville 1977):
+/// −2 ln L = (n − k) ln RSS + ln det Ω + ln det XᵀΩ⁻¹X.
+fn restore_slowness(assembly: &Assembly, rows: &[Rows<'_>], nonlinear: &[f64], noise: &mut [Noise]) {
+    let problem = assembly.problem(rows);
+    let bounds = problem.bounds();
+    let criterion = |noise: &[Noise]| {
+        let system = problem.factor(nonlinear, None, Sweep { noise: Some(noise), ..Sweep::PLAIN }).combine(|_, _| true);
+        let solution = super::bounded::solve(&system.shared, &bounds);
+        let free = bounds.len() - solution.at_bound.iter().filter(|b| **b).count();
+        let freedom = system.rows.saturating_sub(free + system.nuisances) as f64;
+        let covariance: f64 = noise.iter().zip(rows).map(|(n, r)| n.log_determinant(noise::runs(&r.marks).len())).sum();
+        freedom * solution.rss.ln() + covariance + system.log_determinant(&solution.at_bound)
+    };
+    for index in 0..noise.len() {
+        let Some(&first) = noise[index].reflections.first() else { continue };
+        let count = rows[index].len() as f64;
+        if first <= 0.0 || count * (1.0 - first) / (1.0 + first) > PLENTY {
+            continue;
+        }
+        let width = 1.0 / (count * (1.0 - first * first)).sqrt();
+        let original = noise[index].clone();
+        let at = |steps: f64, noise: &mut [Noise]| {
+            noise[index] = original.with_slowness(steps * width);
+            criterion(noise)
+        };
+        // A parabola through three points a standard error apart, whose middle one is moved up while that helps.
+        let (mut middle, mut values) = (0.0, [at(-1.0, noise), at(0.0, noise), at(1.0, noise)]);
+        while values[2] < values[1] && middle < 4.0 {
+            middle += 1.0;
+            values = [values[1], values[2], at(middle + 1.0, noise)];
+        }
+        let curvature = values[0] - 2.0 * values[1] + values[2];
+        let offset = if curvature > 0.0 { (0.5 * (values[0] - values[2]) / curvature).clamp(-1.0, 1.0) } else { 0.0 };
+        noise[index] = original.with_slowness((middle + offset) * width);
+    }
 }
 
 /// Keeps a deflection zero if it is far from none and predicts held-out rows better.
