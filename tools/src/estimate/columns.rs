@@ -134,6 +134,11 @@ pub struct Columns<'b> {
 }
 
 impl Columns<'_> {
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        self.at.len()
+    }
+
     /// The rows of column `j`.
     pub fn column(&mut self, j: usize) -> &mut [f64] {
         &mut self.block.column_mut(self.at[j])[self.first_row..]

@@ -10,6 +10,7 @@
 //! | [`select`] | law, kernel, gate and play by held-out prediction |
 //! | [`uncertainty`] | standard deviations, and what the recordings cannot tell |
 //! | [`pso`] | the paper's own identification |
+//! | [`rivals`] | foreign models, as yardsticks |
 //!
 //! **Start of a recording.** What the gear went through before the first row is unknown, but `predict` starts every recording with an empty memory. Both
 //! are tried. In law `masing` the rows before the loop has settled are first left out; if the fit to the rest predicts them from an empty memory as
@@ -28,6 +29,7 @@ mod prepare;
 pub mod problem;
 pub mod pso;
 mod refine;
+pub mod rivals;
 pub mod select;
 pub mod swarm;
 pub mod triangle;
@@ -204,31 +206,16 @@ impl Fit {
 }
 
 /// Rows that the choice of the structure looks at; the chosen one is then fitted to all.
-const SELECTION_ROWS: usize = 50_000;
+const SELECTION_ROWS: usize = 20_000;
 
 /// Fits the base model to recordings of one gear.
 ///
 /// # Errors
 /// When a recording lacks what is needed, or `progress` cancels.
 pub fn fit(recordings: &[Recording], options: &FitOptions, progress: &dyn Progress) -> Result<Fit, EstimateError> {
-    let mut gear = options.start.as_ref().map_or_else(GearSection::default, |m| m.gear.clone());
-    if let Some(term) = options.start.as_ref().and_then(|m| m.terms.first()) {
-        return Err(EstimateError::HasTerms { kind: term.kind.clone() });
-    }
-    let mut rows = prepare::rows(recordings, &gear)?;
-    let torque_nm = prepare::torque_size(&rows);
-    if torque_nm <= 0.0 {
-        return Err(EstimateError::NoTorqueChange);
-    }
-    let given = options.rated_deflection_rad.or(gear.rated_deflection_rad);
-    let rated_deflection_rad = settle_scale(&mut rows, &mut gear, given)?;
-
-    let structures = match options.start.as_ref().and_then(|m| m.memory.as_ref()) {
-        Some(memory) => vec![Structure::of(memory)],
-        None if options.method == Method::Pso => vec![Structure::MASING],
-        None => select::structures(rated_deflection_rad),
-    };
-    let mut start = decide_start(&mut rows, rated_deflection_rad)?;
+    let prepared = Prepared::new(recordings, options)?;
+    let structures = prepared.structures(options);
+    let Prepared { mut rows, mut gear, rated_deflection_rad, torque_nm, mut start } = prepared;
     let mut beginning = prepare::beginning(&rows, SELECTION_ROWS);
     let selection_rows = beginning.iter().map(Rows::len).sum();
     let (mut selection, mut evaluations) =
@@ -303,6 +290,42 @@ pub fn fit(recordings: &[Recording], options: &FitOptions, progress: &dyn Progre
         stop: result.stop,
         evaluations,
     })
+}
+
+/// Recordings ready to be fitted.
+struct Prepared<'a> {
+    rows: Vec<Rows<'a>>,
+    gear: GearSection,
+    rated_deflection_rad: f64,
+    torque_nm: f64,
+    start: Start,
+}
+
+impl<'a> Prepared<'a> {
+    fn new(recordings: &'a [Recording], options: &FitOptions) -> Result<Self, EstimateError> {
+        let mut gear = options.start.as_ref().map_or_else(GearSection::default, |m| m.gear.clone());
+        if let Some(term) = options.start.as_ref().and_then(|m| m.terms.first()) {
+            return Err(EstimateError::HasTerms { kind: term.kind.clone() });
+        }
+        let mut rows = prepare::rows(recordings, &gear)?;
+        let torque_nm = prepare::torque_size(&rows);
+        if torque_nm <= 0.0 {
+            return Err(EstimateError::NoTorqueChange);
+        }
+        let given = options.rated_deflection_rad.or(gear.rated_deflection_rad);
+        let rated_deflection_rad = settle_scale(&mut rows, &mut gear, given)?;
+        let start = decide_start(&mut rows, rated_deflection_rad)?;
+        Ok(Self { rows, gear, rated_deflection_rad, torque_nm, start })
+    }
+
+    /// What to choose from: the model's structure if there is one, else all.
+    fn structures(&self, options: &FitOptions) -> Vec<Structure> {
+        match options.start.as_ref().and_then(|m| m.memory.as_ref()) {
+            Some(memory) => vec![Structure::of(memory)],
+            None if options.method == Method::Pso => vec![Structure::MASING],
+            None => select::structures(self.rated_deflection_rad),
+        }
+    }
 }
 
 fn named_model(

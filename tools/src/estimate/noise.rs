@@ -124,6 +124,9 @@ impl Noise {
 
 const HIGHEST_ORDER: usize = 20;
 
+/// Rows that the colour is taken from at most.
+const COLOUR_ROWS: usize = 200_000;
+
 /// Contiguous ranges of counted rows (outliers inside are bridged).
 pub(super) fn runs(marks: &[Mark]) -> Vec<std::ops::Range<usize>> {
     let mut runs = Vec::new();
@@ -169,7 +172,14 @@ fn bridge_outliers(residual: &[f64], marks: &[Mark]) -> Vec<f64> {
 
 /// Reflection coefficient and error variance of the orders 1 … highest, by Burg's recursion over several runs.
 fn burg(residual: &[f64], runs: &[std::ops::Range<usize>], variance: f64, highest: usize) -> Vec<(f64, f64)> {
-    let mut forward: Vec<Vec<f64>> = runs.iter().map(|r| residual[r.clone()].to_vec()).collect();
+    // A colour does not need more rows than this.
+    let mut left = COLOUR_ROWS;
+    let mut take = |run: &std::ops::Range<usize>| {
+        let count = run.len().min(left);
+        left -= count;
+        residual[run.start..run.start + count].to_vec()
+    };
+    let mut forward: Vec<Vec<f64>> = runs.iter().map(&mut take).collect();
     let mut backward = forward.clone();
     let mut error = variance;
     let mut steps = Vec::with_capacity(highest);
@@ -245,12 +255,12 @@ pub fn quantisation_step(values: &[f64]) -> Option<f64> {
     let step = changes.iter().copied().filter(|d| *d > 1e-12 * size).fold(f64::INFINITY, f64::min);
     let whole = |d: &&f64| {
         let multiple = **d / step;
-        (multiple - multiple.round()).abs() < 0.02 * multiple.max(1.0).min(10.0)
+        (multiple - multiple.round()).abs() < 0.02 * multiple.clamp(1.0, 10.0)
     };
     let enough = changes.len() >= 16 && step.is_finite();
     let small = |d: &&f64| **d < 20.0 * step;
     let near: Vec<&f64> = changes.iter().filter(small).collect();
-    (enough && near.len() * 2 > changes.len() && near.iter().all(|d| whole(&d))).then_some(step)
+    (enough && near.len() * 2 > changes.len() && near.iter().all(whole)).then_some(step)
 }
 
 #[cfg(test)]
@@ -277,8 +287,7 @@ mod tests {
         assert_eq!(noise.order(), 2);
         assert!((noise.coefficients[0] - 1.2).abs() < 0.02 && (noise.coefficients[1] + 0.5).abs() < 0.02);
         assert!((noise.innovation_sd - 1.0).abs() < 0.02);
-        let orders =
-            (0..200).map(|seed| Noise::of_residual(&coloured(64, &[], seed), &vec![Mark::Used; 64], 0).order());
+        let orders = (0..200).map(|seed| Noise::of_residual(&coloured(64, &[], seed), &[Mark::Used; 64], 0).order());
         assert!(orders.filter(|o| *o > 0).count() <= 1);
     }
 

@@ -265,7 +265,7 @@ impl<'a> Problem<'a> {
         rows: &'a Rows<'a>,
         index: usize,
         layout: &Layout,
-    ) -> Vec<Vec<(Chain<'a>, Vec<(usize, f64)>)>> {
+    ) -> Vec<Side<'a>> {
         let coefficients: Vec<f64> =
             tangent.linear.recordings[index].iter().chain(&tangent.linear.gear).copied().collect();
         let side = |&parameter: &usize| {
@@ -287,6 +287,9 @@ impl<'a> Problem<'a> {
         tangent.parameters.iter().map(side).collect()
     }
 }
+
+/// The model on both sides of a derivative, and what each of its columns adds to it.
+type Side<'a> = Vec<(Chain<'a>, Vec<(usize, f64)>)>;
 
 /// Where the columns of each contribution stand.
 struct Layout {

@@ -4,8 +4,8 @@ use super::assembly::Assembly;
 use super::base::Structure;
 use super::columns::{Mark, Rows};
 use super::noise::{self, Noise};
-use super::polish::{Polished, polish};
-use super::problem::Sweep;
+use super::polish::{Polished, polish, project};
+use super::problem::{Sweep, Tangent};
 use super::select::heldout;
 use super::{EstimateError, Progress, Start};
 
@@ -165,11 +165,21 @@ fn look_for_zero(
     let problem = shifted.problem(rows);
     let from: Vec<f64> = std::iter::once(0.0).chain(without.nonlinear.iter().copied()).collect();
     let count = rows.iter().map(Rows::len).sum::<usize>() as f64;
-    let with = polish(&problem, &from, Sweep::PLAIN, progress);
     let size = super::prepare::torque_size(rows);
-    let gain = without.rss - with.rss;
-    let significant =
-        gain > 2.0 * SIGNIFICANT.powi(2) * with.rss / count && without.rss > count * (1e-9 * size).powi(2);
+    if without.rss <= count * (1e-9 * size).powi(2) {
+        return Ok((assembly, without, before));
+    }
+    // One derivative tells what a zero could explain; most recordings end here.
+    let smooth: Vec<usize> = (0..from.len()).filter(|&k| problem.nonlinear()[k].smooth).collect();
+    let tangent = Tangent { parameters: &smooth, linear: &without.linear };
+    let system = problem.factor(&from, Some(tangent), Sweep::PLAIN).combine(|_, _| true);
+    let reduced = project(&system.shared, &without.at_bound, smooth.len());
+    let promised: f64 = (0..smooth.len()).map(|i| reduced.get(i, smooth.len()).powi(2)).sum();
+    if promised < SIGNIFICANT.powi(2) * without.rss / count {
+        return Ok((assembly, without, before));
+    }
+    let with = polish(&problem, &from, Sweep::PLAIN, progress);
+    let significant = without.rss - with.rss > 2.0 * SIGNIFICANT.powi(2) * with.rss / count;
     if significant && with.nonlinear[0].abs() > 1e-6 * rated {
         let after = heldout(&problem, &with.nonlinear).0;
         if after < 0.98 * before {

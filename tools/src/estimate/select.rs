@@ -4,7 +4,10 @@
 //! pass, because factors add up. Nonlinear parameters are refitted along their derivatives at the optimum of all rows. The memory always runs through all
 //! rows: deflection is an input, only torque is held out.
 
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
+
 use gmhm::{Gate, Kernel, Law};
+use rayon::prelude::*;
 
 use super::assembly::Assembly;
 use super::base::{Play, Structure};
@@ -70,7 +73,7 @@ pub fn name(structure: &Structure) -> String {
 }
 
 /// Rows of the search beyond which every few are left out.
-const SEARCH_ROWS: usize = 4096;
+const SEARCH_ROWS: usize = 1024;
 
 /// Searches and polishes the nonlinear parameters of a problem; returns them with the evaluations used.
 pub fn search(problem: &Problem<'_>, seed: u64, progress: &dyn Progress) -> (Vec<f64>, usize) {
@@ -79,9 +82,14 @@ pub fn search(problem: &Problem<'_>, seed: u64, progress: &dyn Progress) -> (Vec
         return (Vec::new(), 0);
     }
     let total: usize = problem.rows.iter().map(Rows::len).sum();
-    let sweep = Sweep { stride: (total / SEARCH_ROWS).max(1), ..Sweep::PLAIN };
-    let particles = 10 + 4 * bounds.len();
-    let options = SwarmOptions { particles, evaluations: 3 * bounds.len() * particles, seed, tolerance: 1e-9 };
+    let sweep = Sweep { stride: total.div_ceil(SEARCH_ROWS).max(1), ..Sweep::PLAIN };
+    let particles = 8 + 4 * bounds.len();
+    let options = SwarmOptions {
+        particles,
+        evaluations: (1 + 2 * bounds.len() * bounds.len()) * particles,
+        seed,
+        tolerance: 1e-9,
+    };
     let objective = |x: &[f64]| if progress.cancelled() { f64::INFINITY } else { problem.solve(x, sweep).1.rss };
     let best = minimise(&bounds, &options, objective);
     let polished = polish(problem, &best.position, sweep, progress);
@@ -163,10 +171,8 @@ pub fn table(
     seed: u64,
     progress: &dyn Progress,
 ) -> Result<(Vec<Candidate>, usize), EstimateError> {
-    let mut evaluations = 0;
-    let mut candidates = Vec::with_capacity(structures.len());
-    for (done, structure) in structures.iter().enumerate() {
-        progress.report("choosing the law", done as f64 / structures.len() as f64);
+    let done = AtomicUsize::new(0);
+    let tried = structures.par_iter().map(|structure| {
         let assembly = Assembly::new(*structure, rated_deflection_rad, rows, known_start)?;
         let problem = assembly.problem(rows);
         let (nonlinear, used) = search(&problem, seed, progress);
@@ -174,22 +180,23 @@ pub fn table(
             return Err(EstimateError::Cancelled);
         }
         let (heldout_rms, fold_errors, rms) = heldout(&problem, &nonlinear);
-        evaluations += used + 2;
-        let parameters = problem.gear_columns().len() + nonlinear.len();
-        let name = name(structure);
-        let structure = *structure;
-        candidates.push(Candidate {
-            name,
-            parameters,
+        progress.report("choosing the law", (1 + done.fetch_add(1, Relaxed)) as f64 / structures.len() as f64);
+        let candidate = Candidate {
+            name: name(structure),
+            parameters: problem.gear_columns().len() + nonlinear.len(),
             rms,
             heldout_rms,
             chosen: false,
             tied: false,
-            structure,
+            structure: *structure,
             nonlinear,
             fold_errors,
-        });
-    }
+        };
+        Ok((candidate, used + 2))
+    });
+    let tried: Vec<(Candidate, usize)> = tried.collect::<Result<_, EstimateError>>()?;
+    let evaluations = tried.iter().map(|(_, used)| used).sum();
+    let mut candidates: Vec<Candidate> = tried.into_iter().map(|(candidate, _)| candidate).collect();
     let best = (0..candidates.len()).min_by(|&a, &b| candidates[a].heldout_rms.total_cmp(&candidates[b].heldout_rms));
     let Some(best) = best else { return Ok((candidates, evaluations)) };
     let tied: Vec<bool> = candidates.iter().map(|c| !clearly_worse(c, &candidates[best])).collect();

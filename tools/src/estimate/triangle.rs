@@ -35,7 +35,7 @@ impl Block {
 
     /// Number of columns.
     pub fn columns(&self) -> usize {
-        if self.capacity == 0 { 0 } else { self.data.len() / self.capacity }
+        self.data.len().checked_div(self.capacity).unwrap_or(0)
     }
 
     /// Column `j`, the rows in use.

@@ -238,7 +238,7 @@ impl Spread {
         });
         let scaled = DMatrix::from_fn(count, count, |i, j| jacobian[(i, j)] * scale[j]);
         let svd = scaled.svd(false, true);
-        let directions = svd.v_t.map_or_else(|| DMatrix::zeros(0, count), |v| v);
+        let directions = svd.v_t.unwrap_or_else(|| DMatrix::zeros(0, count));
         let largest = svd.singular_values.max();
         let is_open = |i: usize| svd.singular_values[i] <= SINGULAR * largest;
         let pick = |open: bool| -> Vec<usize> { (0..directions.nrows()).filter(|&i| is_open(i) == open).collect() };

@@ -1,0 +1,40 @@
+//! Straight lines by least squares.
+
+use super::super::bounded::Bound::Free;
+use super::{Direction, Rival};
+
+/// T = k·θ.
+pub fn spring() -> Rival {
+    Rival::new("linear spring", &[("k", Free)], |_| Box::new(|theta, out| out[0] = theta))
+}
+
+/// One line a direction.
+pub fn two() -> Rival {
+    Rival::new("two lines", &[("k up", Free), ("k down", Free), ("gap", Free)], |_| {
+        let mut direction = Direction::default();
+        Box::new(move |theta, out| {
+            direction.step(theta);
+            out[0] = if direction.sign > 0.0 { theta } else { 0.0 };
+            out[1] = if direction.sign > 0.0 { 0.0 } else { theta };
+            out[2] = direction.sign;
+        })
+    })
+}
+
+/// One line a direction and sign of the deflection, not joined.
+pub fn four() -> Rival {
+    let columns = ["k up +", "k up −", "k down +", "k down −", "level up +", "level up −", "level down +"];
+    Rival::new("four lines", &columns.map(|name| (name, Free)), |_| {
+        let mut direction = Direction::default();
+        Box::new(move |theta, out| {
+            direction.step(theta);
+            out.fill(0.0);
+            let which = 2 * usize::from(direction.sign <= 0.0) + usize::from(theta < 0.0);
+            out[which] = theta;
+            // The offset of the recording is the level of the fourth line.
+            if which < 3 {
+                out[4 + which] = 1.0;
+            }
+        })
+    })
+}
