@@ -1,6 +1,7 @@
 //! The commands, one small file each; no mathematics here.
 
 mod common;
+mod compare;
 mod demo;
 mod failure;
 mod fit;
@@ -27,6 +28,7 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    Compare(compare::CompareArgs),
     Demo(demo::DemoArgs),
     Fit(fit::FitArgs),
     Predict(predict::PredictArgs),
@@ -52,6 +54,7 @@ pub fn run() -> ExitCode {
     crate::output::clean_up_on_interrupt();
     let session = Session { quiet: cli.quiet };
     let done = match &cli.command {
+        Some(Command::Compare(args)) => args.run(&session),
         Some(Command::Demo(args)) => args.run(&session),
         Some(Command::Fit(args)) => args.run(&session),
         Some(Command::Predict(args)) => args.run(&session),

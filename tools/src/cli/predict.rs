@@ -10,7 +10,7 @@ use super::failure::Failure;
 use crate::model;
 use crate::output::Outputs;
 use crate::predict::predict;
-use crate::recording::{Needs, TorqueUnit, copy_with_columns};
+use crate::recording::{Needs, copy_with_columns};
 
 /// Predict the torque of a recording's motion, row by row
 ///
@@ -36,10 +36,7 @@ impl PredictArgs {
         let model = model::load(&self.model)?;
         let mut recording = self.reading.read(&self.recording, &Needs::PREDICT, session.quiet)?;
         let prediction = predict(&model, self.reading.rated_deflection, &mut recording)?;
-        let suffix = match model.torque_unit {
-            TorqueUnit::NewtonMetre => "nm",
-            TorqueUnit::Ampere => "a",
-        };
+        let suffix = model.torque_unit.suffix();
         let names = ["torque_model", "elastic", "hysteresis"].map(|name| format!("{name}_{suffix}"));
         let values = [&prediction.torque, &prediction.elastic, &prediction.hysteresis];
         let columns: Vec<_> = names.iter().map(String::as_str).zip(values.map(Vec::as_slice)).collect();

@@ -1,11 +1,13 @@
 //! Results as text for people.
 
 use crate::estimate::Fit;
+use crate::estimate::rivals::Comparison;
 use crate::estimate::uncertainty::Estimated;
+use crate::recording::TorqueUnit;
 
 /// A fit: structure, parameters with standard deviations, what is left.
 pub(super) fn fit(fit: &Fit) -> String {
-    let unit = if fit.unit == "a" { "A" } else { "N·m" };
+    let unit = fit.model.torque_unit.symbol();
     let mut lines = Vec::new();
     if let Some(chosen) = fit.selection.iter().find(|c| c.chosen) {
         let of = match fit.selection.len() {
@@ -38,4 +40,22 @@ fn notes(parameters: &[Estimated]) -> Vec<String> {
         }
     }
     notes.into_iter().map(|(names, note)| format!("  {}: {note}", names.join(", "))).collect()
+}
+
+/// Models beside each other.
+pub(super) fn comparison(lines: &[Comparison], unit: TorqueUnit, seed: u64) -> String {
+    let symbol = unit.symbol();
+    let mut text = format!("Residual of the torque in {symbol}, seed {seed}\n");
+    text += &format!(
+        "  {:<32} {:>10} {:>12} {:>10} {:>10} {:>16}\n",
+        "model", "parameters", "sum of sq.", "rms", "held out", "unseen recording"
+    );
+    for line in lines {
+        let unseen = line.unseen_recording_rms.map_or("-".to_owned(), |rms| format!("{rms:.4}"));
+        text += &format!(
+            "  {:<32} {:>10} {:>12.4} {:>10.4} {:>10.4} {:>16}\n",
+            line.model, line.parameters, line.rss, line.rms, line.heldout_rms, unseen
+        );
+    }
+    text
 }

@@ -24,6 +24,24 @@ pub enum TorqueUnit {
     Ampere,
 }
 
+impl TorqueUnit {
+    /// What names of columns and of parameters end in.
+    pub fn suffix(self) -> &'static str {
+        match self {
+            TorqueUnit::NewtonMetre => "nm",
+            TorqueUnit::Ampere => "a",
+        }
+    }
+
+    /// Its symbol.
+    pub fn symbol(self) -> &'static str {
+        match self {
+            TorqueUnit::NewtonMetre => "N·m",
+            TorqueUnit::Ampere => "A",
+        }
+    }
+}
+
 /// One recording in SI units. Every column present has the length of [`time_s`](Self::time_s), and every number is finite.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Recording {

@@ -1,0 +1,60 @@
+//! `gmhm compare`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::Session;
+use super::common::{ReadingArgs, SeedArgs, json};
+use super::failure::Failure;
+use super::progress::Progress;
+use super::tables;
+use crate::estimate::FitOptions;
+use crate::estimate::rivals::compare;
+use crate::output::Outputs;
+use crate::recording::Needs;
+
+/// Compare the hysteresis model with lines, a polynomial, Dahl, Bouc-Wen and Maxwell slip on the same recordings
+///
+/// Every model is fitted by the same estimator. Prints what each leaves of the torque: in the rows that it was fitted to, in blocks held out and,
+/// with two recordings or more, in recordings held out whole.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  gmhm compare small-amplitude.csv large-amplitude.csv --json compared.json")]
+pub struct CompareArgs {
+    /// Recordings of one gear
+    #[arg(required = true, value_name = "RECORDING")]
+    recordings: Vec<PathBuf>,
+    /// Where to write the table as JSON
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    #[command(flatten)]
+    reading: ReadingArgs,
+    #[command(flatten)]
+    seed: SeedArgs,
+}
+
+impl CompareArgs {
+    pub(super) fn run(&self, session: &Session) -> Result<(), Failure> {
+        if let Some(path) = &self.json {
+            Outputs::check(path)?;
+        }
+        let recordings = self.reading.read_all(&self.recordings, &Needs::FIT, session.quiet)?;
+        let options = FitOptions {
+            seed: self.seed.seed,
+            rated_deflection_rad: self.reading.rated_deflection,
+            ..FitOptions::default()
+        };
+        let progress = Progress::new("Comparing", Progress::WHOLE, session.quiet);
+        let lines = compare(&recordings, &options, &progress)?;
+        drop(progress);
+        if let Some(path) = &self.json {
+            let mut outputs = Outputs::new();
+            let unit = recordings[0].torque_unit.suffix();
+            let page = serde_json::json!({ "seed": self.seed.seed, "unit": unit, "models": lines });
+            outputs.add_text(path, &json(&page)?)?;
+            outputs.commit()?;
+        }
+        print!("{}", tables::comparison(&lines, recordings[0].torque_unit, self.seed.seed));
+        Ok(())
+    }
+}
