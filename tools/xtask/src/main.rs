@@ -6,9 +6,11 @@ mod emulator;
 mod golden;
 mod machine;
 mod setup;
+mod size;
 mod test;
 
 use std::path::PathBuf;
+use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use xshell::Shell;
@@ -36,6 +38,12 @@ enum Command {
         #[arg(long)]
         overwrite: bool,
     },
+    /// Weigh the control path of one joint; fails where it has grown, or holds a panic or double-precision arithmetic.
+    Size {
+        /// Accept the sizes.
+        #[arg(long)]
+        overwrite: bool,
+    },
     /// Run one built image in the emulator: the runner of `cargo run`.
     #[command(hide = true)]
     RunImage {
@@ -46,14 +54,24 @@ enum Command {
     Test,
 }
 
-fn main() -> anyhow::Result<()> {
-    let arguments = Arguments::parse();
+fn main() -> ExitCode {
+    match run(Arguments::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(arguments: Arguments) -> anyhow::Result<()> {
     let shell = Shell::new()?;
     shell.change_dir(workspace());
     match arguments.command {
         Command::Setup => setup::run(&shell),
         Command::Emulate { overwrite } => emulate::run(&shell, overwrite),
         Command::Cost { overwrite } => cost::run(&shell, overwrite),
+        Command::Size { overwrite } => size::run(&shell, overwrite),
         Command::RunImage { image } => emulate::run_image(&image),
         Command::Test => test::run(&shell),
     }

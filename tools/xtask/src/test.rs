@@ -3,7 +3,7 @@
 use anyhow::{Context, Result};
 use xshell::{Shell, cmd};
 
-use crate::{cost, emulate, setup};
+use crate::{cost, emulate, setup, size};
 
 /// Sets up what is missing, then runs everything.
 pub fn run(shell: &Shell) -> Result<()> {
@@ -14,6 +14,7 @@ pub fn run(shell: &Shell) -> Result<()> {
         .context("a test of the feature `micromath` failed")?;
     emulate::run(shell, false)?;
     cost::run(shell, false)?;
+    size::run(shell, false)?;
     println!("test: all passed");
     Ok(())
 }
