@@ -80,11 +80,27 @@ impl<S: Scalar, L: MemoryLaw<S>> Gear<S, L> {
     /// rated torque; at the tips see [`Frame::gate`].
     #[inline]
     pub fn step<const N: usize>(&self, state: &mut State<S, N, L>, theta: S) -> Output<S> {
-        if !self.frame.accepts(theta) {
-            return self.refuse(state);
+        if !self.frame.in_range(theta) {
+            self.step_outside(state, theta);
+            return self.output(state);
         }
         self.law.step(&self.frame, &mut state.memory, theta);
-        self.arrive(state, theta)
+        state.theta = theta;
+        state.status = Status::default();
+        self.output(state)
+    }
+
+    /// [`step`](Self::step) to a sample beyond ±A, or to none.
+    #[cold]
+    #[inline(never)]
+    fn step_outside<const N: usize>(&self, state: &mut State<S, N, L>, theta: S) {
+        if self.frame.accepts(theta) {
+            self.law.step(&self.frame, &mut state.memory, theta);
+            state.theta = theta;
+            state.status = Status { out_of_range: true, refused: false };
+        } else {
+            state.status.refused = true;
+        }
     }
 
     /// The torques at the state's last good sample.
@@ -123,20 +139,6 @@ impl<S: Scalar, L: MemoryLaw<S>> Gear<S, L> {
     pub fn frame(&self) -> &Frame<S> {
         &self.frame
     }
-
-    #[inline]
-    fn arrive<const N: usize>(&self, state: &mut State<S, N, L>, theta: S) -> Output<S> {
-        state.theta = theta;
-        state.status = Status { out_of_range: !self.frame.in_range(theta), refused: false };
-        self.output(state)
-    }
-
-    #[cold]
-    #[inline(never)]
-    fn refuse<const N: usize>(&self, state: &mut State<S, N, L>) -> Output<S> {
-        state.status.refused = true;
-        self.output(state)
-    }
 }
 
 impl<S: Float, L: VaryingPeriod<S>> Gear<S, L> {
@@ -145,11 +147,14 @@ impl<S: Float, L: VaryingPeriod<S>> Gear<S, L> {
     #[inline]
     pub fn step_after<const N: usize>(&self, state: &mut State<S, N, L>, theta: S, period_s: S) -> Output<S> {
         let is_time = period_s >= S::ZERO && period_s.is_finite();
-        if !(is_time && self.frame.accepts(theta)) {
-            return self.refuse(state);
+        if is_time && self.frame.accepts(theta) {
+            self.law.step_after(&self.frame, &mut state.memory, theta, period_s);
+            state.theta = theta;
+            state.status = Status { out_of_range: !self.frame.in_range(theta), refused: false };
+        } else {
+            state.status.refused = true;
         }
-        self.law.step_after(&self.frame, &mut state.memory, theta, period_s);
-        self.arrive(state, theta)
+        self.output(state)
     }
 }
 

@@ -76,7 +76,6 @@ impl<S: Scalar> Frame<S> {
     /// A ∓ θ is exact near the tips, so the error stays at 3 units in the last place everywhere.
     #[inline]
     pub fn gate(&self, theta: S) -> S {
-        let square = self.fraction(self.rated - theta) * self.fraction(self.rated + theta);
-        if square > S::ZERO { square.sqrt() } else { S::ZERO }
+        (self.fraction(self.rated - theta) * self.fraction(self.rated + theta)).sqrt()
     }
 }

@@ -128,7 +128,7 @@ impl<S: Scalar> Time<S> {
             step.forgotten,
             [(step.level, level), (step.increment, increment)],
         );
-        S::leak(&mut state.uncertainty, &mut S::Carry::default(), step.forgotten, [(step.level, S::ZERO); 2]);
+        state.uncertainty = state.uncertainty.fade(step.forgotten);
         state.theta = theta;
     }
 

@@ -47,6 +47,10 @@ macro_rules! scalar {
                 x as $f
             }
             #[inline]
+            fn fade(self, forgotten: Self) -> Self {
+                self - forgotten * self
+            }
+            #[inline]
             fn leak(memory: &mut Self, carry: &mut Self, forgotten: Self, inputs: [(Self, Self); 2]) {
                 let [(a, x), (b, y)] = inputs;
                 // Kahan's compensated sum.
@@ -68,7 +72,7 @@ macro_rules! scalar {
 }
 
 scalar!(f32, sqrtf, libm::fabsf);
-scalar!(f64, libm::sqrt, libm::fabs);
+scalar!(f64, sqrt, libm::fabs);
 
 macro_rules! float {
     ($f:ty, $exp_m1:path, $exp:path, $asin:path, $atan2:path, $sin:path, $cos:path) => {
@@ -115,10 +119,15 @@ float!(f32, libm::expm1f, libm::expf, libm::asinf, libm::atan2f, libm::sinf, lib
 float!(f32, micro::exp_m1, micro::exp, micro::asin, micro::atan2, micro::sin, micro::cos);
 float!(f64, libm::expm1, libm::exp, libm::asin, libm::atan2, libm::sin, libm::cos);
 
+#[inline]
+fn sqrt(x: f64) -> f64 {
+    if x > 0.0 { libm::sqrt(x) } else { 0.0 }
+}
+
 #[cfg(not(all(target_arch = "arm", target_abi = "eabihf")))]
 #[inline]
 fn sqrtf(x: f32) -> f32 {
-    libm::sqrtf(x)
+    if x > 0.0 { libm::sqrtf(x) } else { 0.0 }
 }
 
 /// The one unsafe place of this crate: `libm` computes square roots in software where the core has an instruction for it.
@@ -127,15 +136,18 @@ fn sqrtf(x: f32) -> f32 {
 #[inline]
 #[allow(unsafe_code)]
 fn sqrtf(x: f32) -> f32 {
+    let bits = x.to_bits();
+    // The sign spread over the word clears what is negative.
+    let bits = bits & !(bits.cast_signed() >> 31).cast_unsigned();
     let root: u32;
     // SAFETY: reads and writes registers only; the hard-float ABI guarantees the unit.
     unsafe {
         core::arch::asm!(
-            "vmov s0, {x}",
-            "vsqrt.f32 s0, s0",
-            "vmov {x}, s0",
-            x = inout(reg) x.to_bits() => root,
-            out("s0") _,
+            "vmov s15, {x}",
+            "vsqrt.f32 s15, s15",
+            "vmov {x}, s15",
+            x = inout(reg) bits => root,
+            out("s15") _,
             options(pure, nomem, nostack, preserves_flags),
         );
     }

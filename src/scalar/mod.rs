@@ -45,7 +45,7 @@ pub trait Scalar:
     fn to_f64(self) -> f64;
     /// Absolute value.
     fn abs(self) -> Self;
-    /// √x for x ≥ 0, correctly rounded for floats.
+    /// √x, 0 for x ≤ 0; correctly rounded for floats.
     fn sqrt(self) -> Self;
     /// 1/x for x ≠ 0.
     fn recip(self) -> Self;
@@ -56,6 +56,8 @@ pub trait Scalar:
 
     /// The nearest gain.
     fn gain_from_f64(x: f64) -> Self::Gain;
+    /// x − forgotten·x.
+    fn fade(self, forgotten: Self::Gain) -> Self;
     /// memory ← memory − forgotten·memory + Σ gain·input, with what is rounded off carried to the next call, so that nothing drifts
     /// however little is forgotten a step.
     fn leak(memory: &mut Self, carry: &mut Self::Carry, forgotten: Self::Gain, inputs: [(Self::Gain, Self); 2]);

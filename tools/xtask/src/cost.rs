@@ -15,7 +15,11 @@ const TABLE: &str = "docs/cost.md";
 const TOLERANCE: f64 = 1.0;
 
 /// What a control loop can afford, instructions on the Cortex-M4F. Exceeding one fails.
-const LIMITS: [(&str, f64); 0] = [];
+const LIMITS: [(&str, f64); 3] = [
+    ("law `phase`, away from a reversal", 250.0),
+    ("law `time`, kernel `deflection`, gate `cycle`", 60.0),
+    ("law `time`, kernel `rate`, gate `none`", 60.0),
+];
 
 /// One line of the table.
 struct Call {
