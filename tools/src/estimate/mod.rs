@@ -13,8 +13,8 @@
 //! | [`rivals`] | foreign models, as yardsticks |
 //!
 //! **Start of a recording.** What the gear went through before the first row is unknown, but `predict` starts every recording with an empty memory. Both
-//! are tried. In law `masing` the rows before the loop has settled are first left out; if the fit to the rest predicts them from an empty memory as
-//! well as its own rows, they take part. In the other laws the memory at the start is a nuisance, which is dropped where it is not significant.
+//! are tried. In law `masing` the rows before the loop has settled are first left out; if an empty memory explains them
+//! as well as the rest (Chow's test), they take part. In the other laws the memory at the start is a nuisance, which is dropped where it is not significant.
 //!
 //! **Gauge.** Of (α, β, ω) a rate-independent loop fixes only e, h and β/ω. The result is written with the ω of the model handed in, else ω = 1 1/s
 //! (law `time` does not use ω and has 0).
@@ -36,6 +36,7 @@ pub mod triangle;
 pub mod uncertainty;
 
 use gmhm::{Elastic, Law, ParamError};
+use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 use crate::model::{GearSection, Model, TorqueSide};
 use crate::recording::{Recording, TorqueUnit};
@@ -406,21 +407,35 @@ fn decide_start(rows: &mut [Rows<'_>], rated_deflection_rad: f64) -> Result<Star
     for (rows, &row) in rows.iter_mut().zip(&settled) {
         rows.marks[..row].fill(Mark::Skipped);
     }
-    let assembly = Assembly::new(Structure::MASING, rated_deflection_rad, rows, &[])?;
-    let problem = assembly.problem(rows);
-    let (linear, _) = problem.solve(&[], Sweep::PLAIN);
-    let residuals = problem.residuals(&[], &linear);
-    let size = prepare::torque_size(rows);
-    let mut start = Start { known: Vec::new(), unsettled: Vec::new() };
-    for ((rows, residual), &row) in rows.iter_mut().zip(&residuals).zip(&settled) {
-        let mean_square = |r: &[f64]| r.iter().map(|x| x * x).sum::<f64>() / r.len().max(1) as f64;
-        let (early, late) = (mean_square(&residual[..row]), mean_square(&residual[row..]));
-        let known = row == 0 || early <= 2.0 * late + (1e-8 * size).powi(2);
-        if known {
-            rows.marks[..row].fill(Mark::Used);
+    let misfit = |rows: &[Rows<'_>]| -> Result<(f64, f64), EstimateError> {
+        let assembly = Assembly::new(Structure::MASING, rated_deflection_rad, rows, &[])?;
+        let problem = assembly.problem(rows);
+        let system = problem.factor(&[], None, Sweep::PLAIN).combine(|_, _| true);
+        let columns = problem.bounds();
+        let freedom = system.rows as f64 - (columns.len() + system.nuisances) as f64;
+        Ok((bounded::solve(&system.shared, &columns).rss, freedom))
+    };
+    let floor = (1e-8 * prepare::torque_size(rows)).powi(2);
+    let mut start = Start { known: vec![true; rows.len()], unsettled: vec![0; rows.len()] };
+    for (index, &row) in settled.iter().enumerate() {
+        if row == 0 {
+            continue;
         }
-        start.known.push(known);
-        start.unsettled.push(if known { 0 } else { row });
+        let (without, freedom) = misfit(rows)?;
+        let kept: Vec<Mark> = rows[index].marks[..row].to_vec();
+        rows[index].marks[..row].fill(Mark::Used);
+        let (with, _) = misfit(rows)?;
+        // Chow's test of further observations (Econometrica 28, 1960): F with (early rows, freedom) degrees.
+        let ratio = (with - without) / row as f64 / (without / freedom.max(1.0) + floor);
+        let usual = FisherSnedecor::new(row as f64, freedom.max(1.0)).map_or(2.0, |f| f.inverse_cdf(1.0 - STRANGE));
+        if ratio > usual.max(2.0) {
+            rows[index].marks[..row].copy_from_slice(&kept);
+            start.known[index] = false;
+            start.unsettled[index] = row;
+        }
     }
     Ok(start)
 }
+
+/// Probability at which a start from rest is given up where it is true.
+const STRANGE: f64 = 1e-4;

@@ -214,8 +214,8 @@ fn burg(residual: &[f64], runs: &[std::ops::Range<usize>], variance: f64, highes
 /// Marks isolated rows that stand out of their neighbours; returns how many.
 ///
 /// A row is an outlier when it differs from the median of the five rows around it by more than √(2 ln n) + 3 robust standard deviations of such
-/// differences, which noise without outliers does about once in a thousand recordings. Where more than a tenth of the rows stand out, it is not
-/// outliers but another noise, and none is marked.
+/// differences, which noise without outliers does about once in a thousand recordings. Where more than a fiftieth of the rows stand out, it is not
+/// outliers but structure or another noise, and none is marked.
 pub fn mark_outliers(residual: &[f64], marks: &mut [Mark]) -> usize {
     let n = residual.len();
     if n < 16 {
@@ -239,13 +239,21 @@ pub fn mark_outliers(residual: &[f64], marks: &mut [Mark]) -> usize {
     let scale = *sorted.select_nth_unstable_by(middle, f64::total_cmp).1 / 0.745;
     let limit = ((2.0 * (n as f64).ln()).sqrt() + 3.0) * scale;
     let found: Vec<usize> = (0..n).filter(counted).filter(|&t| off[t] > limit).collect();
-    if scale <= 0.0 || found.len() * 10 > n {
+    // Three and more in a row are something that happened, not a fault of a sample.
+    let stands_out = |row: usize| found.binary_search(&row).is_ok();
+    let isolated = |row: usize| {
+        let before = (1..=2).take_while(|k| row.checked_sub(*k).is_some_and(stands_out)).count();
+        let after = (1..=2).take_while(|k| stands_out(row + k)).count();
+        before + after < 2
+    };
+    let outliers: Vec<usize> = found.iter().copied().filter(|&row| isolated(row)).collect();
+    if scale <= 0.0 || found.len() * 50 > n {
         return 0;
     }
-    for &row in &found {
+    for &row in &outliers {
         marks[row] = Mark::Outlier;
     }
-    found.len()
+    outliers.len()
 }
 
 /// The step of a quantised column: the smallest change, if all changes are whole multiples of it and it occurs often.

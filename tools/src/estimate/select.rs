@@ -2,7 +2,7 @@
 //!
 //! Each recording is cut into contiguous blocks. One pass gives a factor a block; leaving a block out, refitting and predicting it costs no further
 //! pass, because factors add up. Nonlinear parameters are refitted along their derivatives at the optimum of all rows. The memory always runs through all
-//! rows: deflection is an input, only torque is held out.
+//! rows: deflection is an input, only torque is held out. The nuisances of a recording, which no prediction claims to know, are those that suit the whole of it.
 
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
@@ -13,7 +13,7 @@ use super::assembly::Assembly;
 use super::base::{Play, Structure};
 use super::columns::Rows;
 use super::polish::{polish, project};
-use super::problem::{Factors, Linear, Problem, Sweep, Tangent};
+use super::problem::{Factors, Problem, Sweep, Tangent};
 use super::swarm::{SwarmOptions, minimise};
 use super::{EstimateError, Progress, bounded};
 
@@ -99,7 +99,15 @@ pub fn search(problem: &Problem<'_>, seed: u64, progress: &dyn Progress) -> (Vec
 /// Held-out errors of a problem at the optimum of its nonlinear parameters: total (root mean square), and mean square of each block.
 pub fn heldout(problem: &Problem<'_>, nonlinear: &[f64]) -> (f64, Vec<f64>, f64) {
     let sweep = Sweep { folds: FOLDS, ..Sweep::PLAIN };
-    let smooth: Vec<usize> = problem.nonlinear().iter().enumerate().filter(|(_, n)| n.smooth).map(|(k, _)| k).collect();
+    let infos = problem.nonlinear();
+    // A parameter at the edge of its range stays there.
+    let inside = |k: usize| {
+        let margin = 1e-6 * (infos[k].high - infos[k].low);
+        nonlinear[k] > infos[k].low + margin && nonlinear[k] < infos[k].high - margin
+    };
+    let smooth: Vec<usize> = (0..infos.len()).filter(|&k| infos[k].smooth && inside(k)).collect();
+    let room: Vec<(f64, f64)> =
+        smooth.iter().map(|&k| (infos[k].low - nonlinear[k], infos[k].high - nonlinear[k])).collect();
     let bounds = problem.bounds();
     let (linear, at_bound, factors) = if smooth.is_empty() {
         let factors = problem.factor(nonlinear, None, sweep);
@@ -112,12 +120,15 @@ pub fn heldout(problem: &Problem<'_>, nonlinear: &[f64]) -> (f64, Vec<f64>, f64)
         let factors = problem.factor(nonlinear, Some(tangent), sweep);
         (linear, solution.at_bound, factors)
     };
+    let whole = factors.combine(|_, _| true);
     let (mut sum, mut rows, mut in_sample) = (0.0, 0, 0.0);
     let mut errors = Vec::new();
     let none = vec![0.0; smooth.len()];
     for recording in 0..factors.recordings() {
         for fold in 0..factors.folds() {
-            let (trained, step) = leave_out(&factors, recording, fold, &bounds, &at_bound, smooth.len());
+            let (gear, step) = leave_out(&factors, (recording, fold), &bounds, &at_bound, &room);
+            let shared: Vec<f64> = gear.iter().chain(&step).copied().collect();
+            let trained = whole.linear(&shared);
             let (error, count) = factors.squared_error(recording, fold, &trained, &step);
             if count > 0 {
                 sum += error;
@@ -131,23 +142,23 @@ pub fn heldout(problem: &Problem<'_>, nonlinear: &[f64]) -> (f64, Vec<f64>, f64)
     ((sum / count).sqrt(), errors, (in_sample / count).sqrt())
 }
 
-/// The fit without one block, nonlinear parameters moved along their derivatives.
+/// The gear's linear parameters without one block, and how far the nonlinear ones move along their derivatives.
 fn leave_out(
     factors: &Factors,
-    recording: usize,
-    fold: usize,
+    left_out: (usize, usize),
     bounds: &[bounded::Bound],
     at_bound: &[bool],
-    derivatives: usize,
-) -> (Linear, Vec<f64>) {
-    let system = factors.combine(|r, f| (r, f) != (recording, fold));
+    room: &[(f64, f64)],
+) -> (Vec<f64>, Vec<f64>) {
+    let derivatives = room.len();
+    let system = factors.combine(|r, f| (r, f) != left_out);
     if derivatives == 0 {
-        let solution = bounded::solve(&system.shared, bounds);
-        return (system.linear(&solution.coefficients), Vec::new());
+        return (bounded::solve(&system.shared, bounds).coefficients, Vec::new());
     }
     let reduced = project(&system.shared, at_bound, derivatives);
     let all: Vec<usize> = (0..derivatives).collect();
-    let step = bounded::solve_subset(&reduced, &all).coefficients;
+    let mut step = bounded::solve_subset(&reduced, &all).coefficients;
+    step.iter_mut().zip(room).for_each(|(step, (low, high))| *step = step.clamp(*low, *high));
     // The torque less what the step explains, on the gear's columns.
     let gear = bounds.len();
     let rest: Vec<Vec<f64>> = (0..system.shared.columns())
@@ -157,9 +168,7 @@ fn leave_out(
             (0..gear).map(at).chain([at(gear + derivatives) - explained]).collect()
         })
         .collect();
-    let solution = bounded::solve(&bounded::factor_of_rows(&rest), bounds);
-    let shared: Vec<f64> = solution.coefficients.iter().chain(&step).copied().collect();
-    (system.linear(&shared), step)
+    (bounded::solve(&bounded::factor_of_rows(&rest), bounds).coefficients, step)
 }
 
 /// Fits every structure and marks the one that predicts best; the simplest of those that cannot be told from the best.

@@ -63,6 +63,9 @@ pub struct Triangle {
     r: Vec<f64>,
 }
 
+/// Squared norms below this are no numbers to work with.
+const NOTHING: f64 = 1e-280;
+
 impl Triangle {
     /// The factor of no rows.
     pub fn new(columns: usize) -> Self {
@@ -95,7 +98,8 @@ impl Triangle {
         for j in 0..self.columns {
             let column = block.column(j);
             let below = dot(column, column);
-            if below == 0.0 {
+            // What is left of a dependent column may be too small to be squared and divided by.
+            if below < NOTHING {
                 continue;
             }
             let head = self.get(j, j);

@@ -17,6 +17,7 @@ use rayon::prelude::*;
 use super::assembly::Assembly;
 use super::bounded::{self, Bound};
 use super::columns::{Column, Columns, Contribution, Evaluate, Nonlinear, Offset, Rows, Stretch};
+use super::polish::polish;
 use super::problem::{Problem, Sweep};
 use super::select::{self, heldout, search};
 use super::{EstimateError, FitOptions, Prepared, Progress, base};
@@ -168,7 +169,8 @@ pub fn compare(
 }
 
 fn line(model: String, parameters: usize, problem: &Problem<'_>, seed: u64, progress: &dyn Progress) -> Comparison {
-    let (nonlinear, _) = search(problem, seed, progress);
+    let (found, _) = search(problem, seed, progress);
+    let nonlinear = polish(problem, &found, Sweep::PLAIN, progress).nonlinear;
     let system = problem.factor(&nonlinear, None, Sweep::PLAIN).combine(|_, _| true);
     let rss = bounded::solve(&system.shared, &problem.bounds()).rss;
     let rms = (rss / system.rows.max(1) as f64).sqrt();
