@@ -15,6 +15,22 @@ pub fn run(shell: &Shell) -> Result<()> {
     emulate::run(shell, false)?;
     cost::run(shell, false)?;
     size::run(shell, false)?;
+    readme(shell)?;
     println!("test: all passed");
+    Ok(())
+}
+
+/// Runs every `cargo run` that the README shows.
+fn readme(shell: &Shell) -> Result<()> {
+    let text = shell.read_file("README.md")?;
+    for line in text.lines() {
+        if let Some(arguments) = line.strip_prefix("cargo run ") {
+            let arguments = arguments.split_whitespace();
+            cmd!(shell, "cargo run {arguments...}")
+                .ignore_stdout()
+                .run()
+                .with_context(|| format!("the README shows `{line}`, which fails"))?;
+        }
+    }
     Ok(())
 }
