@@ -1,1 +1,210 @@
-//! The virtual test bench: motor, gear, torque sensor, two encoders and a brake, as a program.
+//! The virtual test bench: motor, gear, torque sensor, two encoders and a load machine, as a program.
+//!
+//! The output carries a torque sensor and a machine that loads as well as brakes; the motor drives the wave generator, or is locked.
+//! Encoders sit on both sides. [`simulate`] runs an [`Experiment`] on the gear of a model file and returns what the sensors say,
+//! together with the [`Key`]: what was true.
+//!
+//! - The gear starts from rest at θ = 0 with an empty memory: the first loading curve is part of every recording.
+//! - With the input locked the output angle alone moves, q_o = q_m/N − θ, and the output velocity is −θ̇. With the motor running,
+//!   q_m = N·∫v dt for a prescribed v, and q_o follows from it and the deflection.
+//! - `cycle`, `amplitudes` and `rates` prescribe the deflection (waveforms `sine`, `triangle`) or the load (`steps`); `running` and
+//!   `dynamic` prescribe the load, and the deflection is the one at which the gear carries it.
+//! - Every torque is the core's, by the same path as `gmhm predict`: the key's model predicts the noise-free recording exactly.
+//!
+//! Random choices come from one seed, in a stream for the motion and one a sensor: another `--noise` leaves the motion as it was.
+
+mod key;
+mod machine;
+mod noise;
+mod options;
+mod plan;
+mod profile;
+mod sensors;
+
+pub use key::{Key, KeyError};
+pub use noise::{Noise, NoiseError};
+pub use options::{Experiment, Options, Waveform};
+
+use gmhm::ParamError;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use crate::model::Model;
+use crate::predict::{self, PredictError};
+use crate::recording::Recording;
+use plan::Plan;
+
+/// Why nothing was simulated.
+#[derive(Debug, thiserror::Error)]
+pub enum BenchError {
+    /// A joint log has no gear to put on the bench.
+    #[error("the model has no [elastic] and [memory]: the bench needs a gear; fit one with gmhm fit")]
+    NoGear,
+    /// No rated deflection.
+    #[error("the model has no rated_deflection_rad in [gear]: the bench scales its experiments by it")]
+    NoRatedDeflection,
+    /// The motor cannot run without a ratio.
+    #[error("experiment {experiment} turns the motor: the model needs ratio in [gear]")]
+    NoRatio {
+        /// The experiment.
+        experiment: Experiment,
+    },
+    /// The core refused the gear.
+    #[error("the model's gear is none: {0}")]
+    Params(#[from] ParamError),
+    /// The experiment has no such option.
+    #[error("{option} has no meaning in experiment {experiment}")]
+    NotInExperiment {
+        /// The option.
+        option: &'static str,
+        /// The experiment.
+        experiment: Experiment,
+    },
+    /// A value that cannot be.
+    #[error("{option} {value}: must be {must}")]
+    Value {
+        /// The option.
+        option: &'static str,
+        /// What was given.
+        value: f64,
+        /// What it must be.
+        must: &'static str,
+    },
+    /// Too few samples for the motion.
+    #[error("--sample-rate {sample_rate_hz}: too slow for this motion, at least {needed_hz} Hz are needed")]
+    TooSlow {
+        /// What was given, Hz.
+        sample_rate_hz: f64,
+        /// What is needed, Hz.
+        needed_hz: f64,
+    },
+    /// Hardly any rows, or too many.
+    #[error(
+        "these options make {rows} rows, between 8 and {most} are possible: change --duration, --rate or --sample-rate"
+    )]
+    Rows {
+        /// Rows asked for.
+        rows: f64,
+        /// Most rows.
+        most: f64,
+    },
+    /// The gear cannot carry the load within its rated deflection.
+    #[error(
+        "at {time_s} s the gear does not carry {load_nm} N·m within its rated deflection (laws phase and time are not invertible there): lower --amplitude"
+    )]
+    LoadNotReached {
+        /// When, s.
+        time_s: f64,
+        /// The load, N·m.
+        load_nm: f64,
+    },
+    /// The torque could not be computed.
+    #[error(transparent)]
+    Predict(#[from] PredictError),
+}
+
+/// A source of random choices of its own for each purpose.
+#[derive(Debug, Clone, Copy)]
+enum Stream {
+    Motion = 1,
+    Torque,
+    Velocity,
+    Temperature,
+}
+
+fn random(seed: u64, stream: Stream) -> ChaCha8Rng {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    random.set_stream(stream as u64);
+    random
+}
+
+/// Runs an experiment on the gear of a model and returns what the sensors record, and the key.
+///
+/// Columns: time, torque, deflection, output velocity, temperature, and where the model has a ratio both angles. The deflection is that of the
+/// measured angles, with the model's `deflection_zero_rad` in it. The torque has the model's unit. The key's `command` is left empty for the caller.
+///
+/// # Errors
+/// [`BenchError`]: a model without a gear, options that do not fit.
+pub fn simulate(
+    model: &Model,
+    experiment: Experiment,
+    options: &Options,
+    seed: u64,
+) -> Result<(Recording, Key), BenchError> {
+    let rated_deflection_rad = model.gear.rated_deflection_rad.ok_or(BenchError::NoRatedDeflection)?;
+    let params = model.params(rated_deflection_rad).ok_or(BenchError::NoGear)??;
+    if !experiment.input_locked() && model.gear.ratio.is_none() {
+        return Err(BenchError::NoRatio { experiment });
+    }
+    let mut motion = random(seed, Stream::Motion);
+    let plan = Plan::new(experiment, options, &params, &mut motion)?;
+    let deflection_rad = machine::deflections(&params, &plan)?;
+    let truth = without_faults(model, experiment, plan, &deflection_rad, options.warm_up_k, &mut motion)?;
+    let noise = options.noise.unwrap_or_else(|| Noise::typical(params.rated_torque_nm()));
+    let key = Key {
+        seed,
+        experiment,
+        command: String::new(),
+        rows: truth.len(),
+        duration_s: truth.time_s.last().copied().unwrap_or(0.0),
+        noise,
+        truth: model.clone(),
+    };
+    Ok((measured(truth, model, &noise, seed), key))
+}
+
+/// The recording of perfect sensors.
+fn without_faults(
+    model: &Model,
+    experiment: Experiment,
+    plan: Plan,
+    deflection_rad: &[f64],
+    warm_up_k: f64,
+    motion: &mut ChaCha8Rng,
+) -> Result<Recording, BenchError> {
+    let zero_rad = model.gear.deflection_zero_rad;
+    // Where the wave generator happens to stand, as q_m/N.
+    let stand_rad = model.gear.ratio.map_or(0.0, |ratio| motion.random_range(0.0..std::f64::consts::TAU) / ratio);
+    let input_rad: Vec<f64> = plan.travel_rad.iter().map(|travel| stand_rad + travel).collect();
+    let output_rad: Vec<f64> = input_rad.iter().zip(deflection_rad).map(|(q, theta)| q - (theta + zero_rad)).collect();
+    let mut recording = Recording {
+        name: format!("simulated {experiment}"),
+        torque_unit: model.torque_unit,
+        deflection_rad: Some(deflection_rad.iter().map(|theta| theta + zero_rad).collect()),
+        theta_in_rad: model.gear.ratio.map(|ratio| input_rad.iter().map(|q| q * ratio).collect()),
+        velocity_out_rad_per_s: Some(machine::rate(&output_rad, &plan.time_s)),
+        theta_out_rad: Some(output_rad),
+        temperature_c: Some(machine::temperatures(warm_up_k, &plan.time_s)),
+        time_s: plan.time_s,
+        ..Recording::default()
+    };
+    recording.torque = Some(predict::predict(model, None, &mut recording)?.torque);
+    Ok(recording)
+}
+
+/// What real sensors make of it.
+fn measured(mut truth: Recording, model: &Model, noise: &Noise, seed: u64) -> Recording {
+    if let Some(torque) = &mut truth.torque {
+        sensors::torque(noise, torque, &mut random(seed, Stream::Torque));
+    }
+    if let Some(velocity) = &mut truth.velocity_out_rad_per_s {
+        sensors::white(noise.velocity_rad_per_s, velocity, &mut random(seed, Stream::Velocity));
+    }
+    if let Some(temperature) = &mut truth.temperature_c {
+        sensors::white(noise.temperature_k, temperature, &mut random(seed, Stream::Temperature));
+    }
+    for angle in [&mut truth.theta_in_rad, &mut truth.theta_out_rad].into_iter().flatten() {
+        sensors::encoder(noise, angle);
+    }
+    // The deflection is that of the encoders; without a ratio the locked input is the zero of the output encoder.
+    match (&truth.theta_in_rad, model.gear.ratio) {
+        (Some(_), Some(_)) if noise.encoder_bits.is_some() => {
+            truth.deflection_rad = None;
+            // Both angles and the ratio are there.
+            let _ = truth.derive_deflection(model.gear.ratio);
+        }
+        (None, None) => truth.deflection_rad = truth.theta_out_rad.take().map(|q| q.iter().map(|q| -q).collect()),
+        _ => {}
+    }
+    truth
+}

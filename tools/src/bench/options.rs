@@ -1,0 +1,125 @@
+//! What may be asked of the bench.
+
+use std::fmt;
+
+use clap::{Args, ValueEnum};
+
+use super::noise::Noise;
+
+/// What the bench does with the gear.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, ValueEnum)]
+pub enum Experiment {
+    /// Input locked, slow loading and unloading over several cycles, the first loading from rest included
+    Cycle,
+    /// Input locked, cycles of growing, then of shrinking amplitude
+    Amplitudes,
+    /// Input locked, the same cycle at several rates
+    Rates,
+    /// The motor runs many turns both ways at several speeds while the load varies
+    Running,
+    /// Input locked, a random load within a band of frequencies
+    Dynamic,
+}
+
+impl Experiment {
+    /// Its name on the command line and in keys.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Cycle => "cycle",
+            Self::Amplitudes => "amplitudes",
+            Self::Rates => "rates",
+            Self::Running => "running",
+            Self::Dynamic => "dynamic",
+        }
+    }
+
+    /// Whether the motor stands still.
+    pub const fn input_locked(self) -> bool {
+        !matches!(self, Self::Running)
+    }
+}
+
+impl fmt::Display for Experiment {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// How a stroke goes from one turning point to the next.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+pub enum Waveform {
+    /// The deflection follows half a cosine
+    #[default]
+    Sine,
+    /// The deflection changes at a constant rate
+    Triangle,
+    /// The load changes in steps of a fifteenth of the rated torque (2 N·m of 30) and rests after each
+    Steps,
+}
+
+impl Waveform {
+    /// Its name on the command line and in keys.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Sine => "sine",
+            Self::Triangle => "triangle",
+            Self::Steps => "steps",
+        }
+    }
+}
+
+/// The options of an experiment. What is not given takes the experiment's default:
+///
+/// | | `cycle` | `amplitudes` | `rates` | `running` | `dynamic` |
+/// |---|---|---|---|---|---|
+/// | amplitude | 1 | 0.25, 0.5, 0.75, 1, 0.75, 0.5, 0.25 | 1 | 1 | 1 |
+/// | rate, Hz | 0.025 | 0.05 | 0.02, 0.1, 0.5, 2 | up to 0.5 | up to 5 |
+/// | cycles of each | 3 | 1 | 2 | | |
+/// | duration, s | 130 | 145 | 112.75 | 60 | 40 |
+/// | sample rate, Hz | 50 | 50 | 200 | 400 | 500 |
+/// | speed, rad/s | 0 | 0 | 0 | 1 | 0 |
+#[derive(Debug, Clone, PartialEq, Default, Args)]
+pub struct Options {
+    /// Length of the recording, s; with the input locked it sets the rate instead of --rate
+    #[arg(long = "duration", value_name = "S")]
+    pub duration_s: Option<f64>,
+    /// Samples a second
+    #[arg(long = "sample-rate", value_name = "HZ")]
+    pub sample_rate_hz: Option<f64>,
+    /// Amplitudes in turn, each a share of the rated deflection (running, dynamic: of the rated torque), above 0 to 1
+    #[arg(long = "amplitude", value_name = "SHARE,...", value_delimiter = ',')]
+    pub amplitudes: Vec<f64>,
+    /// Cycles a second, several in turn for rates; running, dynamic: upper end of the load's band
+    #[arg(long = "rate", value_name = "HZ,...", value_delimiter = ',')]
+    pub rates_hz: Vec<f64>,
+    /// Cycles of each amplitude and rate
+    #[arg(long, value_name = "N")]
+    pub cycles: Option<u32>,
+    /// How a stroke goes from one turning point to the next
+    #[arg(long, value_enum)]
+    pub waveform: Option<Waveform>,
+    /// Fastest output speed, rad/s (running)
+    #[arg(long = "speed", value_name = "RAD_PER_S")]
+    pub speed_rad_per_s: Option<f64>,
+    /// How much warmer the gear is at the end, K
+    #[arg(long = "warm-up", value_name = "K", default_value_t = Options::WARM_UP_K)]
+    pub warm_up_k: f64,
+    /// Noise of the sensors: none, or KEY=VALUE,... (see below); by default that of a good bench
+    ///
+    /// torque=RMS_NM, ar=A (noise of one sample carries over to the next by A, 0 to below 1), torque_step=NM (converter), encoder_bits=BITS
+    /// (2^BITS counts a turn, both encoders; the deflection follows from them), outliers=RATE:SIZE_NM, velocity=RMS_RAD_PER_S, temperature=RMS_K.
+    /// What is not named adds nothing. Example: torque=0.1,ar=0.95,encoder_bits=20,outliers=0.001:5. The default is
+    /// torque=0.1 % and torque_step=1/16384 of the rated torque, ar=0.9, encoder_bits=26, temperature=0.02.
+    #[arg(long, value_name = "NOISE")]
+    pub noise: Option<Noise>,
+}
+
+impl Options {
+    /// Default of [`warm_up_k`](Self::warm_up_k).
+    pub const WARM_UP_K: f64 = 5.0;
+
+    /// All defaults.
+    pub fn new() -> Self {
+        Self { warm_up_k: Self::WARM_UP_K, ..Self::default() }
+    }
+}
