@@ -37,8 +37,11 @@ def run_least_squares(seed):
     # One start: the stiffness of the largest torque, no hysteresis to speak of, moved a little by the seed.
     jitter = 1.0 + 0.1 * np.random.default_rng(seed).standard_normal(6)
     start = np.array([np.ptp(torque) / np.ptp(columns[:, 0]), 0, 0, 1e-3 * box[3, 1], 0.1 * box[4, 1], 0.1 * box[5, 1]])
-    start = np.clip(start * jitter, box[:, 0], box[:, 1])
-    return least_squares(residual, start, bounds=(box[:, 0], box[:, 1]), x_scale="jac", xtol=1e-12, ftol=1e-12, gtol=1e-12).x
+    # In units of the box: finite differences of the raw unknowns, 1e9 times apart, would vanish.
+    unit = box[:, 1]
+    start = np.clip(start * jitter, box[:, 0], box[:, 1]) / unit
+    scaled = least_squares(lambda x: residual(x * unit), start, bounds=(box[:, 0] / unit, box[:, 1] / unit), x_scale="jac")
+    return scaled.x * unit
 
 
 def run_differential_evolution(seed):

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | [`columns`] | what a contribution is to the estimator, and how to plug one in |
 //! | [`base`], [`assembly`] | the base model as contributions, and back |
-//! | [`problem`], [`triangle`], [`bounded`] | one pass over the recordings, its triangular factor, the exact bounded optimum |
+//! | [`problem`], [`factors`], [`triangle`], [`bounded`] | one pass over the recordings, its triangular factor, the exact bounded optimum |
 //! | [`swarm`], [`polish`] | search and polish of the nonlinear parameters |
 //! | [`noise`] | colour, outliers, quantisation |
 //! | [`select`] | law, kernel, gate and play by held-out prediction |
@@ -23,6 +23,7 @@ pub mod assembly;
 pub mod base;
 pub mod bounded;
 pub mod columns;
+pub mod factors;
 pub mod noise;
 pub mod polish;
 mod prepare;

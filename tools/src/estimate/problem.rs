@@ -10,6 +10,7 @@ use super::bounded::{self, Bound, Solution};
 use super::columns::{
     Column, Columns, Contribution, Correct, Correction, Evaluate, Mark, Nonlinear, Rows, Scope, Stretch,
 };
+use super::factors::Factors;
 use super::noise::Noise;
 use super::triangle::{Block, Triangle};
 
@@ -55,28 +56,6 @@ pub struct Tangent<'t> {
     pub parameters: &'t [usize],
     /// At which linear ones.
     pub linear: &'t Linear,
-}
-
-/// The factors of one pass: recording by recording, block by block. Columns: the recording's nuisances, the gear's, derivatives, torque.
-#[derive(Debug, Clone)]
-pub struct Factors {
-    nuisances: usize,
-    gear: usize,
-    derivatives: usize,
-    triangles: Vec<Vec<(Triangle, usize)>>,
-}
-
-/// Factors put together, the nuisances eliminated.
-#[derive(Debug, Clone)]
-pub struct System {
-    /// The gear's columns, derivatives, torque.
-    pub shared: Triangle,
-    /// Rows that count.
-    pub rows: usize,
-    /// Nuisances that could be told apart, all recordings together.
-    pub nuisances: usize,
-    parts: Vec<(Vec<usize>, Triangle)>,
-    widths: (usize, usize, usize),
 }
 
 const BLOCK: usize = 256;
@@ -430,95 +409,5 @@ impl Filter {
             raw.column_mut(j).copy_within(count.., 0);
         }
         counted
-    }
-}
-
-impl Factors {
-    /// Puts together the blocks (recording, block) that `keep` names.
-    pub fn combine(&self, keep: impl Fn(usize, usize) -> bool) -> System {
-        let shared_columns = self.gear + self.derivatives + 1;
-        let mut shared = Triangle::new(shared_columns);
-        let (mut rows, mut nuisances) = (0, 0);
-        let mut parts = Vec::with_capacity(self.triangles.len());
-        for (recording, blocks) in self.triangles.iter().enumerate() {
-            let mut whole = Triangle::new(self.nuisances + shared_columns);
-            for (fold, (triangle, counted)) in blocks.iter().enumerate() {
-                if keep(recording, fold) {
-                    whole.merge(triangle);
-                    rows += counted;
-                }
-            }
-            let told_apart =
-                |whole: &Triangle, count: usize| (0..count).find(|&j| whole.get(j, j).abs() <= 1e-9 * whole.norm(j));
-            let mut kept: Vec<usize> = (0..self.nuisances).collect();
-            while let Some(j) = told_apart(&whole, kept.len()) {
-                kept.remove(j);
-                let rest: Vec<usize> = (0..whole.columns()).filter(|&c| c != j).collect();
-                whole = whole.select(&rest);
-            }
-            shared.merge(&whole.tail(kept.len()));
-            nuisances += kept.len();
-            parts.push((kept, whole));
-        }
-        System { shared, rows, nuisances, parts, widths: (self.nuisances, self.gear, self.derivatives) }
-    }
-
-    /// Squared error and number of rows of one block under given parameters; `step` moves the nonlinear ones along the derivatives.
-    pub fn squared_error(&self, recording: usize, fold: usize, linear: &Linear, step: &[f64]) -> (f64, usize) {
-        let (triangle, rows) = &self.triangles[recording][fold];
-        let mut x: Vec<f64> = linear.recordings[recording].clone();
-        x.extend(&linear.gear);
-        x.extend((0..self.derivatives).map(|k| step.get(k).copied().unwrap_or(0.0)));
-        x.push(-1.0);
-        (triangle.squared_norm_of_product(&x), *rows)
-    }
-
-    /// Blocks a recording.
-    pub fn folds(&self) -> usize {
-        self.triangles.first().map_or(0, Vec::len)
-    }
-
-    /// Number of recordings.
-    pub fn recordings(&self) -> usize {
-        self.triangles.len()
-    }
-}
-
-impl System {
-    /// ln det XᵀX of the columns that are not held at a bound, the nuisances among them. Without derivatives.
-    pub fn log_determinant(&self, at_bound: &[bool]) -> f64 {
-        let log = |value: f64| if value == 0.0 { 0.0 } else { 2.0 * value.abs().ln() };
-        let nuisances: f64 =
-            self.parts.iter().flat_map(|(kept, whole)| (0..kept.len()).map(|j| log(whole.get(j, j)))).sum();
-        let free: Vec<usize> = (0..at_bound.len()).filter(|&j| !at_bound[j]).collect();
-        let gear = self.shared.select(&free);
-        nuisances + (0..free.len()).map(|j| log(gear.get(j, j))).sum::<f64>()
-    }
-
-    /// The nuisances of each recording that belong to the given coefficients of the gear (followed by steps of the derivatives, if any).
-    pub fn linear(&self, shared: &[f64]) -> Linear {
-        let (nuisances, gear, derivatives) = self.widths;
-        let mut shared_all = shared.to_vec();
-        shared_all.resize(gear + derivatives, 0.0);
-        let recordings = self
-            .parts
-            .iter()
-            .map(|(kept, whole)| {
-                let count = kept.len();
-                let last = whole.columns() - 1;
-                let rhs: Vec<f64> = (0..count)
-                    .map(|i| {
-                        let known: f64 = shared_all.iter().enumerate().map(|(j, b)| whole.get(i, count + j) * b).sum();
-                        whole.get(i, last) - known
-                    })
-                    .collect();
-                let mut all = vec![0.0; nuisances];
-                for (&j, value) in kept.iter().zip(bounded::back_substitute(whole, count, &rhs)) {
-                    all[j] = value;
-                }
-                all
-            })
-            .collect();
-        Linear { gear: shared_all[..gear].to_vec(), recordings }
     }
 }

@@ -12,8 +12,9 @@ use rayon::prelude::*;
 use super::assembly::Assembly;
 use super::base::{Play, Structure};
 use super::columns::Rows;
+use super::factors::Factors;
 use super::polish::{polish, project};
-use super::problem::{Factors, Problem, Sweep, Tangent};
+use super::problem::{Problem, Sweep, Tangent};
 use super::swarm::{SwarmOptions, minimise};
 use super::{EstimateError, Progress, bounded};
 
