@@ -80,27 +80,28 @@ impl<S: Scalar, L: MemoryLaw<S>> Gear<S, L> {
     /// rated torque; at the tips see [`Frame::gate`].
     #[inline]
     pub fn step<const N: usize>(&self, state: &mut State<S, N, L>, theta: S) -> Output<S> {
-        if !self.frame.in_range(theta) {
-            self.step_outside(state, theta);
-            return self.output(state);
+        if !self.law.glide(&self.frame, &mut state.memory, theta) {
+            let mut output = Output::default();
+            self.step_with_care(state, theta, &mut output);
+            return output;
         }
-        self.law.step(&self.frame, &mut state.memory, theta);
         state.theta = theta;
         state.status = Status::default();
         self.output(state)
     }
 
-    /// [`step`](Self::step) to a sample beyond ±A, or to none.
+    /// A step to a sample beyond ±A, or to none, or one that the law does not take lightly.
     #[cold]
     #[inline(never)]
-    fn step_outside<const N: usize>(&self, state: &mut State<S, N, L>, theta: S) {
+    fn step_with_care<const N: usize>(&self, state: &mut State<S, N, L>, theta: S, output: &mut Output<S>) {
         if self.frame.accepts(theta) {
             self.law.step(&self.frame, &mut state.memory, theta);
             state.theta = theta;
-            state.status = Status { out_of_range: true, refused: false };
+            state.status = Status { out_of_range: !self.frame.in_range(theta), refused: false };
         } else {
             state.status.refused = true;
         }
+        *output = self.output(state);
     }
 
     /// The torques at the state's last good sample.

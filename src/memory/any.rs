@@ -69,6 +69,11 @@ impl<S: Float> MemoryLaw<S> for AnyLaw<S> {
     }
 
     #[inline]
+    fn glide<const N: usize>(&self, frame: &Frame<S>, state: &mut AnyMemory<S, N>, theta: S) -> bool {
+        dispatch!(self, state, false, |law, state| law.glide::<N>(frame, state, theta))
+    }
+
+    #[inline]
     fn torque<const N: usize>(&self, frame: &Frame<S>, state: &AnyMemory<S, N>, theta: S) -> S {
         dispatch!(self, state, S::ZERO, |law, state| law.torque::<N>(frame, state, theta))
     }

@@ -12,6 +12,7 @@
 
 use heapless::Vec;
 
+use super::glide::Glide;
 use super::{Frame, MemoryLaw};
 use crate::params::Params;
 use crate::scalar::Scalar;
@@ -62,6 +63,7 @@ pub struct Path<S, const N: usize> {
     highest: S,
     merging: bool,
     merged_pairs: u32,
+    glide: Glide<S>,
 }
 
 impl<S: Scalar, const N: usize> Path<S, N> {
@@ -84,6 +86,7 @@ impl<S: Scalar, const N: usize> Path<S, N> {
             highest: theta,
             merging: false,
             merged_pairs: 0,
+            glide: Glide::NONE,
         }
     }
 
@@ -132,7 +135,24 @@ impl<S: Scalar, const N: usize> Path<S, N> {
         }
         self.filtered = theta;
         self.eta = self.branch(frame, theta);
+        self.glide = if self.blend.is_some() {
+            Glide::NONE
+        } else {
+            let target = self.target.map(|target| target.theta);
+            Glide::new(frame, half_play, direction == Direction::Rising, theta, self.anchor.theta, target)
+        };
         self.eta
+    }
+
+    /// The same step the short way, or false where there is none: the state is left alone.
+    #[inline]
+    fn glide(&mut self, frame: &Frame<S>, half_play: S, theta: S) -> bool {
+        let Some(theta) = self.glide.follow(half_play, self.filtered, theta) else {
+            return false;
+        };
+        self.filtered = theta;
+        self.eta = self.glide.eta(self.anchor.eta, frame.fraction(theta - self.anchor.theta));
+        true
     }
 
     #[inline]
@@ -276,6 +296,11 @@ impl<S: Scalar> MemoryLaw<S> for Masing<S> {
     #[inline]
     fn step<const N: usize>(&self, frame: &Frame<S>, state: &mut Path<S, N>, theta: S) {
         state.step(frame, self.half_play, theta);
+    }
+
+    #[inline]
+    fn glide<const N: usize>(&self, frame: &Frame<S>, state: &mut Path<S, N>, theta: S) -> bool {
+        state.glide(frame, self.half_play, theta)
     }
 
     #[inline]

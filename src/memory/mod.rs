@@ -11,6 +11,7 @@
 mod any;
 pub mod closed_form;
 pub mod frame;
+mod glide;
 pub mod masing;
 pub mod phase;
 pub mod time;
@@ -36,6 +37,16 @@ pub trait MemoryLaw<S: Scalar>: Copy {
 
     /// Moves to the next sample. The sample is finite (the gear refuses others).
     fn step<const N: usize>(&self, frame: &Frame<S>, state: &mut Self::State<N>, theta: S);
+
+    /// Moves to a sample within ±A if that takes little, and says so; else leaves the state alone. NaN is not within ±A.
+    #[inline]
+    fn glide<const N: usize>(&self, frame: &Frame<S>, state: &mut Self::State<N>, theta: S) -> bool {
+        let within = frame.in_range(theta);
+        if within {
+            self.step(frame, state, theta);
+        }
+        within
+    }
 
     /// z/T_A at the deflection that `state` was last moved to.
     fn torque<const N: usize>(&self, frame: &Frame<S>, state: &Self::State<N>, theta: S) -> S;
