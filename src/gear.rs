@@ -5,6 +5,9 @@ use crate::memory::{AnyLaw, Frame, MemoryLaw, VaryingPeriod};
 use crate::params::Params;
 use crate::scalar::{Float, Scalar};
 
+/// Longer sample periods are refused, s: no drive waits thirty years, and their products would overflow `f32`.
+pub const LONGEST_PERIOD_S: f64 = 1e9;
+
 /// Torques at one sample: N·m for floats, fractions of the rated torque for fixed point.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Output<S> {
@@ -53,7 +56,7 @@ impl<S: Float> Gear<S> {
 
     /// The gear of these parameters at the constant sample period Δ ≥ 0 in s. Other periods count as 0.
     pub fn with_period(params: &Params, period_s: f64) -> Self {
-        let period_s = if period_s.is_finite() { period_s.max(0.0) } else { 0.0 };
+        let period_s = if (0.0..=LONGEST_PERIOD_S).contains(&period_s) { period_s } else { 0.0 };
         Self::with_law(params, AnyLaw::new(params, period_s))
     }
 }
@@ -143,11 +146,12 @@ impl<S: Scalar, L: MemoryLaw<S>> Gear<S, L> {
 }
 
 impl<S: Float, L: VaryingPeriod<S>> Gear<S, L> {
-    /// [`step`](Self::step), `period_s` after the last sample. Laws `masing` and `phase` know no time. A period below zero, NaN or infinite
-    /// is refused.
+    /// [`step`](Self::step), `period_s` after the last sample. Laws `masing` and `phase` know no time. A period below zero, NaN or beyond
+    /// [`LONGEST_PERIOD_S`] is refused.
     #[inline]
     pub fn step_after<const N: usize>(&self, state: &mut State<S, N, L>, theta: S, period_s: S) -> Output<S> {
-        let is_time = period_s >= S::ZERO && period_s.is_finite();
+        // A NaN compares false.
+        let is_time = period_s >= S::ZERO && period_s <= S::from_f64(LONGEST_PERIOD_S);
         if is_time && self.frame.accepts(theta) {
             self.law.step_after(&self.frame, &mut state.memory, theta, period_s);
             state.theta = theta;
