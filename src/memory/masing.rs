@@ -53,9 +53,8 @@ pub struct Path<S, const N: usize> {
     filtered: S,
     eta: S,
     direction: Direction,
-    /// Where the present branch starts and where it ends; on the initial curve there is no end.
+    /// Where the present branch starts: the newest turning point, or the origin of the initial curve.
     anchor: TurningPoint<S>,
-    target: Option<TurningPoint<S>>,
     blend: Option<Blend<S>>,
     turning_points: Vec<TurningPoint<S>, N>,
     origin: S,
@@ -78,7 +77,6 @@ impl<S: Scalar, const N: usize> Path<S, N> {
             eta: S::ZERO,
             direction: Direction::Unknown,
             anchor: TurningPoint { theta, eta: S::ZERO },
-            target: None,
             blend: None,
             turning_points: Vec::new(),
             origin: theta,
@@ -127,18 +125,17 @@ impl<S: Scalar, const N: usize> Path<S, N> {
         } else {
             return self.eta;
         };
-        if direction != self.direction {
-            self.reverse(frame, direction);
-        }
-        if self.passes_target(theta) {
-            self.wipe_out(frame, theta);
+        let turned = if direction == self.direction { None } else { self.reverse(direction) };
+        let resumed = self.wipe_out(direction, theta);
+        if let Some(entry) = resumed.or(turned) {
+            self.enter(frame, entry);
         }
         self.filtered = theta;
         self.eta = self.branch(frame, theta);
         self.glide = if self.blend.is_some() {
             Glide::NONE
         } else {
-            let target = self.target.map(|target| target.theta);
+            let target = self.target().map(|target| target.theta);
             Glide::new(frame, half_play, direction == Direction::Rising, theta, self.anchor.theta, target)
         };
         self.eta
@@ -155,13 +152,10 @@ impl<S: Scalar, const N: usize> Path<S, N> {
         true
     }
 
+    /// Where the present branch ends; the initial curve has no end.
     #[inline]
-    fn passes_target(&self, theta: S) -> bool {
-        match self.target {
-            None => false,
-            Some(target) if self.direction == Direction::Rising => theta >= target.theta,
-            Some(target) => theta <= target.theta,
-        }
+    fn target(&self) -> Option<TurningPoint<S>> {
+        self.turning_points.len().checked_sub(2).and_then(|i| self.turning_points.get(i)).copied()
     }
 
     /// η on the present branch.
@@ -182,19 +176,18 @@ impl<S: Scalar, const N: usize> Path<S, N> {
     fn plain_branch(&self, frame: &Frame<S>, theta: S) -> S {
         let step = frame.fraction(theta - self.anchor.theta);
         let mut travelled = step.abs();
-        if self.target.is_none() {
+        if self.turning_points.len() < 2 {
             travelled = travelled + travelled;
         }
         if travelled > S::TWO { self.anchor.eta } else { self.anchor.eta + step * (S::TWO - travelled) }
     }
 
-    #[cold]
-    #[inline(never)]
-    fn reverse(&mut self, frame: &Frame<S>, direction: Direction) {
+    /// Turns at the last sample and returns the turning point; before the first movement there is none.
+    fn reverse(&mut self, direction: Direction) -> Option<TurningPoint<S>> {
         let first = self.direction == Direction::Unknown;
         self.direction = direction;
         if first {
-            return;
+            return None;
         }
         let here = TurningPoint { theta: self.filtered, eta: self.eta };
         self.highest = self.highest.max(here.theta);
@@ -208,7 +201,7 @@ impl<S: Scalar, const N: usize> Path<S, N> {
             self.merged_pairs = self.merged_pairs.saturating_add(1);
         }
         self.push(here);
-        self.enter(frame, here);
+        Some(here)
     }
 
     fn push(&mut self, point: TurningPoint<S>) {
@@ -216,39 +209,40 @@ impl<S: Scalar, const N: usize> Path<S, N> {
         let _ = self.turning_points.push(point);
     }
 
-    /// Drops the closed loops and resumes the branch that holds `theta`.
-    #[cold]
-    #[inline(never)]
-    fn wipe_out(&mut self, frame: &Frame<S>, theta: S) {
-        while let Some(target) = self.target {
-            if !self.passes_target(theta) {
+    /// Drops the loops that a sample at `theta` closes, and returns the turning point where the resumed branch is entered.
+    fn wipe_out(&mut self, direction: Direction, theta: S) -> Option<TurningPoint<S>> {
+        let reaches = |target: S| if direction == Direction::Rising { theta >= target } else { theta <= target };
+        let (_, loops) = self.turning_points.as_rchunks::<2>();
+        let mut closed = 0;
+        let mut entry = None;
+        for &[target, _] in loops.iter().rev() {
+            if !reaches(target.theta) {
                 break;
             }
-            let left = self.turning_points.len().saturating_sub(2);
-            self.turning_points.truncate(left);
-            if left < 2 {
-                self.turning_points.clear();
-                self.merging = false;
-            }
-            self.enter(frame, target);
+            closed += 2;
+            entry = Some(target);
         }
+        if entry.is_some() {
+            let left = self.turning_points.len().saturating_sub(closed);
+            self.turning_points.truncate(if left < 2 { 0 } else { left });
+            self.merging &= left >= 2;
+        }
+        entry
     }
 
     /// Sets up the branch from the newest turning point, entered at `entry`.
     fn enter(&mut self, frame: &Frame<S>, entry: TurningPoint<S>) {
         self.blend = None;
-        let (Some(&anchor), Some(&target)) = (
-            self.turning_points.last(),
-            self.turning_points.len().checked_sub(2).and_then(|i| self.turning_points.get(i)),
-        ) else {
+        let (Some(target), Some(&anchor)) = (self.target(), self.turning_points.last()) else {
             self.anchor = TurningPoint { theta: self.origin, eta: S::ZERO };
-            self.target = None;
             return;
         };
         self.anchor = anchor;
-        self.target = Some(target);
+        if !self.merging {
+            return;
+        }
         let length = (target.theta - entry.theta).abs();
-        if self.merging && length > S::ZERO {
+        if length > S::ZERO {
             let entry_gap = entry.eta - self.plain_branch(frame, entry.theta);
             let target_gap = target.eta - self.plain_branch(frame, target.theta);
             self.blend = Some(Blend {
