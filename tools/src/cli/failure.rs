@@ -5,6 +5,7 @@ use std::io::IsTerminal;
 
 use miette::{Diagnostic, GraphicalReportHandler, LabeledSpan, SourceCode};
 
+use crate::bench::BenchError;
 use crate::estimate::EstimateError;
 use crate::model::ModelError;
 use crate::output::OutputError;
@@ -26,6 +27,9 @@ pub enum Failure {
     /// Rows could not be copied.
     #[error(transparent)]
     Copy(#[from] CopyError),
+    /// Nothing could be simulated.
+    #[error(transparent)]
+    Bench(#[from] BenchError),
     /// Nothing could be predicted.
     #[error(transparent)]
     Predict(#[from] PredictError),
@@ -44,7 +48,7 @@ impl Failure {
             Failure::Model(e) => e.mend(),
             Failure::Output(e) => e.mend().map(str::to_owned),
             Failure::Predict(e) => e.mend(),
-            Failure::Copy(_) | Failure::Estimate(_) | Failure::System(_) => None,
+            Failure::Bench(_) | Failure::Copy(_) | Failure::Estimate(_) | Failure::System(_) => None,
         }
     }
 

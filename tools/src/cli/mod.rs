@@ -7,6 +7,7 @@ mod failure;
 mod fit;
 mod predict;
 mod progress;
+mod simulate;
 mod tables;
 
 use std::process::ExitCode;
@@ -32,6 +33,7 @@ enum Command {
     Demo(demo::DemoArgs),
     Fit(fit::FitArgs),
     Predict(predict::PredictArgs),
+    Simulate(simulate::SimulateArgs),
 }
 
 /// What every command knows of how it was called.
@@ -58,6 +60,7 @@ pub fn run() -> ExitCode {
         Some(Command::Demo(args)) => args.run(&session),
         Some(Command::Fit(args)) => args.run(&session),
         Some(Command::Predict(args)) => args.run(&session),
+        Some(Command::Simulate(args)) => args.run(),
         None => demo::DemoArgs::default().run(&session),
     };
     match done {

@@ -1,0 +1,62 @@
+//! Fit and compare on recordings of real machines, where the folder `shared/recordings` lies beside the checkout.
+
+mod common;
+
+use std::path::{Path, PathBuf};
+
+use common::{Done, WorkDir};
+
+const DAMPER: &str = "--map time_s=t_s,deflection_rad=disp_m,torque_nm=force_kN";
+
+/// A recording, or `None` with the reason printed where it is not on this machine.
+fn recording(name: &str) -> Option<PathBuf> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/recordings").join(name);
+    let found = path.canonicalize().ok();
+    if found.is_none() {
+        println!("not run: {} is not on this machine", path.display());
+    }
+    found
+}
+
+fn succeed(dir: &WorkDir, command: &str, files: &[&PathBuf], rest: &str) -> Done {
+    let files: Vec<String> = files.iter().map(|file| file.display().to_string()).collect();
+    dir.succeed(&format!("{command} {} {DAMPER} {rest}", files.join(" ")))
+}
+
+#[test]
+fn the_friction_damper_is_fitted() {
+    let Some(rec) = recording("friction_damper_0.25Hz30lbtension1amplitude.csv") else { return };
+    let dir = WorkDir::new();
+    succeed(&dir, "fit", &[&rec], "-o damper.toml --json fit.json");
+    let fit: serde_json::Value = serde_json::from_str(&dir.read("fit.json")).unwrap();
+    let rms = fit["rms"].as_f64().expect("an rms");
+    let force = column_rms(&rec, 2);
+    // A damper with backlash is no harmonic drive: most of the force is explained, not all.
+    assert!(rms < 0.5 * force, "{rms} kN of {force} kN left");
+    succeed(&dir, "predict damper.toml", &[&rec], "-o out.csv");
+}
+
+#[test]
+fn the_friction_damper_is_compared() {
+    let (Some(one), Some(other)) = (
+        recording("friction_damper_0.25Hz30lbtension1amplitude.csv"),
+        recording("friction_damper_1Hz30lbtension1amplitude.csv"),
+    ) else {
+        return;
+    };
+    let dir = WorkDir::new();
+    succeed(&dir, "compare", &[&one, &other], "--json compare.json");
+    let table: serde_json::Value = serde_json::from_str(&dir.read("compare.json")).unwrap();
+    let text = table.to_string();
+    for model in ["GMHM", "Dahl", "Bouc", "Maxwell"] {
+        assert!(text.contains(model), "{model} is missing: {text}");
+    }
+}
+
+/// Root mean square of a column of a recording as it lies in the file.
+fn column_rms(path: &Path, column: usize) -> f64 {
+    let text = std::fs::read_to_string(path).expect("a recording");
+    let values: Vec<f64> =
+        text.lines().skip(1).filter_map(|line| line.split(',').nth(column)?.trim().parse().ok()).collect();
+    (values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64).sqrt()
+}

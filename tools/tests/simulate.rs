@@ -1,0 +1,49 @@
+//! `gmhm simulate`.
+
+mod common;
+
+use common::{PUBLISHED, WorkDir};
+
+#[test]
+fn every_experiment_gives_a_recording_that_can_be_fitted() {
+    let dir = WorkDir::new();
+    dir.write("gear.toml", PUBLISHED);
+    for experiment in ["cycle", "amplitudes", "rates", "running", "dynamic"] {
+        let done = dir.succeed(&format!("simulate gear.toml --experiment {experiment} --seed 5 -o rec.csv"));
+        assert!(done.stdout.contains("Synthetic") && done.stdout.contains("seed 5"), "{}", done.stdout);
+        dir.succeed("fit rec.csv --model gear.toml -o fitted.toml");
+        // Perfect sensors on the same motion tell how good the fit is.
+        dir.succeed(&format!("simulate gear.toml --experiment {experiment} --seed 5 --noise none -o truth.csv"));
+        dir.succeed("predict fitted.toml truth.csv -o out.csv");
+        let (is, was) = (dir.column("out.csv", "torque_model_nm"), dir.column("truth.csv", "torque_nm"));
+        let worst = is.iter().zip(&was).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(worst < 0.1, "{experiment}: {worst} N·m off");
+    }
+}
+
+#[test]
+fn the_seed_makes_the_recording_and_the_key_tells_it() {
+    let dir = WorkDir::new();
+    dir.write("gear.toml", PUBLISHED);
+    let command = "simulate gear.toml --experiment dynamic --duration 2";
+    dir.succeed(&format!("{command} --seed 1 -o a.csv --key a.toml"));
+    dir.succeed(&format!("{command} --seed 1 -o b.csv"));
+    dir.succeed(&format!("{command} --seed 2 -o c.csv"));
+    assert_eq!(dir.read("a.csv"), dir.read("b.csv"));
+    assert_ne!(dir.read("a.csv"), dir.read("c.csv"));
+    let key: toml::Table = dir.read("a.toml").parse().unwrap();
+    assert_eq!(key["simulation"]["seed"].as_str(), Some("1"));
+    assert_eq!(key["truth"]["memory"]["alpha"].as_float(), Some(2.6532e6));
+}
+
+#[test]
+fn what_cannot_be_simulated_is_refused_and_leaves_nothing() {
+    let dir = WorkDir::new();
+    dir.write("gear.toml", PUBLISHED);
+    dir.refuse("simulate gear.toml --experiment cycle --rate=-1 -o rec.csv", &["rate"]);
+    dir.refuse("simulate gear.toml --experiment running --cycles 3 -o rec.csv", &["cycles", "running"]);
+    dir.refuse("simulate none.toml --experiment cycle -o rec.csv", &["none.toml"]);
+    dir.refuse("simulate gear.toml --experiment cycle -o nowhere/rec.csv", &["nowhere"]);
+    assert_eq!(dir.gmhm("simulate gear.toml --experiment fly -o rec.csv").status, Some(2));
+    assert!(!dir.files().iter().any(|file| file == "rec.csv"));
+}
