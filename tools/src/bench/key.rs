@@ -4,6 +4,7 @@ use std::str::FromStr;
 
 use clap::ValueEnum;
 
+use super::joint::Plant;
 use super::noise::{Noise, NoiseError};
 use super::options::Experiment;
 use crate::model::{self, Model, ModelError};
@@ -23,7 +24,9 @@ pub struct Key {
     pub duration_s: f64,
     /// Noise of the sensors.
     pub noise: Noise,
-    /// The gear. Its prediction is the torque of perfect sensors.
+    /// The gear that was simulated: `model`, or, in experiment `joint`, one that the model does not describe.
+    pub plant: Plant,
+    /// The model. Its prediction is the torque of perfect sensors.
     pub truth: Model,
 }
 
@@ -58,6 +61,7 @@ impl Key {
         simulation.insert("rows".to_owned(), (self.rows as i64).into());
         simulation.insert("duration_s".to_owned(), self.duration_s.into());
         simulation.insert("noise".to_owned(), self.noise.to_string().into());
+        simulation.insert("plant".to_owned(), self.plant.name().into());
         let truth: toml::Table = self.truth.to_toml().parse().expect("a model file is TOML");
         let mut key = toml::Table::new();
         key.insert("simulation".to_owned(), simulation.into());
@@ -83,6 +87,7 @@ impl Key {
             rows: field("rows")?.as_integer().and_then(|n| usize::try_from(n).ok()).ok_or(KeyError::Field("rows"))?,
             duration_s: field("duration_s")?.as_float().ok_or(KeyError::Field("duration_s"))?,
             noise: <Noise as FromStr>::from_str(text("noise")?)?,
+            plant: <Plant as ValueEnum>::from_str(text("plant")?, false).map_err(|_| KeyError::Field("plant"))?,
             truth: model::parse("[truth]", &truth.to_string())?,
         })
     }

@@ -30,7 +30,7 @@ pub(super) fn deflections(params: &Params, plan: &Plan) -> Result<Vec<f64>, Benc
 /// The deflection nearest to the present one at which the gear, `period_s` later, carries the load. `None` where there is none within ±A.
 ///
 /// A bracket that doubles, then false position (Illinois), until the torque is met within 1e-12 of the rated torque.
-fn under_load(
+pub(in crate::bench) fn under_load(
     params: &Params,
     gear: &Gear<f64>,
     state: &State<f64, CAPACITY>,

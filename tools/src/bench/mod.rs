@@ -9,10 +9,12 @@
 //!   q_m = N·∫v dt for a prescribed v, and q_o follows from it and the deflection.
 //! - `cycle`, `amplitudes` and `rates` prescribe the deflection (waveforms `sine`, `triangle`) or the load (`steps`); `running` and
 //!   `dynamic` prescribe the load, and the deflection is the one at which the gear carries it.
-//! - Every torque is the core's, by the same path as `gmhm predict`: the key's model predicts the noise-free recording exactly.
+//! - [`joint`] puts the gear into a flexible joint under a drive.
+//! - But for the joint, every torque is the core's, by the same path as `gmhm predict`: the key's model predicts the noise-free recording exactly.
 //!
 //! Random choices come from one seed, in a stream for the motion and one a sensor: another `--noise` leaves the motion as it was.
 
+pub mod joint;
 mod key;
 mod machine;
 mod noise;
@@ -25,10 +27,11 @@ pub use key::{Key, KeyError};
 pub use noise::{Noise, NoiseError};
 pub use options::{Experiment, Options, Waveform};
 
-use gmhm::ParamError;
+use gmhm::{ParamError, Params};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use crate::estimate::EstimateError;
 use crate::model::Model;
 use crate::predict::{self, PredictError};
 use crate::recording::Recording;
@@ -101,6 +104,9 @@ pub enum BenchError {
     /// The torque could not be computed.
     #[error(transparent)]
     Predict(#[from] PredictError),
+    /// The gear of the joint could not be identified.
+    #[error(transparent)]
+    Estimate(#[from] EstimateError),
 }
 
 /// A source of random choices of its own for each purpose.
@@ -110,6 +116,7 @@ enum Stream {
     Torque,
     Velocity,
     Temperature,
+    Identification,
 }
 
 fn random(seed: u64, stream: Stream) -> ChaCha8Rng {
@@ -131,15 +138,22 @@ pub fn simulate(
     options: &Options,
     seed: u64,
 ) -> Result<(Recording, Key), BenchError> {
-    let rated_deflection_rad = model.gear.rated_deflection_rad.ok_or(BenchError::NoRatedDeflection)?;
-    let params = model.params(rated_deflection_rad).ok_or(BenchError::NoGear)??;
+    let params = gear_of(model)?;
     if !experiment.input_locked() && model.gear.ratio.is_none() {
         return Err(BenchError::NoRatio { experiment });
     }
+    plan::check(experiment, options)?;
     let mut motion = random(seed, Stream::Motion);
-    let plan = Plan::new(experiment, options, &params, &mut motion)?;
-    let deflection_rad = machine::deflections(&params, &plan)?;
-    let truth = without_faults(model, experiment, plan, &deflection_rad, options.warm_up_k, &mut motion)?;
+    let truth = if experiment == Experiment::Joint {
+        let mut recording = joint::record(model, &params, options, seed)?;
+        recording.temperature_c = Some(machine::temperatures(options.warm_up_k, &recording.time_s));
+        recording
+    } else {
+        let plan = Plan::new(experiment, options, &params, &mut motion)?;
+        let deflection_rad = machine::deflections(&params, &plan)?;
+        without_faults(model, plan, &deflection_rad, options.warm_up_k, &mut motion)?
+    };
+    let truth = Recording { name: format!("simulated {experiment}"), torque_unit: model.torque_unit, ..truth };
     let noise = options.noise.unwrap_or_else(|| Noise::typical(params.rated_torque_nm()));
     let key = Key {
         seed,
@@ -148,15 +162,21 @@ pub fn simulate(
         rows: truth.len(),
         duration_s: truth.time_s.last().copied().unwrap_or(0.0),
         noise,
+        plant: options.plant.unwrap_or_default(),
         truth: model.clone(),
     };
     Ok((measured(truth, model, &noise, seed), key))
 }
 
+/// The gear of a model file.
+fn gear_of(model: &Model) -> Result<Params, BenchError> {
+    let rated_deflection_rad = model.gear.rated_deflection_rad.ok_or(BenchError::NoRatedDeflection)?;
+    Ok(model.params(rated_deflection_rad).ok_or(BenchError::NoGear)??)
+}
+
 /// The recording of perfect sensors.
 fn without_faults(
     model: &Model,
-    experiment: Experiment,
     plan: Plan,
     deflection_rad: &[f64],
     warm_up_k: f64,
@@ -168,8 +188,6 @@ fn without_faults(
     let input_rad: Vec<f64> = plan.travel_rad.iter().map(|travel| stand_rad + travel).collect();
     let output_rad: Vec<f64> = input_rad.iter().zip(deflection_rad).map(|(q, theta)| q - (theta + zero_rad)).collect();
     let mut recording = Recording {
-        name: format!("simulated {experiment}"),
-        torque_unit: model.torque_unit,
         deflection_rad: Some(deflection_rad.iter().map(|theta| theta + zero_rad).collect()),
         theta_in_rad: model.gear.ratio.map(|ratio| input_rad.iter().map(|q| q * ratio).collect()),
         velocity_out_rad_per_s: Some(machine::rate(&output_rad, &plan.time_s)),

@@ -4,6 +4,7 @@ use std::fmt;
 
 use clap::{Args, ValueEnum};
 
+use super::joint::{Compensation, Plant};
 use super::noise::Noise;
 
 /// What the bench does with the gear.
@@ -19,6 +20,8 @@ pub enum Experiment {
     Running,
     /// Input locked, a random load within a band of frequencies
     Dynamic,
+    /// The gear in a flexible joint under a drive, the link tracking an angle
+    Joint,
 }
 
 impl Experiment {
@@ -30,12 +33,13 @@ impl Experiment {
             Self::Rates => "rates",
             Self::Running => "running",
             Self::Dynamic => "dynamic",
+            Self::Joint => "joint",
         }
     }
 
     /// Whether the motor stands still.
     pub const fn input_locked(self) -> bool {
-        !matches!(self, Self::Running)
+        !matches!(self, Self::Running | Self::Joint)
     }
 }
 
@@ -68,7 +72,7 @@ impl Waveform {
     }
 }
 
-/// The options of an experiment. What is not given takes the experiment's default:
+/// The options of an experiment. What is not given takes the experiment's default (`joint`: 24 s at 500 Hz, plant `model`, compensation `off`):
 ///
 /// | | `cycle` | `amplitudes` | `rates` | `running` | `dynamic` |
 /// |---|---|---|---|---|---|
@@ -101,6 +105,12 @@ pub struct Options {
     /// Fastest output speed, rad/s (running)
     #[arg(long = "speed", value_name = "RAD_PER_S")]
     pub speed_rad_per_s: Option<f64>,
+    /// Which gear sits in the joint (joint)
+    #[arg(long, value_enum)]
+    pub plant: Option<Plant>,
+    /// How the drive makes up for the gear's deflection (joint); off by default
+    #[arg(long, value_enum)]
+    pub compensation: Option<Compensation>,
     /// How much warmer the gear is at the end, K
     #[arg(long = "warm-up", value_name = "K", default_value_t = Options::WARM_UP_K)]
     pub warm_up_k: f64,

@@ -49,7 +49,7 @@ const fn defaults(experiment: Experiment) -> Defaults {
         Experiment::Amplitudes => (&[0.25, 0.5, 0.75, 1.0, 0.75, 0.5, 0.25], &[0.05], 1, 50.0, 0.0),
         Experiment::Rates => (&[1.0], &[0.02, 0.1, 0.5, 2.0], 2, 200.0, 0.0),
         Experiment::Running => (&[1.0], &[0.5], 0, 400.0, 60.0),
-        Experiment::Dynamic => (&[1.0], &[5.0], 0, 500.0, 40.0),
+        Experiment::Dynamic | Experiment::Joint => (&[1.0], &[5.0], 0, 500.0, 40.0),
     };
     Defaults { amplitudes, rates_hz, cycles, sample_rate_hz, duration_s }
 }
@@ -61,7 +61,6 @@ impl Plan {
         params: &Params,
         random: &mut ChaCha8Rng,
     ) -> Result<Self, BenchError> {
-        check(experiment, options)?;
         let defaults = defaults(experiment);
         let or = |given: &[f64], default: &[f64]| if given.is_empty() { default.to_vec() } else { given.to_vec() };
         let amplitudes = or(&options.amplitudes, defaults.amplitudes);
@@ -130,13 +129,19 @@ fn times(duration_s: f64, sample_rate_hz: f64, fastest_hz: f64) -> Result<Vec<f6
 }
 
 /// Refuses what the experiment does not have, and what cannot be.
-fn check(experiment: Experiment, options: &Options) -> Result<(), BenchError> {
+pub(super) fn check(experiment: Experiment, options: &Options) -> Result<(), BenchError> {
     let cyclic = is_cyclic(experiment);
+    let joint = experiment == Experiment::Joint;
     let several = |list: &[f64]| list.len() > 1;
     for (option, given) in [
         ("--cycles", options.cycles.is_some() && !cyclic),
         ("--waveform", options.waveform.is_some() && !cyclic),
-        ("--speed", options.speed_rad_per_s.is_some() && experiment.input_locked()),
+        ("--speed", options.speed_rad_per_s.is_some() && experiment != Experiment::Running),
+        ("--plant", options.plant.is_some() && !joint),
+        ("--compensation", options.compensation.is_some() && !joint),
+        ("--duration", options.duration_s.is_some() && joint),
+        ("--amplitude", !options.amplitudes.is_empty() && joint),
+        ("--rate", !options.rates_hz.is_empty() && joint),
         ("--amplitude with several values", several(&options.amplitudes) && experiment != Experiment::Amplitudes),
         ("--rate with several values", several(&options.rates_hz) && experiment != Experiment::Rates),
         ("--rate beside --duration", cyclic && options.duration_s.is_some() && !options.rates_hz.is_empty()),
@@ -161,4 +166,16 @@ fn check(experiment: Experiment, options: &Options) -> Result<(), BenchError> {
         Some((option, value, _, must)) => Err(BenchError::Value { option, value, must }),
         None => Ok(()),
     }
+}
+
+/// Cycles of shrinking amplitude with the input locked, for identification: time s, deflection rad.
+pub(super) fn nested_cycles(rated_deflection_rad: f64) -> (Vec<f64>, Vec<f64>) {
+    const SAMPLE_RATE_HZ: f64 = 50.0;
+    let cycles =
+        [1.0, 0.75, 0.5, 0.25].map(|share| Cycles { amplitude: share * rated_deflection_rad, rate_hz: 0.1, count: 1 });
+    let strokes = profile::strokes(&cycles, SAMPLE_RATE_HZ);
+    let rows = (profile::length_s(&strokes) * SAMPLE_RATE_HZ).round() as usize;
+    let time_s: Vec<f64> = (0..=rows).map(|k| k as f64 / SAMPLE_RATE_HZ).collect();
+    let deflection_rad = profile::follow(&strokes, Waveform::Sine, 1.0, &time_s);
+    (time_s, deflection_rad)
 }
