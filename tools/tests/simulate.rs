@@ -37,6 +37,18 @@ fn the_seed_makes_the_recording_and_the_key_tells_it() {
 }
 
 #[test]
+fn the_joint_tells_what_each_compensation_leaves() {
+    let dir = WorkDir::new();
+    dir.write("gear.toml", PUBLISHED);
+    let done = dir.succeed("simulate gear.toml --experiment joint --plant maxwell-slip -o joint.csv --key key.toml");
+    for part in ["maxwell-slip", "reference", "measurement", "10 % off", "spring/it"] {
+        assert!(done.stdout.contains(part), "{}", done.stdout);
+    }
+    assert_eq!(dir.column("joint.csv", "torque_nm").len(), 12_000);
+    assert!(dir.read("key.toml").contains("plant = \"maxwell-slip\""));
+}
+
+#[test]
 fn what_cannot_be_simulated_is_refused_and_leaves_nothing() {
     let dir = WorkDir::new();
     dir.write("gear.toml", PUBLISHED);

@@ -17,7 +17,8 @@ use crate::output::Outputs;
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   gmhm simulate gear.toml --experiment cycle -o cycle.csv
-  gmhm simulate gear.toml --experiment running --noise torque=0.1,ar=0.95,encoder_bits=20 --seed 7 -o running.csv --key key.toml")]
+  gmhm simulate gear.toml --experiment running --noise torque=0.1,ar=0.95,encoder_bits=20 --seed 7 -o running.csv --key key.toml
+  gmhm simulate gear.toml --experiment joint --plant maxwell-slip --compensation reference -o joint.csv")]
 pub struct SimulateArgs {
     /// Model file of the gear
     #[arg(value_name = "M.toml")]
@@ -55,6 +56,9 @@ impl SimulateArgs {
             "Synthetic recording of experiment {}: {} rows, {:.6} s, seed {}, noise {}",
             self.experiment, key.rows, key.duration_s, key.seed, key.noise
         );
+        if self.experiment == Experiment::Joint {
+            println!("\n{}", bench::joint::run(&model, self.seed.seed)?);
+        }
         println!("Recording written to {}", self.output.display());
         Ok(())
     }
