@@ -1,1 +1,63 @@
 //! A second implementation of MODEL.md in f64, written apart from the core, to hold the core to.
+//!
+//! It is the textbook's way of computing each law: a growing list of turning points, the memory integrals by quadrature. It uses nothing of
+//! the core, so that no error can be in both by inheritance.
+
+pub mod closed_form;
+pub mod integral;
+pub mod masing;
+pub mod paths;
+
+/// One gear: the symbols of MODEL.md section 1, β and ω not negative, SI units.
+#[derive(Debug, Clone, Copy)]
+pub struct Constants {
+    /// A, rad.
+    pub a: f64,
+    /// c1, N·m/rad.
+    pub c1: f64,
+    /// c2, N·m/rad³.
+    pub c2: f64,
+    /// c3, N·m/rad⁵.
+    pub c3: f64,
+    /// α; its unit depends on the kernel.
+    pub alpha: f64,
+    /// β, 1/s.
+    pub beta: f64,
+    /// ω, 1/s.
+    pub omega: f64,
+}
+
+impl Constants {
+    /// The published gear (Table 2 of the paper), both signs of β and ω flipped, A from its Table 1.
+    pub const PUBLISHED: Self =
+        Self { a: 1.168e-3, c1: 2.4737e4, c2: 1.0e9, c3: -1.1774e14, alpha: 2.6532e6, beta: 422.68, omega: 226.31 };
+
+    /// f(θ) = c1θ + c2θ³ + c3θ⁵, N·m.
+    pub fn elastic(&self, theta: f64) -> f64 {
+        self.c1 * theta + self.c2 * theta.powi(3) + self.c3 * theta.powi(5)
+    }
+
+    /// g(θ) = √(max(0, (1−θ/A)(1+θ/A))). A ± θ is exact near the tips, where g is ill-conditioned.
+    pub fn gate(&self, theta: f64) -> f64 {
+        ((self.a - theta) * (self.a + theta)).max(0.0).sqrt() / self.a
+    }
+
+    /// e = αβ/(β²+ω²).
+    pub fn e(&self) -> f64 {
+        self.alpha * self.beta / (self.beta.powi(2) + self.omega.powi(2))
+    }
+
+    /// h = αω/(β²+ω²).
+    pub fn h(&self) -> f64 {
+        self.alpha * self.omega / (self.beta.powi(2) + self.omega.powi(2))
+    }
+}
+
+/// What the memory integral weighs (MODEL.md section 2.1).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Weighed {
+    /// −θ.
+    Deflection,
+    /// θ̇.
+    Rate,
+}
