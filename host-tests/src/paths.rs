@@ -39,7 +39,8 @@ pub fn every(seed: u64, a: f64) -> Vec<Path> {
         quiet("steps", steps(&mut dice)),
         quiet("full stack", full_stack(&mut dice, 20)),
         quiet("overfull host stack", full_stack(&mut dice, 140)),
-        quiet("tips touched", tips(&mut dice)),
+        quiet("tips touched", tips(&mut dice, 0.0)),
+        quiet("tips grazed", tips(&mut dice, 1e-3)),
         quiet("beyond the range", multi_sine(&mut dice, 1.6)),
         Path { play: 4e-3 * a, ..quiet("noise within the play", noisy) },
     ]
@@ -108,12 +109,15 @@ fn full_stack(dice: &mut ChaCha8Rng, pairs: i32) -> Vec<f64> {
     path
 }
 
-/// Full strokes that end on a tip exactly, and random ones between.
-fn tips(dice: &mut ChaCha8Rng) -> Vec<f64> {
+/// Full strokes that end on a tip, or `short` of it and down to a 10⁻⁵th of that, and random ones between.
+fn tips(dice: &mut ChaCha8Rng, short: f64) -> Vec<f64> {
     let mut path = vec![0.0];
     while path.len() < 1000 {
-        for to in [1.0, dice.random_range(-0.9..0.9), -1.0, dice.random_range(-0.9..0.9)] {
-            stroke(dice, &mut path, to);
+        for side in [1.0, -1.0] {
+            let tip = 1.0 - short * f64::powf(10.0, dice.random_range(-5.0..0.0));
+            stroke(dice, &mut path, side * tip);
+            let inside = dice.random_range(-0.9..0.9);
+            stroke(dice, &mut path, inside);
         }
     }
     path

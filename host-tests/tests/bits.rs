@@ -1,0 +1,66 @@
+//! Every law in both precisions gives the same bits on every host: golden hashes of all torques on seeded paths.
+//!
+//! `src/bin/bits.rs` promises the same of the microcontrollers. A change of the core that means to change bits puts the hashes that the test
+//! prints in place of these.
+
+mod common;
+
+use gmhm::scalar::Float;
+use gmhm::{Gear, Memory, Params};
+use gmhm_host_tests::paths::{self, Path};
+
+/// Law, kernel, gate; the hash in `f32`, in `f64`.
+const GOLDEN: [(&str, u64, u64); 9] = [
+    ("masing deflection cycle", 0x2399b977a680a2cc, 0x4b7e5c55e3187902),
+    ("phase deflection cycle", 0x83132ac631be0189, 0x4f1bc3b5f1aef236),
+    ("phase deflection none", 0xa75475a8e271dc13, 0x8b26c634b93365c9),
+    ("phase rate cycle", 0x9ecd006217dc5fdb, 0x681fb4948703bb9e),
+    ("phase rate none", 0x2412225465bdd3a5, 0x9bb1228becb506b1),
+    ("time deflection cycle", 0xd41d3ccd92b05f85, 0x68bc1c2a0f035202),
+    ("time deflection none", 0x5a2d1c3947efc2f4, 0x2869a2cb2f32ded0),
+    ("time rate cycle", 0x290281008bf7914f, 0x391819e547d5651a),
+    ("time rate none", 0x57e4423b9b555d07, 0xf0fa1b52512c6fad),
+];
+
+/// Paths that need no function whose last bit depends on the host's mathematics library.
+const PATHS: [&str; 4] = ["nested loops", "stops", "steps", "tips touched"];
+
+/// Fowler, Noll and Vo's hash (1a, 64 bits), of the torques as the bits of their exact `f64`.
+fn hash<S: Float>(params: &Params, paths: &[Path]) -> u64 {
+    let gear = Gear::<S>::with_period(params, 1e-3);
+    let mut hash = 0xcbf2_9ce4_8422_2325_u64;
+    for path in paths {
+        let mut state = gear.start::<16>(S::from_f64(path.theta[0]));
+        for &theta in &path.theta {
+            let out = gear.step(&mut state, S::from_f64(theta));
+            for torque in [out.torque, out.elastic, out.hysteresis] {
+                for byte in torque.to_f64().to_bits().to_le_bytes() {
+                    hash = (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
+                }
+            }
+        }
+    }
+    hash
+}
+
+#[test]
+fn every_law_gives_the_golden_bits_in_both_precisions() {
+    let every = (1..=3).flat_map(|seed| paths::every(seed, common::A));
+    let paths: Vec<Path> = every.filter(|path| PATHS.contains(&path.name)).map(Path::rounded).collect();
+    assert_eq!(paths.len(), 3 * PATHS.len());
+    let found: Vec<(String, u64, u64)> = common::every_law()
+        .iter()
+        .map(|params| {
+            let Memory { law, kernel, gate, .. } = params.memory();
+            let name = format!("{} {} {}", law.name(), kernel.name(), gate.name());
+            (name, hash::<f32>(params, &paths), hash::<f64>(params, &paths))
+        })
+        .collect();
+    for (name, single, double) in &found {
+        println!("    (\"{name}\", {single:#018x}, {double:#018x}),");
+    }
+    for ((name, single, double), golden) in found.iter().zip(GOLDEN) {
+        assert_eq!((name.as_str(), *single, *double), golden);
+    }
+    assert_eq!(found.len(), GOLDEN.len());
+}
