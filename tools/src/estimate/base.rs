@@ -5,7 +5,7 @@ use gmhm::memory::masing::{Path, single_valued_column};
 use gmhm::{Elastic, Gate, Gear, Kernel, Law, Memory, ParamError, Params, State};
 
 use super::bounded::Bound;
-use super::columns::{Column, Columns, Contribution, Evaluate, Nonlinear, Rows, Stretch};
+use super::columns::{Column, Columns, Contribution, Evaluate, Nonlinear, Past, Rows, Stretch};
 
 /// Turning points kept on the host.
 pub const TURNING_POINTS: usize = 256;
@@ -104,7 +104,23 @@ impl MasingPart {
 struct MasingPath<'a> {
     part: &'a MasingPart,
     half_play_rad: f64,
+    past: Past,
     path: Option<Path<f64, TURNING_POINTS>>,
+}
+
+impl MasingPath<'_> {
+    /// The path up to the first row of a recording.
+    fn before(&self, theta_rad: f64) -> Path<f64, TURNING_POINTS> {
+        let frame = &self.part.frame;
+        let from = match self.past {
+            Past::Rest => return Path::start(theta_rad),
+            Past::Rising => frame.rated(),
+            Past::Falling => -frame.rated(),
+        };
+        let mut path = Path::start(from);
+        path.step(frame, 0.0, -from);
+        path
+    }
 }
 
 impl Contribution for MasingPart {
@@ -120,17 +136,20 @@ impl Contribution for MasingPart {
         &self.searched
     }
 
-    fn start<'a>(&'a self, nonlinear: &[f64], _: &'a Rows<'a>, _: usize) -> Box<dyn Evaluate + 'a> {
+    fn start<'a>(&'a self, nonlinear: &[f64], rows: &'a Rows<'a>, _: usize) -> Box<dyn Evaluate + 'a> {
         let play = nonlinear.first().copied().unwrap_or(self.fixed_play_rad);
-        Box::new(MasingPath { part: self, half_play_rad: 0.5 * play, path: None })
+        Box::new(MasingPath { part: self, half_play_rad: 0.5 * play, past: rows.past, path: None })
     }
 }
 
 impl Evaluate for MasingPath<'_> {
     fn fill(&mut self, stretch: &Stretch<'_>, columns: &mut Columns<'_>) {
         let frame = &self.part.frame;
+        if self.path.is_none() {
+            self.path = stretch.deflection_rad.first().map(|&theta| self.before(theta));
+        }
+        let Some(path) = &mut self.path else { return };
         for (row, &theta) in stretch.deflection_rad.iter().enumerate() {
-            let path = self.path.get_or_insert_with(|| Path::start(theta));
             let eta = path.step(frame, self.half_play_rad, theta);
             columns.set(row, &[single_valued_column(frame, theta), self.part.rated_deflection_rad * eta]);
         }

@@ -45,6 +45,20 @@ pub struct Rows<'a> {
     pub torque: Cow<'a, [f64]>,
     /// What each row is used for.
     pub marks: Vec<Mark>,
+    /// Where the gear came from before the first row; law `masing`.
+    pub past: Past,
+}
+
+/// What a gear did before its recording began, as law `masing` remembers it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Past {
+    /// Nothing: y = 0, as a prediction starts.
+    #[default]
+    Rest,
+    /// It came up from the lower tip of the rated cycle.
+    Rising,
+    /// It came down from the upper tip of the rated cycle.
+    Falling,
 }
 
 impl Rows<'_> {

@@ -13,8 +13,8 @@
 //! | [`rivals`] | foreign models, as yardsticks |
 //!
 //! **Start of a recording.** What the gear went through before the first row is unknown, but `predict` starts every recording with an empty memory. Both
-//! are tried. In law `masing` the rows before the loop has settled are first left out; if an empty memory explains them
-//! as well as the rest (Chow's test), they take part. In the other laws the memory at the start is a nuisance, which is dropped where it is not significant.
+//! are tried. In law `masing` the rows before the loop has settled are first left out; if a start from rest, or from a branch of
+//! the rated cycle, explains them as well as the rest (Chow's test), they take part. In the other laws the memory at the start is a nuisance, which is dropped where it is not significant.
 //!
 //! **Gauge.** Of (α, β, ω) a rate-independent loop fixes only e, h and β/ω. The result is written with the ω of the model handed in, else ω = 1 1/s
 //! (law `time` does not use ω and has 0).
@@ -43,7 +43,7 @@ use crate::model::{GearSection, Model, TorqueSide};
 use crate::recording::{Recording, TorqueUnit};
 use assembly::Assembly;
 use base::{Play, Structure};
-use columns::{Mark, Rows};
+use columns::{Mark, Past, Rows};
 use noise::Noise;
 use polish::Polished;
 use problem::Sweep;
@@ -392,7 +392,7 @@ pub(crate) struct Start {
     pub(crate) unsettled: Vec<usize>,
 }
 
-/// Leaves out the rows before the loop has settled, unless an empty memory at the start explains them.
+/// Leaves out the rows before the loop has settled, unless a start from rest, or from a branch of the rated cycle, explains them.
 fn decide_start(rows: &mut [Rows<'_>], rated_deflection_rad: f64) -> Result<Start, EstimateError> {
     let settled: Vec<usize> = rows
         .iter()
@@ -402,11 +402,10 @@ fn decide_start(rows: &mut [Rows<'_>], rated_deflection_rad: f64) -> Result<Star
             if (r.len() - row) * 5 >= r.len() * 2 && r.len() - row >= 24 { row } else { 0 }
         })
         .collect();
-    if settled.iter().all(|&row| row == 0) {
-        return Ok(Start { known: vec![true; rows.len()], unsettled: vec![0; rows.len()] });
-    }
     for (rows, &row) in rows.iter_mut().zip(&settled) {
         rows.marks[..row].fill(Mark::Skipped);
+        // From the tip on, every past on the rated cycle is the same.
+        rows.past = Past::Rising;
     }
     let misfit = |rows: &[Rows<'_>]| -> Result<(f64, f64), EstimateError> {
         let assembly = Assembly::new(Structure::MASING, rated_deflection_rad, rows, &[])?;
@@ -419,24 +418,35 @@ fn decide_start(rows: &mut [Rows<'_>], rated_deflection_rad: f64) -> Result<Star
     let floor = (1e-8 * prepare::torque_size(rows)).powi(2);
     let mut start = Start { known: vec![true; rows.len()], unsettled: vec![0; rows.len()] };
     for (index, &row) in settled.iter().enumerate() {
-        if row == 0 {
-            continue;
-        }
         let (without, freedom) = misfit(rows)?;
         let kept: Vec<Mark> = rows[index].marks[..row].to_vec();
         rows[index].marks[..row].fill(Mark::Used);
-        let (with, _) = misfit(rows)?;
+        let mut under = |past: Past| -> Result<(Past, f64), EstimateError> {
+            rows[index].past = past;
+            Ok((past, misfit(rows)?.0))
+        };
+        let (rest, rising, falling) = (under(Past::Rest)?, under(Past::Rising)?, under(Past::Falling)?);
+        let other = if rising.1 <= falling.1 { rising } else { falling };
+        // Predictions start from rest: another past has to be clearly better.
+        let clearly = 1.0 + STRANGE_PAST / freedom.max(1.0);
+        let (past, with) = if other.1 * clearly + floor < rest.1 { other } else { rest };
+        rows[index].past = past;
+        start.known[index] = past == Past::Rest;
         // Chow's test of further observations (Econometrica 28, 1960): F with (early rows, freedom) degrees.
         let ratio = (with - without) / row as f64 / (without / freedom.max(1.0) + floor);
         let usual = FisherSnedecor::new(row as f64, freedom.max(1.0)).map_or(2.0, |f| f.inverse_cdf(1.0 - STRANGE));
-        if ratio > usual.max(2.0) {
+        if row > 0 && ratio > usual.max(2.0) {
             rows[index].marks[..row].copy_from_slice(&kept);
+            rows[index].past = Past::Rising;
             start.known[index] = false;
             start.unsettled[index] = row;
         }
     }
     Ok(start)
 }
+
+/// By how much, in variances of the residual, another past has to explain a recording better than a start from rest.
+const STRANGE_PAST: f64 = 25.0;
 
 /// Probability at which a start from rest is given up where it is true.
 const STRANGE: f64 = 1e-4;

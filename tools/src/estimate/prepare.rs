@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use super::EstimateError;
-use super::columns::{Mark, Rows};
+use super::columns::{Mark, Past, Rows};
 use crate::model::GearSection;
 use crate::recording::{Recording, TorqueUnit};
 
@@ -32,7 +32,13 @@ pub fn rows<'a>(recordings: &'a [Recording], gear: &GearSection) -> Result<Vec<R
             if gear.deflection_zero_rad != 0.0 {
                 deflection_rad.to_mut().iter_mut().for_each(|theta| *theta -= gear.deflection_zero_rad);
             }
-            Ok(Rows { recording, deflection_rad, torque: Cow::Borrowed(torque), marks: gaps(&recording.time_s) })
+            Ok(Rows {
+                recording,
+                deflection_rad,
+                torque: Cow::Borrowed(torque),
+                marks: gaps(&recording.time_s),
+                past: Past::Rest,
+            })
         })
         .collect()
 }
@@ -130,6 +136,7 @@ pub fn beginning<'a>(rows: &'a [Rows<'a>], most_rows: usize) -> Vec<Rows<'a>> {
                 deflection_rad: Cow::Borrowed(&r.deflection_rad[..count]),
                 torque: Cow::Borrowed(&r.torque[..count]),
                 marks: r.marks[..count].to_vec(),
+                past: r.past,
             }
         })
         .collect()
