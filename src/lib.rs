@@ -10,6 +10,7 @@
 //! | [`elastic`] | f(θ) |
 //! | [`memory`] | the laws `masing`, `phase` and `time`, and the paper's closed form |
 //! | [`gear`] | both together: parameters and state apart, one call a sample |
+//! | [`terms`] | physics beyond the base model: friction, ripple, backlash, creep, … |
 //! | [`scalar`] | the operations the model asks of a number |
 //!
 //! ```
@@ -36,6 +37,7 @@ pub mod gear;
 pub mod memory;
 pub mod params;
 pub mod scalar;
+pub mod terms;
 
 pub use elastic::Elastic;
 pub use gear::{Gear, Output, State, Status};

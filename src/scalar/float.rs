@@ -11,7 +11,7 @@
 //!
 //! It buys no speed on a Cortex-M4F. Square roots stay exact, so law `masing` does not change by a bit.
 
-use super::{Float, Scalar};
+use super::{Float, Scalar, circle};
 
 macro_rules! scalar {
     ($f:ty, $sqrt:path, $fabs:path) => {
@@ -75,7 +75,8 @@ scalar!(f32, sqrtf, libm::fabsf);
 scalar!(f64, sqrt, libm::fabs);
 
 macro_rules! float {
-    ($f:ty, $exp_m1:path, $exp:path, $asin:path, $atan2:path, $sin:path, $cos:path) => {
+    ($f:ty, $exp_m1:path, $exp:path, $asin:path, $atan2:path, $sin:path, $cos:path, $sin_cos:path, $wrap:path,
+     $tanh:path, $pow:path, $round:path) => {
         impl Float for $f {
             #[inline]
             fn is_finite(self) -> bool {
@@ -106,6 +107,26 @@ macro_rules! float {
                 $cos(self)
             }
             #[inline]
+            fn sin_cos(self) -> (Self, Self) {
+                $sin_cos(self)
+            }
+            #[inline]
+            fn wrap_turn(self) -> Self {
+                $wrap(self)
+            }
+            #[inline]
+            fn tanh(self) -> Self {
+                $tanh(self)
+            }
+            #[inline]
+            fn powf(self, y: Self) -> Self {
+                $pow(self, y)
+            }
+            #[inline]
+            fn round(self) -> Self {
+                $round(self)
+            }
+            #[inline]
             fn over(self, divisor: Self) -> Self {
                 self / divisor
             }
@@ -114,10 +135,49 @@ macro_rules! float {
 }
 
 #[cfg(not(feature = "micromath"))]
-float!(f32, libm::expm1f, libm::expf, libm::asinf, libm::atan2f, libm::sinf, libm::cosf);
+float!(
+    f32,
+    libm::expm1f,
+    libm::expf,
+    libm::asinf,
+    libm::atan2f,
+    libm::sinf,
+    libm::cosf,
+    circle::sin_cos,
+    circle::wrap,
+    libm::tanhf,
+    libm::powf,
+    libm::roundf
+);
 #[cfg(feature = "micromath")]
-float!(f32, micro::exp_m1, micro::exp, micro::asin, micro::atan2, micro::sin, micro::cos);
-float!(f64, libm::expm1, libm::exp, libm::asin, libm::atan2, libm::sin, libm::cos);
+float!(
+    f32,
+    micro::exp_m1,
+    micro::exp,
+    micro::asin,
+    micro::atan2,
+    micro::sin,
+    micro::cos,
+    circle::sin_cos,
+    circle::wrap,
+    libm::tanhf,
+    libm::powf,
+    libm::roundf
+);
+float!(
+    f64,
+    libm::expm1,
+    libm::exp,
+    libm::asin,
+    libm::atan2,
+    libm::sin,
+    libm::cos,
+    libm::sincos,
+    core::convert::identity,
+    libm::tanh,
+    libm::pow,
+    libm::round
+);
 
 #[inline]
 fn sqrt(x: f64) -> f64 {

@@ -3,6 +3,7 @@
 //! [`Scalar`] is what the quasi-static law needs: sums, products, one square root. [`Float`] adds what the memory integral
 //! needs. Both are implemented for `f32` and `f64` by the `libm` crate alone, so that host and microcontroller agree bit by bit.
 
+pub mod circle;
 mod float;
 
 use core::fmt::Debug;
@@ -94,6 +95,16 @@ pub trait Float: Scalar<Gain = Self> {
     fn sin(self) -> Self;
     /// cos x.
     fn cos(self) -> Self;
+    /// sin x and cos x. In `f32` by [`circle::sin_cos`], without double arithmetic.
+    fn sin_cos(self) -> (Self, Self);
+    /// x less whole turns in `f32` (within ±π), where multiples of a large angle would lose its digits; x itself in `f64`.
+    fn wrap_turn(self) -> Self;
+    /// tanh x.
+    fn tanh(self) -> Self;
+    /// x^y for x ≥ 0.
+    fn powf(self, y: Self) -> Self;
+    /// The nearest integer.
+    fn round(self) -> Self;
     /// Quotient.
     fn over(self, divisor: Self) -> Self;
 }

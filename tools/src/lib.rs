@@ -10,7 +10,7 @@ pub mod diagnosis;
 pub mod estimate;
 pub mod model;
 pub mod output;
-pub mod predict;
+pub mod physics;
 pub mod prove;
 pub mod recording;
 pub mod report;

@@ -4,7 +4,7 @@ mod common;
 
 use gmhm_tools::bench::{BenchError, Experiment, Noise, Options, Waveform, simulate};
 use gmhm_tools::model::{self, Model};
-use gmhm_tools::predict::predict;
+use gmhm_tools::physics::predict;
 use gmhm_tools::recording::Recording;
 
 const ALL: [Experiment; 5] =
@@ -102,7 +102,7 @@ fn angles_deflection_and_velocity_belong_to_one_machine() {
 fn perfect_sensors_record_what_predict_predicts() {
     for experiment in ALL {
         let (recording, key) = simulate(&published(), experiment, &quiet(), 3).unwrap();
-        let predicted = predict(&key.truth, None, &mut recording.clone()).unwrap().torque;
+        let predicted = predict(&key.truth, None, &recording).unwrap().torque;
         for (a, b) in predicted.iter().zip(recording.torque.as_deref().unwrap()) {
             assert!((a - b).abs() < 1e-12 * 30.0);
         }
@@ -224,8 +224,8 @@ fn the_encoder_zero_is_in_the_deflection() {
     let model = model::parse("zero", &text).unwrap();
     let (recording, key) = simulate(&model, Experiment::Cycle, &quiet(), 1).unwrap();
     assert!((recording.deflection().unwrap()[0] - 2e-4).abs() < 1e-15);
-    let mut copy = Recording { deflection_rad: None, ..recording.clone() };
-    let predicted = predict(&key.truth, None, &mut copy).unwrap().torque;
+    let copy = Recording { deflection_rad: None, ..recording.clone() };
+    let predicted = predict(&key.truth, None, &copy).unwrap().torque;
     for (a, b) in predicted.iter().zip(recording.torque.as_deref().unwrap()) {
         // At the tips the torque changes as the square root of the rounding of the angles.
         assert!((a - b).abs() < 1e-5, "{a} {b}");

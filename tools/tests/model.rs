@@ -1,5 +1,6 @@
 //! Model files: what is written reads back bit for bit, what is wrong is refused at its place.
 
+use gmhm::terms::{Form, KINDS, KeyInfo, Range};
 use gmhm_tools::model::{Model, ModelError, Term, TermValue, TorqueSide, parse};
 use gmhm_tools::recording::TorqueUnit;
 use proptest::prelude::*;
@@ -86,6 +87,39 @@ fn each_malformed_file_is_refused_at_its_place() {
         (PUBLISHED[..PUBLISHED.len() - 10].to_owned(), "line 14"),
         (format!("{PUBLISHED}[[term]]\nmu = 1\n"), "line 15, [[term]]: `kind` is missing"),
         (format!("{PUBLISHED}[[term]]\nkind = \"inertia\"\ninertia_kgm2 = [[1]]\n"), "line 17, [[term]] inertia_kgm2"),
+        (
+            format!("{PUBLISHED}[[term]]\nkind = \"inertai\"\n"),
+            "line 16, [[term]] kind: unknown kind of term; did you mean `inertia`?",
+        ),
+        (
+            format!("{PUBLISHED}[[term]]\nkind = \"inertia\"\ninertia = 1\n"),
+            "line 17, [[term]] inertia: unknown key; did you mean `inertia_kgm2`?",
+        ),
+        (
+            format!("{PUBLISHED}[[term]]\nkind = \"inertia\"\n"),
+            "line 15, [[term]] inertia_kgm2: `inertia_kgm2` is missing",
+        ),
+        (format!("{PUBLISHED}[[term]]\nkind = \"inertia\"\ninertia_kgm2 = [1]\n"), "`inertia_kgm2` must be a number"),
+        (
+            format!("{PUBLISHED}[[term]]\nkind = \"backlash\"\nshape = \"loose\"\nhalf_gap_rad = 1\n"),
+            "line 17, [[term]] shape: `shape` must be one of \"clearance\" \"play\"",
+        ),
+        (
+            format!("{PUBLISHED}[[term]]\nkind = \"backlash\"\nshape = \"play\"\nhalf_gap_rad = -1\n"),
+            "line 18, [[term]] half_gap_rad: `half_gap_rad` must not be negative",
+        ),
+        (
+            format!("{PUBLISHED}[[term]]\nkind = \"soft_windup\"\nshape = \"tanh\"\nk1_nm_per_rad = 1\n"),
+            "line 18, [[term]] k1_nm_per_rad: unknown key",
+        ),
+        (
+            format!("{PUBLISHED}[[term]]\nkind = \"creep\"\ntau_s = [1, 2]\nstiffness_nm_per_rad = [1]\n"),
+            "line 18, [[term]] stiffness_nm_per_rad: `stiffness_nm_per_rad` must be as long as `tau_s`",
+        ),
+        (
+            format!("{PUBLISHED}[[term]]\nkind = \"creep\"\ntau_s = [1,1,1,1,1,1,1,1,1]\nstiffness_nm_per_rad = [1]\n"),
+            "`tau_s` holds more than 8 numbers",
+        ),
         (format!("{PUBLISHED}[term]\nkind = \"inertia\"\n"), "must be [[term]] tables, not a section"),
     ];
     for (text, part) in cases {
@@ -103,15 +137,38 @@ fn positive() -> impl Strategy<Value = f64> {
     prop_oneof![1e-6..1e6_f64, Just(0.1 + 0.2)]
 }
 
+/// A term of any kind with values that its registry entry accepts.
 fn term() -> impl Strategy<Value = Term> {
-    let value = prop_oneof![
-        number().prop_map(TermValue::Number),
-        prop::collection::vec(number(), 0..4).prop_map(TermValue::List),
-        "\\PC*".prop_map(TermValue::Text),
-    ];
-    let key = prop::sample::select(vec!["cos_nm", "nm_per_s", "damping_nms_per_rad", "mu", "shape", "half_gap_rad"]);
-    ("[a-z_]{1,9}", prop::collection::btree_map(key.prop_map(str::to_owned), value, 0..4))
-        .prop_map(|(kind, values)| Term { kind, values })
+    (prop::sample::select(KINDS.to_vec()), 0..4_usize, 1..8_usize, prop::collection::vec(number(), 8)).prop_map(
+        |(kind, shape, length, numbers)| {
+            let fit = |key: &KeyInfo, i: usize| match key.range {
+                Range::Any => numbers[i],
+                Range::AtLeastZero => numbers[i].abs(),
+                // Growing along a list and from key to key, as knots and kinks must.
+                Range::Positive => 1.0 + i as f64,
+            };
+            let mut values = std::collections::BTreeMap::new();
+            let mut shape_word = None;
+            for (i, key) in kind.keys.iter().enumerate() {
+                let value = match key.form {
+                    Form::Choice(words) => {
+                        let word = words[shape % words.len()];
+                        shape_word = (key.name == "shape").then_some(word).or(shape_word);
+                        TermValue::Text(word.to_owned())
+                    }
+                    Form::List { .. } if key.name == "knots" => {
+                        TermValue::List((0..length).map(|i| i as f64).collect())
+                    }
+                    Form::List { .. } => TermValue::List((0..length).map(|i| fit(key, i)).collect()),
+                    Form::Number => TermValue::Number(fit(key, i % 8)),
+                };
+                if key.belongs_to(shape_word) {
+                    values.insert(key.name.to_owned(), value);
+                }
+            }
+            Term { kind: kind.name.to_owned(), values }
+        },
+    )
 }
 
 prop_compose! {

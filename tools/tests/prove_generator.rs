@@ -127,7 +127,7 @@ fn the_true_base_model_predicts_a_null_through_the_core() {
         met += 1;
         case.base.memory.as_mut().unwrap().reversal_play_rad = 0.0;
         let unseen = &mut case.unseen[0];
-        let predicted = gmhm_tools::predict::predict(&case.base, None, &mut unseen.recording).unwrap();
+        let predicted = gmhm_tools::physics::predict(&case.base, None, &unseen.recording).unwrap();
         for (truth, core) in unseen.torque_nm.iter().zip(&predicted.torque) {
             assert!((truth - core).abs() < 1e-8, "{} {truth} {core}", case.key.motion);
         }

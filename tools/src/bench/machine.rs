@@ -4,7 +4,7 @@ use gmhm::{Gear, Params, State};
 
 use super::BenchError;
 use super::plan::{Drive, Plan};
-use crate::predict::CAPACITY;
+use crate::physics::CAPACITY;
 
 /// The deflections of a gear that starts from rest at θ = 0 and is driven through the plan, rad.
 pub(super) fn deflections(params: &Params, plan: &Plan) -> Result<Vec<f64>, BenchError> {

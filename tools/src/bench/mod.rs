@@ -33,7 +33,7 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::estimate::EstimateError;
 use crate::model::Model;
-use crate::predict::{self, PredictError};
+use crate::physics::{self, PredictError};
 use crate::recording::Recording;
 use plan::Plan;
 
@@ -196,7 +196,7 @@ fn without_faults(
         time_s: plan.time_s,
         ..Recording::default()
     };
-    recording.torque = Some(predict::predict(model, None, &mut recording)?.torque);
+    recording.torque = Some(physics::predict(model, None, &recording)?.torque);
     Ok(recording)
 }
 

@@ -9,7 +9,7 @@ use crate::bench::BenchError;
 use crate::estimate::EstimateError;
 use crate::model::ModelError;
 use crate::output::OutputError;
-use crate::predict::PredictError;
+use crate::physics::PredictError;
 use crate::recording::{CopyError, RecordingError};
 
 /// Whatever may end a command.

@@ -9,7 +9,7 @@ use super::common::ReadingArgs;
 use super::failure::Failure;
 use crate::model;
 use crate::output::Outputs;
-use crate::predict::predict;
+use crate::physics::predict;
 use crate::recording::{Needs, copy_with_columns};
 
 /// Predict the torque of a recording's motion, row by row
@@ -34,12 +34,15 @@ impl PredictArgs {
     pub(super) fn run(&self, session: &Session) -> Result<(), Failure> {
         Outputs::check(&self.output)?;
         let model = model::load(&self.model)?;
-        let mut recording = self.reading.read(&self.recording, &Needs::PREDICT, session.quiet)?;
-        let prediction = predict(&model, self.reading.rated_deflection, &mut recording)?;
+        let recording = self.reading.read(&self.recording, &Needs::PREDICT, session.quiet)?;
+        let prediction = predict(&model, self.reading.rated_deflection, &recording)?;
         let suffix = model.torque_unit.suffix();
-        let names = ["torque_model", "elastic", "hysteresis"].map(|name| format!("{name}_{suffix}"));
-        let values = [&prediction.torque, &prediction.elastic, &prediction.hysteresis];
-        let columns: Vec<_> = names.iter().map(String::as_str).zip(values.map(Vec::as_slice)).collect();
+        let base = [&prediction.torque, &prediction.elastic, &prediction.hysteresis];
+        let base = ["torque_model", "elastic", "hysteresis"].into_iter().zip(base);
+        let terms = prediction.terms.iter().map(|(name, values)| (name.as_str(), values));
+        let named: Vec<(String, &[f64])> =
+            base.chain(terms).map(|(name, values)| (format!("{name}_{suffix}"), values.as_slice())).collect();
+        let columns: Vec<_> = named.iter().map(|(name, values)| (name.as_str(), *values)).collect();
 
         let mut outputs = Outputs::new();
         outputs.add(&self.output, |out| -> Result<(), Failure> {

@@ -74,6 +74,9 @@ pub enum ModelProblem {
     /// The core refuses the parameters.
     #[error("{0}")]
     Refused(gmhm::ParamError),
+    /// The core refuses the values of a term.
+    #[error("{0}")]
+    Term(gmhm::terms::TermError),
     /// Parameters per newton-metre and per ampere in one file.
     #[error("is {} while `{first}` is {}", per(!*ampere), per(*ampere))]
     MixedUnits {
@@ -110,6 +113,8 @@ impl ModelError {
             ModelProblem::NotFinite(_) => "write a finite number",
             ModelProblem::OutOfRange { .. } => "correct the number; the key's name says its unit",
             ModelProblem::Format(_) => "set `format = 1`, or use the program that wrote the file",
+            ModelProblem::Term(gmhm::terms::TermError::Missing { key }) => return Some(format!("add `{key}`")),
+            ModelProblem::Term(_) => "correct the value; the key's name says its unit",
             ModelProblem::Refused(gmhm::ParamError::NotInLaw { .. }) => "remove the key, or choose another law",
             ModelProblem::Refused(_) => "correct the parameters; `gmhm fit` writes files that are accepted",
             ModelProblem::MixedUnits { .. } => "use _nm throughout, or _a throughout (a recording with current_a)",

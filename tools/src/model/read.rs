@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::Path;
 
+use gmhm::terms::KINDS;
 use gmhm::{Elastic, Gate, Kernel, Law, Memory, ParamError};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -200,7 +201,18 @@ fn read_term(section: &Section<'_>) -> Checked<Term> {
     for key in section.entries.keys().filter(|key| *key != "kind") {
         values.insert(key.clone(), section.term_value(key)?);
     }
-    Ok(Term { kind, values })
+    let term = Term { kind, values };
+    if term.info().is_none() {
+        let known: Vec<&str> = KINDS.iter().map(|kind| kind.name).collect();
+        return Err(section.fault(Some("kind"), unknown("kind of term", &term.kind, &known)));
+    }
+    if let (known, Some(stranger)) = term.known_keys() {
+        return Err(section.fault(Some(stranger), unknown("key", stranger, &known)));
+    }
+    match term.check() {
+        Ok(()) => Ok(term),
+        Err(error) => Err(section.fault(error.key(), ModelProblem::Term(error))),
+    }
 }
 
 /// Whether the keys so far were per newton-metre or per ampere, and which one said so.

@@ -5,7 +5,7 @@ use gmhm::{Gear, Memory, ParamError, Params, State};
 
 use super::super::machine::under_load;
 use super::drive::DEFLECTION_RESOLUTION_RAD;
-use crate::predict::CAPACITY;
+use crate::physics::CAPACITY;
 
 /// How the drive makes up for the deflection of the gear.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

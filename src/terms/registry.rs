@@ -1,0 +1,311 @@
+//! What there is to know of a kind of term before it has numbers: the source of checks, docs, parameter blocks and the search for missing physics.
+
+/// Whether a term is physics of the gear or a fault of the measurement.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Side {
+    /// Physics: compensated on the drive.
+    Plant,
+    /// A fault of the measurement, or structure without a name: corrects the fit, is never fed forward.
+    Instrument,
+}
+
+/// What a term acts on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Domain {
+    /// The deflection: taken out of the measured one before the gear sees it.
+    Deflection,
+    /// The torque.
+    Torque,
+    /// The torque, and T_base of a joint log, which has no gear: gravity and inertia.
+    Load,
+    /// The torque, as friction that a temperature scales.
+    Friction,
+    /// A factor on all friction.
+    FrictionScale,
+    /// The time of the total torque.
+    Delay,
+}
+
+/// What the structure of a residual may depend on (MODEL.md section 7).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Coordinate {
+    /// q_m.
+    MotorAngle,
+    /// q_o.
+    OutputAngle,
+    /// v.
+    OutputVelocity,
+    /// T_base.
+    Torque,
+    /// dT_base/dt.
+    TorqueRate,
+    /// θ̇.
+    DeflectionRate,
+    /// v̇.
+    Acceleration,
+    /// θ.
+    Deflection,
+    /// Travel since the last reversal of θ.
+    Reversal,
+    /// Θ.
+    Temperature,
+    /// t.
+    Time,
+}
+
+/// A signal that a term cannot do without.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Need {
+    /// q_m.
+    MotorAngle,
+    /// q_o.
+    OutputAngle,
+    /// v.
+    Velocity,
+    /// v̇.
+    Acceleration,
+    /// θ.
+    Deflection,
+    /// θ̇.
+    DeflectionRate,
+    /// Θ.
+    Temperature,
+    /// The elastic and hysteresis torque of a gear.
+    Gear,
+}
+
+/// What a key holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Form {
+    /// A number.
+    Number,
+    /// A list of at most so many numbers, as long as the other lists of its term.
+    List {
+        /// The most it may hold.
+        most: usize,
+    },
+    /// One of these words.
+    Choice(&'static [&'static str]),
+}
+
+/// Which numbers a key accepts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Range {
+    /// Any finite number.
+    Any,
+    /// 0 and above.
+    AtLeastZero,
+    /// Above 0.
+    Positive,
+}
+
+/// What a key is to an estimator.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Role {
+    /// The torque (or the deflection that the term takes out) is proportional to it, or a sum over such keys.
+    Linear,
+    /// It shapes the response.
+    Nonlinear,
+    /// It is decided, not fitted: a choice, harmonic orders, a reference.
+    Structure,
+}
+
+/// A key of a term.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct KeyInfo {
+    /// Its name in model files, with its unit.
+    pub name: &'static str,
+    /// Its unit.
+    pub unit: &'static str,
+    /// What it holds.
+    pub form: Form,
+    /// Which numbers it accepts.
+    pub range: Range,
+    /// What it is to an estimator.
+    pub role: Role,
+    /// Whether it may be left out, and is 0 then.
+    pub optional: bool,
+    /// The shapes that have it; all where empty.
+    pub shapes: &'static [&'static str],
+    /// From where to where it lies on gears of size 20 to 32.
+    pub plausible: (f64, f64),
+    /// What it is, in words.
+    pub words: &'static str,
+}
+
+impl KeyInfo {
+    const fn new(name: &'static str, unit: &'static str, form: Form, role: Role, words: &'static str) -> Self {
+        let plausible = (0.0, 0.0);
+        Self { name, unit, form, range: Range::Any, role, optional: false, shapes: &[], plausible, words }
+    }
+
+    /// A number that the response is proportional to.
+    pub const fn linear(name: &'static str, unit: &'static str, words: &'static str) -> Self {
+        Self::new(name, unit, Form::Number, Role::Linear, words)
+    }
+
+    /// A list of such numbers.
+    pub const fn linear_list(name: &'static str, unit: &'static str, most: usize, words: &'static str) -> Self {
+        Self::new(name, unit, Form::List { most }, Role::Linear, words)
+    }
+
+    /// A number that shapes the response.
+    pub const fn shape(name: &'static str, unit: &'static str, words: &'static str) -> Self {
+        Self::new(name, unit, Form::Number, Role::Nonlinear, words)
+    }
+
+    /// A list of such numbers.
+    pub const fn shape_list(name: &'static str, unit: &'static str, most: usize, words: &'static str) -> Self {
+        Self::new(name, unit, Form::List { most }, Role::Nonlinear, words)
+    }
+
+    /// One of some words.
+    pub const fn choice(name: &'static str, words_accepted: &'static [&'static str], words: &'static str) -> Self {
+        Self::new(name, "", Form::Choice(words_accepted), Role::Structure, words)
+    }
+
+    /// Decided beforehand.
+    pub const fn decided(mut self) -> Self {
+        self.role = Role::Structure;
+        self
+    }
+
+    /// Only 0 and above.
+    pub const fn at_least_zero(mut self) -> Self {
+        self.range = Range::AtLeastZero;
+        self
+    }
+
+    /// Only above 0.
+    pub const fn positive(mut self) -> Self {
+        self.range = Range::Positive;
+        self
+    }
+
+    /// May be left out.
+    pub const fn optional(mut self) -> Self {
+        self.optional = true;
+        self
+    }
+
+    /// Only for these shapes.
+    pub const fn of_shapes(mut self, shapes: &'static [&'static str]) -> Self {
+        self.shapes = shapes;
+        self
+    }
+
+    /// Where it usually lies.
+    pub const fn within(mut self, low: f64, high: f64) -> Self {
+        self.plausible = (low, high);
+        self
+    }
+
+    /// Whether a term of this shape has the key. A shape that is none has all.
+    pub fn belongs_to(&self, shape: Option<&str>) -> bool {
+        match shape {
+            Some(shape) if !self.shapes.is_empty() => {
+                let mut shapes = self.shapes.iter();
+                shapes.any(|s| *s == shape)
+            }
+            _ => true,
+        }
+    }
+}
+
+/// A kind of term.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct KindInfo {
+    /// Its name in model files.
+    pub name: &'static str,
+    /// Plant or instrument.
+    pub side: Side,
+    /// What it acts on.
+    pub domain: Domain,
+    /// Its equation.
+    pub equation: &'static str,
+    /// The coordinates in which it shows.
+    pub coordinates: &'static [Coordinate],
+    /// Signals that it cannot do without, whatever its choices.
+    pub needs: &'static [Need],
+    /// Its keys, in the order of parameter blocks.
+    pub keys: &'static [KeyInfo],
+    /// Kinds and parameters that it hides behind.
+    pub hides_behind: &'static str,
+    /// Instructions of one sample in `f32` on a Cortex-M4F, where they were counted.
+    pub instructions: Option<u32>,
+}
+
+impl KindInfo {
+    /// The key of this name.
+    pub fn key(&self, name: &str) -> Option<&'static KeyInfo> {
+        self.keys.iter().find(|key| key.name == name)
+    }
+}
+
+impl Need {
+    /// What it is, in words.
+    pub const fn words(self) -> &'static str {
+        match self {
+            Self::MotorAngle => "the motor angle",
+            Self::OutputAngle => "the output angle",
+            Self::Velocity => "the output velocity",
+            Self::Acceleration => "the output acceleration",
+            Self::Deflection => "the deflection",
+            Self::DeflectionRate => "the rate of the deflection",
+            Self::Temperature => "the temperature",
+            Self::Gear => "the gear's [elastic] and [memory]",
+        }
+    }
+}
+
+impl Coordinate {
+    /// All of them.
+    pub const ALL: [Self; 11] = [
+        Self::MotorAngle,
+        Self::OutputAngle,
+        Self::OutputVelocity,
+        Self::Torque,
+        Self::TorqueRate,
+        Self::DeflectionRate,
+        Self::Acceleration,
+        Self::Deflection,
+        Self::Reversal,
+        Self::Temperature,
+        Self::Time,
+    ];
+
+    /// Their names, in the order of [`ALL`](Self::ALL).
+    pub const NAMES: [&str; 11] = [
+        "motor_angle",
+        "output_angle",
+        "output_velocity",
+        "torque",
+        "torque_rate",
+        "deflection_rate",
+        "acceleration",
+        "deflection",
+        "reversal",
+        "temperature",
+        "time",
+    ];
+
+    /// Its name in model files and diagnoses.
+    pub const fn name(self) -> &'static str {
+        Self::NAMES[self as usize]
+    }
+
+    /// The signals that tell it.
+    pub const fn needs(self) -> &'static [Need] {
+        match self {
+            Self::MotorAngle => &[Need::MotorAngle],
+            Self::OutputAngle => &[Need::OutputAngle],
+            Self::OutputVelocity => &[Need::Velocity],
+            Self::Torque | Self::TorqueRate => &[],
+            Self::DeflectionRate => &[Need::DeflectionRate],
+            Self::Acceleration => &[Need::Acceleration],
+            Self::Deflection | Self::Reversal => &[Need::Deflection],
+            Self::Temperature => &[Need::Temperature],
+            Self::Time => &[],
+        }
+    }
+}

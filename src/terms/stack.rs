@@ -1,0 +1,127 @@
+//! The terms of one gear, in the order of its model file.
+
+use heapless::Vec;
+
+use super::{Domain, Need, Sample, Setting, Side, Source, Term, TermError, TermState};
+use crate::scalar::Float;
+
+/// Up to `K` terms.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Stack<S: Float, const K: usize = 8> {
+    terms: Vec<Term<S>, K>,
+    setting: Setting<S>,
+    has_gear: bool,
+}
+
+/// What the terms of a stack remember.
+#[derive(Debug, Clone)]
+pub struct StackState<S: Float<Carry = S>, const K: usize = 8> {
+    states: Vec<TermState<S>, K>,
+}
+
+impl<S: Float<Carry = S>, const K: usize> Stack<S, K> {
+    /// No terms yet, for a gear.
+    pub fn of_gear(setting: Setting<S>) -> Self {
+        Self { terms: Vec::new(), setting, has_gear: true }
+    }
+
+    /// No terms yet, for a joint without motor-side angle: T_base is gravity and inertia.
+    pub fn of_joint(sigma: S) -> Self {
+        Self { terms: Vec::new(), setting: Setting { sigma, c1: S::ZERO }, has_gear: false }
+    }
+
+    /// Adds a term by its keys.
+    ///
+    /// # Errors
+    /// A key that cannot be, or no room.
+    pub fn add(&mut self, kind: &str, source: &dyn Source<S>) -> Result<(), TermError> {
+        self.push(Term::read(kind, source, self.setting)?)
+    }
+
+    /// Adds a term.
+    ///
+    /// # Errors
+    /// No room.
+    pub fn push(&mut self, term: Term<S>) -> Result<(), TermError> {
+        self.terms.push(term).map_err(|_| TermError::StackFull)
+    }
+
+    /// The terms that a drive feeds forward.
+    #[must_use]
+    pub fn plant(&self) -> Self {
+        let mut plant = self.clone();
+        plant.terms.retain(|term| term.info().side == Side::Plant);
+        plant
+    }
+
+    /// The terms.
+    pub fn terms(&self) -> &[Term<S>] {
+        &self.terms
+    }
+
+    /// Whether T_base is that of a gear.
+    pub fn has_gear(&self) -> bool {
+        self.has_gear
+    }
+
+    /// σ and c1.
+    pub fn setting(&self) -> Setting<S> {
+        self.setting
+    }
+
+    /// Whether some term cannot do without a signal.
+    pub fn needs(&self, need: Need) -> bool {
+        self.terms.iter().any(|term| term.info().needs.contains(&need) || term.needs_besides().contains(&need))
+    }
+
+    /// What the terms remember before the first sample.
+    pub fn start(&self) -> StackState<S, K> {
+        let mut states = Vec::new();
+        for term in &self.terms {
+            // There is room: both hold K.
+            let _ = states.push(term.start());
+        }
+        StackState { states }
+    }
+
+    /// The true deflection of a sample, rad. `transmitted` tells the torque that the gear would transmit if it moved to a deflection; it is asked for backlash of shape
+    /// `clearance` only. The first call after [`start`](Self::start) is the start.
+    pub fn correct(&self, state: &mut StackState<S, K>, sample: &Sample<S>, transmitted: &dyn Fn(S) -> S) -> S {
+        let error = |theta: S, term: &Term<S>| theta - term.deflection_error(sample);
+        let theta = self.terms.iter().fold(sample.deflection, error);
+        let pairs = self.terms.iter().zip(&mut state.states);
+        pairs.fold(theta, |theta, (term, state)| match term.info().domain {
+            Domain::Deflection => term.correct(state, theta, transmitted),
+            _ => theta,
+        })
+    }
+
+    /// Σ of the torque terms at a sample whose deflection is corrected and whose base torque is known, N·m. Without a gear the base torque is set to
+    /// gravity and inertia.
+    pub fn torque(&self, state: &mut StackState<S, K>, sample: &Sample<S>) -> S {
+        let mut sample = *sample;
+        if !self.has_gear {
+            sample.base_torque = self.load(state, &sample);
+        }
+        let factor = self.terms.iter().fold(S::ONE, |product, term| product * term.friction_factor(&sample));
+        let pairs = self.terms.iter().zip(&mut state.states);
+        pairs.fold(S::ZERO, |sum, (term, state)| {
+            let torque = term.torque(state, &sample);
+            sum + if term.info().domain == Domain::Friction { factor * torque } else { torque }
+        })
+    }
+
+    /// Gravity and inertia at a sample, N·m: T_base of a joint log. Neither remembers anything.
+    pub fn load(&self, state: &mut StackState<S, K>, sample: &Sample<S>) -> S {
+        let pairs = self.terms.iter().zip(&mut state.states);
+        pairs.fold(S::ZERO, |sum, (term, state)| match term.info().domain {
+            Domain::Load => sum + term.torque(state, sample),
+            _ => sum,
+        })
+    }
+
+    /// By how much the recorded torque is late, s.
+    pub fn delay(&self) -> S {
+        self.terms.iter().fold(S::ZERO, |sum, term| sum + term.delay())
+    }
+}

@@ -1,0 +1,110 @@
+//! Why nothing was predicted.
+
+use gmhm::ParamError;
+use gmhm::terms::{Need, TermError};
+
+use crate::recording::RecordingError;
+
+/// Why nothing could be predicted.
+#[derive(Debug, thiserror::Error)]
+pub enum PredictError {
+    /// The recording lacks what the model needs.
+    #[error(transparent)]
+    Recording(#[from] RecordingError),
+    /// The parameters are refused at the rated deflection in use.
+    #[error("the model at the rated deflection {rated_deflection_rad:?} rad: {error}")]
+    Params {
+        /// The rated deflection in use, rad.
+        rated_deflection_rad: f64,
+        /// Why the core refuses them.
+        error: ParamError,
+    },
+    /// The model holds neither gear nor terms.
+    #[error("the model has neither [elastic] and [memory] nor any [[term]]: it predicts nothing")]
+    EmptyModel,
+    /// A term that is refused.
+    #[error("the model's term `{kind}`: {error}")]
+    Term {
+        /// Its kind.
+        kind: String,
+        /// Why the core refuses it.
+        error: TermError,
+    },
+    /// A signal that a term cannot do without.
+    #[error("{file}: the term `{kind}` needs {}, which the recording does not tell: {} is missing", need.words(), column(*need))]
+    MissingSignal {
+        /// The recording.
+        file: String,
+        /// The term's kind.
+        kind: String,
+        /// What it needs.
+        need: Need,
+    },
+    /// A term of a gear in the model of a joint.
+    #[error("the term `{kind}` needs a gear: the model has no [elastic] and [memory]")]
+    NoGear {
+        /// The term's kind.
+        kind: String,
+    },
+    /// A deflection beyond anything that the model can extrapolate to.
+    #[error(
+        "{file}, row {row}: the deflection {deflection_rad:?} rad is absurd for a rated deflection of {rated_deflection_rad:?} rad"
+    )]
+    Absurd {
+        /// The recording.
+        file: String,
+        /// Row of numbers, counted from 1.
+        row: usize,
+        /// Its deflection, rad.
+        deflection_rad: f64,
+        /// The rated deflection in use, rad.
+        rated_deflection_rad: f64,
+    },
+    /// A torque beyond numbers.
+    #[error("{file}, row {row}: the torque of the term `{kind}` is not a finite number")]
+    NotFinite {
+        /// The recording.
+        file: String,
+        /// Row of numbers, counted from 1.
+        row: usize,
+        /// The term's kind.
+        kind: String,
+    },
+}
+
+/// The columns that tell a signal.
+fn column(need: Need) -> &'static str {
+    match need {
+        Need::MotorAngle => "column theta_in_rad (or theta_out_rad with ratio in [gear])",
+        Need::OutputAngle => "column theta_out_rad (or theta_in_rad and deflection_rad with ratio in [gear])",
+        Need::Velocity | Need::Acceleration => {
+            "column velocity_out_rad_per_s or theta_out_rad (or theta_in_rad with ratio in [gear])"
+        }
+        Need::Deflection | Need::DeflectionRate => {
+            "column deflection_rad (or theta_in_rad and theta_out_rad with ratio in [gear])"
+        }
+        Need::Temperature => "column temperature_c",
+        Need::Gear => "a gear",
+    }
+}
+
+impl PredictError {
+    /// How to mend it, where there is more to say than the message does.
+    pub fn mend(&self) -> Option<String> {
+        let text = match self {
+            PredictError::Recording(error) => return error.mend(),
+            PredictError::Params { .. } => "correct the model, or give --rated-deflection",
+            PredictError::EmptyModel => "identify one by `gmhm fit`",
+            PredictError::Term { .. } => "correct the term, or remove it",
+            PredictError::MissingSignal { .. } => {
+                "name the column, or map another to it with --map; or remove the term"
+            }
+            PredictError::NoGear { .. } => "remove the term, or add the gear's sections",
+            PredictError::Absurd { .. } => {
+                "check the column's unit and the model's deflection_zero_rad; --map scales and shifts columns"
+            }
+            PredictError::NotFinite { .. } => "correct the term's parameters",
+        };
+        Some(text.to_owned())
+    }
+}

@@ -1,0 +1,21 @@
+//! Base model and terms over whole recordings, by the core's own code in `f64`.
+//!
+//! | file | what |
+//! |---|---|
+//! | [`signals`] | what the terms may see of a recording, derived once |
+//! | [`term`] | terms of model files as terms of the core |
+//! | [`evaluate`] | one pass of the gear, one of the terms |
+//! | [`predict`](mod@predict) | the columns of `gmhm predict` |
+//!
+//! No equation stands here: all of them are those of `gmhm::terms`.
+
+mod error;
+pub mod evaluate;
+pub mod predict;
+pub mod signals;
+pub mod term;
+
+pub use error::PredictError;
+pub use evaluate::CAPACITY;
+pub use predict::{Prediction, predict};
+pub use signals::Signals;

@@ -1,0 +1,71 @@
+//! Terms of model files as terms of the core.
+
+use gmhm::terms::{Form, KeyInfo, KindInfo, Setting, Source, Stack, TermError, Value, kind};
+
+use crate::model::{GearSection, Model, Term, TermValue, TorqueSide};
+
+/// The most terms of one model on the host.
+pub const MOST_TERMS: usize = 32;
+
+/// The terms of a model, as the host evaluates them.
+pub type Terms = Stack<f64, MOST_TERMS>;
+
+impl Source<f64> for Term {
+    fn get(&self, key: &'static KeyInfo) -> Option<Value<'_, f64>> {
+        Some(match (self.values.get(key.name)?, key.form) {
+            (TermValue::Number(x), _) => Value::Number(*x),
+            (TermValue::List(list), _) => Value::List(list),
+            (TermValue::Text(text), Form::Choice(words)) => {
+                words.iter().position(|word| word == text).map_or(Value::NoChoice, Value::Choice)
+            }
+            (TermValue::Text(_), _) => Value::NoChoice,
+        })
+    }
+}
+
+impl Term {
+    /// Its kind's entry in the registry.
+    pub fn info(&self) -> Option<&'static KindInfo> {
+        kind(&self.kind)
+    }
+
+    /// The keys that it may have: those of its kind and shape, and what is not among them.
+    ///
+    /// # Errors
+    /// The first key that it has and should not.
+    pub fn known_keys(&self) -> (Vec<&'static str>, Option<&str>) {
+        let shape = match self.values.get("shape") {
+            Some(TermValue::Text(shape)) => Some(shape.as_str()),
+            _ => None,
+        };
+        let keys = self.info().map_or(&[][..], |info| info.keys);
+        let known: Vec<&str> = keys.iter().filter(|key| key.belongs_to(shape)).map(|key| key.name).collect();
+        let stranger = self.values.keys().map(String::as_str).find(|key| !known.contains(key));
+        (known, stranger)
+    }
+
+    /// Checks the values of all keys.
+    ///
+    /// # Errors
+    /// [`TermError`], with the key to blame.
+    pub fn check(&self) -> Result<(), TermError> {
+        gmhm::terms::Term::read(&self.kind, self, Setting { sigma: 1.0, c1: 1.0 }).map(|_| ())
+    }
+}
+
+/// σ of MODEL.md section 7.
+pub fn sigma(gear: &GearSection) -> f64 {
+    match gear.torque_side {
+        TorqueSide::Motor => 1.0,
+        TorqueSide::Output => -1.0,
+    }
+}
+
+/// No terms, for the gear or the joint of a model.
+pub fn no_terms(model: &Model) -> Terms {
+    let sigma = sigma(&model.gear);
+    match &model.elastic {
+        Some(elastic) => Stack::of_gear(Setting { sigma, c1: elastic.c1_nm_per_rad }),
+        None => Stack::of_joint(sigma),
+    }
+}
