@@ -13,6 +13,7 @@ use crate::estimate::FitOptions;
 use crate::estimate::rivals::compare;
 use crate::output::Outputs;
 use crate::recording::Needs;
+use crate::report::figures;
 
 /// Compare the hysteresis model with lines, a polynomial, Dahl, Bouc-Wen and Maxwell slip on the same recordings
 ///
@@ -27,6 +28,9 @@ pub struct CompareArgs {
     /// Where to write the table as JSON
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
+    /// Where to write the plot of the errors
+    #[arg(long, value_name = "FILE.svg", default_value = "gmhm-compare.svg")]
+    plot: PathBuf,
     #[command(flatten)]
     reading: ReadingArgs,
     #[command(flatten)]
@@ -35,8 +39,8 @@ pub struct CompareArgs {
 
 impl CompareArgs {
     pub(super) fn run(&self, session: &Session) -> Result<(), Failure> {
-        if let Some(path) = &self.json {
-            Outputs::check(path)?;
+        for output in [Some(&self.plot), self.json.as_ref()].into_iter().flatten() {
+            Outputs::check(output)?;
         }
         let recordings = self.reading.read_all(&self.recordings, &Needs::FIT, session.quiet)?;
         let options = FitOptions {
@@ -47,14 +51,16 @@ impl CompareArgs {
         let progress = Progress::new("Comparing", Progress::WHOLE, session.quiet);
         let lines = compare(&recordings, &options, &progress)?;
         drop(progress);
+        let mut outputs = Outputs::new();
+        outputs.add_text(&self.plot, &figures::comparison(&lines, recordings[0].torque_unit))?;
         if let Some(path) = &self.json {
-            let mut outputs = Outputs::new();
             let unit = recordings[0].torque_unit.suffix();
             let page = serde_json::json!({ "seed": self.seed.seed, "unit": unit, "models": lines });
             outputs.add_text(path, &json(&page)?)?;
-            outputs.commit()?;
         }
+        outputs.commit()?;
         print!("{}", tables::comparison(&lines, recordings[0].torque_unit, self.seed.seed));
+        println!("Plot written to {}", self.plot.display());
         Ok(())
     }
 }

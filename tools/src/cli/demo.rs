@@ -38,9 +38,15 @@ impl DemoArgs {
         let mut outputs = Outputs::new();
         outputs.add(&self.out.join("recording.csv"), |out| Ok::<_, Failure>(demo.built_in.recording.write(out)?))?;
         outputs.add_text(&self.out.join("model.toml"), &demo.fit.model.to_toml())?;
+        for (name, svg) in demo.plots() {
+            outputs.add_text(&self.out.join(name), &svg)?;
+        }
         outputs.commit()?;
         print!("{demo}");
-        println!("\nRecording and model are in {}.", self.out.display());
+        println!(
+            "\nRecording, model and plots (loop.svg, decomposition.svg, residual.svg) are in {}.",
+            self.out.display()
+        );
         Ok(())
     }
 }

@@ -10,9 +10,12 @@ use super::failure::Failure;
 use super::progress::Progress;
 use super::tables;
 use crate::estimate::{self, FitOptions};
-use crate::model;
+use crate::model::{self, Model};
 use crate::output::Outputs;
-use crate::recording::Needs;
+use crate::predict::predict;
+use crate::recording::{Needs, Recording};
+use crate::report::figures;
+use crate::report::plot::Role;
 
 /// Identify a gear from recordings, with the uncertainty of every parameter
 ///
@@ -38,6 +41,9 @@ pub struct FitArgs {
     /// Where to write everything that is known about the fit, as JSON
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
+    /// Where to write the plot of the loop [default: beside the model, with the ending svg]
+    #[arg(long, value_name = "FILE.svg")]
+    plot: Option<PathBuf>,
     #[command(flatten)]
     reading: ReadingArgs,
     #[command(flatten)]
@@ -54,7 +60,7 @@ enum Method {
 
 impl FitArgs {
     pub(super) fn run(&self, session: &Session) -> Result<(), Failure> {
-        for output in [Some(&self.output), self.json.as_ref()].into_iter().flatten() {
+        for output in [Some(&self.output), self.json.as_ref(), self.plot.as_ref()].into_iter().flatten() {
             Outputs::check(output)?;
         }
         let start = self.model.as_deref().map(model::load).transpose()?;
@@ -79,9 +85,24 @@ impl FitArgs {
         if let Some(path) = &self.json {
             outputs.add_text(path, &json(&fit)?)?;
         }
+        let plot = self.plot.clone().unwrap_or_else(|| self.output.with_extension("svg"));
+        outputs.add_text(&plot, &fit_plot(&fit.model, &fit.offsets, recordings)?)?;
         outputs.commit()?;
         print!("{}", tables::fit(&fit));
-        println!("Model written to {}", self.output.display());
+        println!("Model written to {}, plot to {}", self.output.display(), plot.display());
         Ok(())
     }
+}
+
+/// The loop of all recordings with the model's prediction, which starts each of them from rest; offsets are added.
+fn fit_plot(model: &Model, offsets: &[f64], recordings: Vec<Recording>) -> Result<String, Failure> {
+    let unit = model.torque_unit;
+    let (mut deflection, mut measured, mut modelled) = (Vec::new(), Vec::new(), Vec::new());
+    for (mut recording, offset) in recordings.into_iter().zip(offsets) {
+        modelled.extend(predict(model, None, &mut recording)?.torque.iter().map(|t| t + offset));
+        deflection.extend(recording.deflection_rad.unwrap_or_default());
+        measured.extend(recording.torque.unwrap_or_default());
+    }
+    let curves = [("model, from rest", Role::Model, &modelled[..])];
+    Ok(figures::hysteresis_loop(&format!("Hysteresis loop: {}", model.name), &deflection, &measured, &curves, unit))
 }

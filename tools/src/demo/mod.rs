@@ -1,6 +1,7 @@
 //! The main job from end to end on a built-in recording: identify, write the model, evaluate it as the drive would, see what is left.
 
 pub mod paper;
+mod plots;
 pub mod rivals;
 mod story;
 

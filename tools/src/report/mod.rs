@@ -1,1 +1,4 @@
-//! Plots and pages.
+//! Plots.
+
+pub mod figures;
+pub mod plot;
