@@ -12,7 +12,7 @@ use super::tables;
 use crate::estimate::{self, FitOptions};
 use crate::model::{self, Model};
 use crate::output::Outputs;
-use crate::predict::predict;
+use crate::physics::predict;
 use crate::recording::{Needs, Recording};
 use crate::report::figures;
 use crate::report::plot::Role;
@@ -99,7 +99,8 @@ fn fit_plot(model: &Model, offsets: &[f64], recordings: Vec<Recording>) -> Resul
     let unit = model.torque_unit;
     let (mut deflection, mut measured, mut modelled) = (Vec::new(), Vec::new(), Vec::new());
     for (mut recording, offset) in recordings.into_iter().zip(offsets) {
-        modelled.extend(predict(model, None, &mut recording)?.torque.iter().map(|t| t + offset));
+        modelled.extend(predict(model, None, &recording)?.torque.iter().map(|t| t + offset));
+        recording.derive_deflection(model.gear.ratio)?;
         deflection.extend(recording.deflection_rad.unwrap_or_default());
         measured.extend(recording.torque.unwrap_or_default());
     }
