@@ -80,7 +80,9 @@ impl<S: Scalar, L: MemoryLaw<S>> Gear<S, L> {
     /// Moves to the next deflection and returns the torques there.
     ///
     /// Floats take radians and return N·m. Away from the tips (abs(θ) ≤ 0.999 A) the result is within 1e-9 (`f64`) or 2e-6 (`f32`) of the
-    /// rated torque; at the tips see [`Frame::gate`].
+    /// rated torque; at the tips see [`Frame::gate`]. These hold for a rated deflection that the scalar represents exactly. One that `f32` has to
+    /// round moves the tips by δ ≤ 6e-8: up to e·A·√(2δ) there, 6e-5 of the published gear's torque, and law `phase` keeps up to 9e-5 after a
+    /// turn at a tip, fading as e^(−ρ·abs(Δφ)).
     #[inline]
     pub fn step<const N: usize>(&self, state: &mut State<S, N, L>, theta: S) -> Output<S> {
         if !self.law.glide(&self.frame, &mut state.memory, theta) {
