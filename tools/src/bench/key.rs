@@ -4,12 +4,14 @@ use std::str::FromStr;
 
 use clap::ValueEnum;
 
+use super::hide::Hidden;
 use super::joint::Plant;
 use super::noise::{Noise, NoiseError};
 use super::options::Experiment;
 use crate::model::{self, Model, ModelError};
 
-/// What a recording was made from. The file holds a table `[simulation]` and, under `[truth]`, the model file of the gear.
+/// What a recording was made from. The file holds a table `[simulation]`, a `[[hidden]]` for every hidden effect, and
+/// under `[truth]` the model file of the gear with the effects as its last terms.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Key {
     /// Seed of every random choice.
@@ -26,7 +28,9 @@ pub struct Key {
     pub noise: Noise,
     /// The gear that was simulated: `model`, or, in experiment `joint`, one that the model does not describe.
     pub plant: Plant,
-    /// The model. Its prediction is the torque of perfect sensors.
+    /// What was hidden, in the order of the last terms of the truth.
+    pub hidden: Vec<Hidden>,
+    /// The model. But in experiment `joint`, its prediction is the torque of perfect sensors.
     pub truth: Model,
 }
 
@@ -65,6 +69,10 @@ impl Key {
         let truth: toml::Table = self.truth.to_toml().parse().expect("a model file is TOML");
         let mut key = toml::Table::new();
         key.insert("simulation".to_owned(), simulation.into());
+        if !self.hidden.is_empty() {
+            let hidden = toml::Value::try_from(&self.hidden).expect("names and numbers are TOML");
+            key.insert("hidden".to_owned(), hidden);
+        }
         key.insert("truth".to_owned(), truth.into());
         key.to_string()
     }
@@ -88,6 +96,10 @@ impl Key {
             duration_s: field("duration_s")?.as_float().ok_or(KeyError::Field("duration_s"))?,
             noise: <Noise as FromStr>::from_str(text("noise")?)?,
             plant: <Plant as ValueEnum>::from_str(text("plant")?, false).map_err(|_| KeyError::Field("plant"))?,
+            hidden: match key.get("hidden") {
+                Some(hidden) => hidden.clone().try_into()?,
+                None => Vec::new(),
+            },
             truth: model::parse("[truth]", &truth.to_string())?,
         })
     }

@@ -1,61 +1,93 @@
 //! The mechanics: motor, gear and load machine without any fault of measurement.
 
+use gmhm::terms::compensated::CompensatedState;
+use gmhm::terms::{Compensated, Domain, Sample};
 use gmhm::{Gear, Params, State};
 
 use super::BenchError;
 use super::plan::{Drive, Plan};
-use crate::physics::CAPACITY;
+use crate::model::Model;
+use crate::physics::term::{MOST_TERMS, no_terms};
+use crate::physics::{CAPACITY, predict};
 
-/// The deflections of a gear that starts from rest at θ = 0 and is driven through the plan, rad.
-pub(super) fn deflections(params: &Params, plan: &Plan) -> Result<Vec<f64>, BenchError> {
-    match &plan.drive {
-        Drive::Deflection(deflection) => Ok(deflection.clone()),
-        Drive::Load(load) => {
-            let gear = Gear::<f64>::new(params);
-            let mut state = gear.start::<CAPACITY>(0.0);
-            let mut time_s = 0.0;
-            let mut rows = plan.time_s.iter().zip(load);
-            rows.try_fold(Vec::with_capacity(load.len()), |mut deflection, (&t, &load_nm)| {
-                let theta = under_load(params, &gear, &state, load_nm, t - time_s)
-                    .ok_or(BenchError::LoadNotReached { time_s: t, load_nm })?;
-                gear.step_after(&mut state, theta, t - time_s);
-                time_s = t;
-                deflection.push(theta);
-                Ok(deflection)
-            })
+/// The deflections that the encoders of a gear show when it is driven through the plan from rest, rad, the encoders' zero taken off.
+///
+/// Under a prescribed load the deflection is the one at which the gear carries the load, with whatever stands between the gear's deflection and the encoders' (kinematic
+/// error, eccentricity, backlash). A prescribed deflection is the encoders'.
+pub(super) fn deflections(
+    model: &Model,
+    params: &Params,
+    plan: &Plan,
+    input_rad: &[f64],
+) -> Result<Vec<f64>, BenchError> {
+    let load = match &plan.drive {
+        Drive::Deflection(deflection) => return Ok(deflection.clone()),
+        Drive::Load(load) => load,
+    };
+    let mut stack = no_terms(model);
+    for term in &model.terms {
+        if term.info().is_some_and(|info| info.domain == Domain::Deflection) {
+            predict::add(&mut stack, term)?;
         }
     }
+    let ratio = model.gear.ratio.unwrap_or(0.0);
+    let sample = |row: usize, theta: f64| Sample {
+        time: plan.time_s[row],
+        period: plan.time_s[row] - plan.time_s[row.saturating_sub(1)],
+        motor_angle: ratio * input_rad[row],
+        output_angle: input_rad[row] - theta - model.gear.deflection_zero_rad,
+        deflection: theta,
+        ..Sample::default()
+    };
+    // Beyond ±A on the encoders the gear may still be within.
+    let reach_rad = if stack.terms().is_empty() { 1.0 } else { 2.0 } * params.rated_deflection_rad();
+    let gear = Compensated { gear: Gear::new(params), stack };
+    let unreached = |row: usize| BenchError::LoadNotReached { time_s: plan.time_s[row], load_nm: load[row] };
+    let at_start = |theta: f64| -> CompensatedState<f64, CAPACITY, _, MOST_TERMS> { gear.start(&sample(0, theta)) };
+    let excess = |theta: f64| at_start(theta).last().base.torque - load[0];
+    let mut theta = crossing(excess, 0.0, reach_rad, params).ok_or_else(|| unreached(0))?;
+    let mut state = at_start(theta);
+    let mut deflection = vec![theta];
+    for (row, load_nm) in load.iter().enumerate().skip(1) {
+        let excess = |theta: f64| gear.step(&mut state.clone(), &sample(row, theta)).base.torque - load_nm;
+        theta = crossing(excess, theta, reach_rad, params).ok_or_else(|| unreached(row))?;
+        gear.step(&mut state, &sample(row, theta));
+        deflection.push(theta);
+    }
+    Ok(deflection)
 }
 
 /// The deflection nearest to the present one at which the gear, `period_s` later, carries the load. `None` where there is none within ±A.
-///
-/// A bracket that doubles, then false position (Illinois), until the torque is met within 1e-12 of the rated torque.
-pub(in crate::bench) fn under_load(
+pub(super) fn under_load(
     params: &Params,
     gear: &Gear<f64>,
     state: &State<f64, CAPACITY>,
     load_nm: f64,
     period_s: f64,
 ) -> Option<f64> {
-    let excess = |theta: f64| {
-        let mut state = state.clone();
-        gear.step_after(&mut state, theta, period_s).torque - load_nm
-    };
-    let (rated_rad, scale_nm) = (params.rated_deflection_rad(), params.torque_scale_nm());
+    let excess = |theta: f64| gear.step_after(&mut state.clone(), theta, period_s).torque - load_nm;
+    crossing(excess, state.theta(), params.rated_deflection_rad(), params)
+}
+
+/// Where an excess of torque that grows with the deflection is zero, next to `from_rad` and within ±`reach_rad`.
+///
+/// A bracket that doubles, then false position (Illinois), until the torque is met within 1e-12 of the rated torque.
+fn crossing(excess: impl Fn(f64) -> f64, from_rad: f64, reach_rad: f64, params: &Params) -> Option<f64> {
+    let scale_nm = params.torque_scale_nm();
     let tolerance_nm = 1e-12 * scale_nm;
-    let mut near = (state.theta(), excess(state.theta()));
+    let mut near = (from_rad, excess(from_rad));
     if near.1.abs() <= tolerance_nm {
         return Some(near.0);
     }
     let direction = -near.1.signum();
-    let mut step = near.1.abs() * rated_rad / scale_nm;
+    let mut step = near.1.abs() * params.rated_deflection_rad() / scale_nm;
     let mut far = near;
     while far.1 * near.1 > 0.0 {
-        if direction * far.0 >= rated_rad {
+        if direction * far.0 >= reach_rad {
             return (far.1.abs() <= 1e-9 * scale_nm).then_some(far.0);
         }
         near = far;
-        let theta = (far.0 + direction * step).clamp(-rated_rad, rated_rad);
+        let theta = (far.0 + direction * step).clamp(-reach_rad, reach_rad);
         far = (theta, excess(theta));
         step *= 2.0;
     }

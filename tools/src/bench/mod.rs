@@ -14,6 +14,7 @@
 //!
 //! Random choices come from one seed, in a stream for the motion and one a sensor: another `--noise` leaves the motion as it was.
 
+pub mod hide;
 pub mod joint;
 mod key;
 mod machine;
@@ -23,6 +24,7 @@ mod plan;
 mod profile;
 mod sensors;
 
+pub use hide::{Hidden, Hide, HideError};
 pub use key::{Key, KeyError};
 pub use noise::{Noise, NoiseError};
 pub use options::{Experiment, Options, Waveform};
@@ -104,6 +106,9 @@ pub enum BenchError {
     /// The torque could not be computed.
     #[error(transparent)]
     Predict(#[from] PredictError),
+    /// An effect could not be hidden.
+    #[error(transparent)]
+    Hide(#[from] HideError),
     /// The gear of the joint could not be identified.
     #[error(transparent)]
     Estimate(#[from] EstimateError),
@@ -117,6 +122,7 @@ enum Stream {
     Velocity,
     Temperature,
     Identification,
+    Hidden,
 }
 
 fn random(seed: u64, stream: Stream) -> ChaCha8Rng {
@@ -144,28 +150,32 @@ pub fn simulate(
     }
     plan::check(experiment, options)?;
     let mut motion = random(seed, Stream::Motion);
-    let truth = if experiment == Experiment::Joint {
+    let (perfect, truth, hidden) = if experiment == Experiment::Joint {
         let mut recording = joint::record(model, &params, options, seed)?;
         recording.temperature_c = Some(machine::temperatures(options.warm_up_k, &recording.time_s));
-        recording
+        (recording, model.clone(), Vec::new())
     } else {
         let plan = Plan::new(experiment, options, &params, &mut motion)?;
-        let deflection_rad = machine::deflections(&params, &plan)?;
-        without_faults(model, plan, &deflection_rad, options.warm_up_k, &mut motion)?
+        // Where the wave generator happens to stand, as q_m/N.
+        let stand_rad = model.gear.ratio.map_or(0.0, |ratio| motion.random_range(0.0..std::f64::consts::TAU) / ratio);
+        let stage = Stage { params, plan, stand_rad, warm_up_k: options.warm_up_k };
+        let (truth, hidden) = hide::inject(model, &options.hide, &stage, &mut random(seed, Stream::Hidden))?;
+        (stage.record(&truth)?, truth, hidden)
     };
-    let truth = Recording { name: format!("simulated {experiment}"), torque_unit: model.torque_unit, ..truth };
+    let perfect = Recording { name: format!("simulated {experiment}"), torque_unit: model.torque_unit, ..perfect };
     let noise = options.noise.unwrap_or_else(|| Noise::typical(params.rated_torque_nm()));
     let key = Key {
         seed,
         experiment,
         command: String::new(),
-        rows: truth.len(),
-        duration_s: truth.time_s.last().copied().unwrap_or(0.0),
+        rows: perfect.len(),
+        duration_s: perfect.time_s.last().copied().unwrap_or(0.0),
         noise,
         plant: options.plant.unwrap_or_default(),
-        truth: model.clone(),
+        hidden,
+        truth,
     };
-    Ok((measured(truth, model, &noise, seed), key))
+    Ok((measured(perfect, model, &noise, seed), key))
 }
 
 /// The gear of a model file.
@@ -174,30 +184,35 @@ fn gear_of(model: &Model) -> Result<Params, BenchError> {
     Ok(model.params(rated_deflection_rad).ok_or(BenchError::NoGear)??)
 }
 
-/// The recording of perfect sensors.
-fn without_faults(
-    model: &Model,
+/// An experiment on the bench, ready to be run on variants of one gear.
+struct Stage {
+    params: Params,
     plan: Plan,
-    deflection_rad: &[f64],
+    stand_rad: f64,
     warm_up_k: f64,
-    motion: &mut ChaCha8Rng,
-) -> Result<Recording, BenchError> {
-    let zero_rad = model.gear.deflection_zero_rad;
-    // Where the wave generator happens to stand, as q_m/N.
-    let stand_rad = model.gear.ratio.map_or(0.0, |ratio| motion.random_range(0.0..std::f64::consts::TAU) / ratio);
-    let input_rad: Vec<f64> = plan.travel_rad.iter().map(|travel| stand_rad + travel).collect();
-    let output_rad: Vec<f64> = input_rad.iter().zip(deflection_rad).map(|(q, theta)| q - (theta + zero_rad)).collect();
-    let mut recording = Recording {
-        deflection_rad: Some(deflection_rad.iter().map(|theta| theta + zero_rad).collect()),
-        theta_in_rad: model.gear.ratio.map(|ratio| input_rad.iter().map(|q| q * ratio).collect()),
-        velocity_out_rad_per_s: Some(machine::rate(&output_rad, &plan.time_s)),
-        theta_out_rad: Some(output_rad),
-        temperature_c: Some(machine::temperatures(warm_up_k, &plan.time_s)),
-        time_s: plan.time_s,
-        ..Recording::default()
-    };
-    recording.torque = Some(physics::predict(model, None, &recording)?.torque);
-    Ok(recording)
+}
+
+impl Stage {
+    /// The recording of perfect sensors.
+    fn record(&self, model: &Model) -> Result<Recording, BenchError> {
+        let time_s = &self.plan.time_s;
+        let zero_rad = model.gear.deflection_zero_rad;
+        let input_rad: Vec<f64> = self.plan.travel_rad.iter().map(|travel| self.stand_rad + travel).collect();
+        let deflection_rad = machine::deflections(model, &self.params, &self.plan, &input_rad)?;
+        let deflection_rad: Vec<f64> = deflection_rad.iter().map(|theta| theta + zero_rad).collect();
+        let output_rad: Vec<f64> = input_rad.iter().zip(&deflection_rad).map(|(q, theta)| q - theta).collect();
+        let mut recording = Recording {
+            time_s: time_s.clone(),
+            theta_in_rad: model.gear.ratio.map(|ratio| input_rad.iter().map(|q| q * ratio).collect()),
+            velocity_out_rad_per_s: Some(machine::rate(&output_rad, time_s)),
+            theta_out_rad: Some(output_rad),
+            deflection_rad: Some(deflection_rad),
+            temperature_c: Some(machine::temperatures(self.warm_up_k, time_s)),
+            ..Recording::default()
+        };
+        recording.torque = Some(physics::predict(model, None, &recording)?.torque);
+        Ok(recording)
+    }
 }
 
 /// What real sensors make of it.

@@ -139,6 +139,7 @@ pub(super) fn check(experiment: Experiment, options: &Options) -> Result<(), Ben
         ("--speed", options.speed_rad_per_s.is_some() && experiment != Experiment::Running),
         ("--plant", options.plant.is_some() && !joint),
         ("--compensation", options.compensation.is_some() && !joint),
+        ("--hide", !options.hide.is_empty() && joint),
         ("--duration", options.duration_s.is_some() && joint),
         ("--amplitude", !options.amplitudes.is_empty() && joint),
         ("--rate", !options.rates_hz.is_empty() && joint),

@@ -18,6 +18,7 @@ use crate::output::Outputs;
 #[command(after_help = "Examples:
   gmhm simulate gear.toml --experiment cycle -o cycle.csv
   gmhm simulate gear.toml --experiment running --noise torque=0.1,ar=0.95,encoder_bits=20 --seed 7 -o running.csv --key key.toml
+  gmhm simulate gear.toml --experiment running --hide kinematic_error=0.15 --hide wear:step=0.1 -o worn.csv --key key.toml
   gmhm simulate gear.toml --experiment joint --plant maxwell-slip --compensation reference -o joint.csv")]
 pub struct SimulateArgs {
     /// Model file of the gear
