@@ -60,7 +60,8 @@ impl<S: Float<Carry = S>> Physics<S> for Creep<S> {
         let taus = reader.list::<MOST_TAUS>(&TAU)?;
         let stiffnesses = reader.list_like(&STIFFNESS, &taus, &TAU)?;
         let mut elements = Vec::new();
-        for (&tau, &stiffness) in taus.iter().zip(&stiffnesses) {
+        // An element without torque adds nothing.
+        for (&tau, &stiffness) in taus.iter().zip(&stiffnesses).filter(|(_, stiffness)| **stiffness != S::ZERO) {
             // There is room: the lists are no longer.
             let _ = elements.push(Element { rate_per_s: tau.recip(), stiffness });
         }

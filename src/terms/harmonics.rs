@@ -37,6 +37,9 @@ impl<S: Float> Harmonics<S> {
         let sin = reader.list_like(sin, &order, orders)?;
         let mut waves = Vec::new();
         for (&order, (&cos, &sin)) in order.iter().zip(cos.iter().zip(&sin)) {
+            if cos == S::ZERO && sin == S::ZERO {
+                continue;
+            }
             // There is room: the lists are no longer.
             let _ = waves.push(Wave { order, integer: order.round() == order, cos: gain * cos, sin: gain * sin });
         }

@@ -58,7 +58,8 @@ impl<S: Float> Physics<S> for NonlocalMemory<S> {
         let radii = reader.list::<MOST_ELEMENTS>(&RADIUS)?;
         let torques = reader.list_like(&TORQUE, &radii, &RADIUS)?;
         let mut elements = Vec::new();
-        for (&radius, &torque) in radii.iter().zip(&torques) {
+        // An element without torque adds nothing.
+        for (&radius, &torque) in radii.iter().zip(&torques).filter(|(_, torque)| **torque != S::ZERO) {
             // There is room: the lists are no longer.
             let _ = elements.push(Element { radius, stiffness: torque.over(radius) });
         }

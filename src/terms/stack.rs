@@ -49,9 +49,15 @@ impl<S: Float<Carry = S>, const K: usize> Stack<S, K> {
     /// The terms that a drive feeds forward.
     #[must_use]
     pub fn plant(&self) -> Self {
-        let mut plant = self.clone();
-        plant.terms.retain(|term| term.info().side == Side::Plant);
-        plant
+        self.only(|term| term.info().side == Side::Plant)
+    }
+
+    /// Some of the terms.
+    #[must_use]
+    pub fn only(&self, keep: impl Fn(&Term<S>) -> bool) -> Self {
+        let mut some = self.clone();
+        some.terms.retain(keep);
+        some
     }
 
     /// The terms.

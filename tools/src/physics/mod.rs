@@ -6,15 +6,18 @@
 //! | [`term`] | terms of model files as terms of the core |
 //! | [`evaluate`] | one pass of the gear, one of the terms |
 //! | [`predict`](mod@predict) | the columns of `gmhm predict` |
+//! | [`columns`] | what a term would add to a model, per linear parameter |
 //!
 //! No equation stands here: all of them are those of `gmhm::terms`.
 
+pub mod columns;
 mod error;
 pub mod evaluate;
 pub mod predict;
 pub mod signals;
 pub mod term;
 
+pub use columns::{Evaluation, UnitColumn};
 pub use error::PredictError;
 pub use evaluate::CAPACITY;
 pub use predict::{Prediction, predict};

@@ -1,0 +1,200 @@
+//! What a term would add to a model: columns for the estimator and for the search for missing physics.
+
+use gmhm::terms::{Domain, Form, KeyInfo, KindInfo, Range, Role};
+
+use super::error::PredictError;
+use super::evaluate::{Followed, Scene};
+use super::predict::{add, scene};
+use super::term::{Terms, no_terms};
+use crate::model::{Model, Term, TermValue};
+use crate::recording::Recording;
+
+/// A linear parameter of a term and what a unit of it adds to the torque.
+#[derive(Debug, Clone, PartialEq)]
+pub struct UnitColumn {
+    /// The key.
+    pub key: &'static KeyInfo,
+    /// Which number of the list; `None` where the key holds a number.
+    pub index: Option<usize>,
+    /// The change of the total per unit, row by row.
+    pub values: Vec<f64>,
+}
+
+/// A model evaluated on a recording.
+#[derive(Debug)]
+pub struct Evaluation<'a> {
+    scene: Scene<'a>,
+    terms: Terms,
+    followed: Followed,
+    total: Vec<f64>,
+}
+
+/// Linear keys of deflection terms are moved by this share of their plausible range to take a derivative.
+const DEFLECTION_STEP: f64 = 1e-3;
+/// Other keys are moved by this share of themselves, or of a hundredth of their plausible range if that is more.
+const SHAPE_STEP: f64 = 1e-4;
+
+impl<'a> Evaluation<'a> {
+    /// Evaluates a model on a recording, like [`predict`](super::predict()).
+    ///
+    /// # Errors
+    /// As there.
+    pub fn new(model: &Model, asked_rad: Option<f64>, recording: &'a Recording) -> Result<Self, PredictError> {
+        let scene = scene(model, asked_rad, recording)?;
+        let mut terms = no_terms(model);
+        model.terms.iter().try_for_each(|term| add(&mut terms, term))?;
+        scene.check(&terms)?;
+        let followed = scene.follow(&terms)?;
+        let total = scene.total(&followed, &terms);
+        Ok(Self { scene, terms, followed, total })
+    }
+
+    /// The recording's signals and the gear.
+    pub fn scene(&self) -> &Scene<'a> {
+        &self.scene
+    }
+
+    /// The corrected deflection, its rate, and the base model along it.
+    pub fn followed(&self) -> &Followed {
+        &self.followed
+    }
+
+    /// The torque of the model, N·m.
+    pub fn total(&self) -> &[f64] {
+        &self.total
+    }
+
+    /// The change of the total by a term, with all its values: exact, deflection terms and delays included.
+    ///
+    /// # Errors
+    /// Keys that are refused, signals that are missing.
+    pub fn change(&self, term: &Term) -> Result<Vec<f64>, PredictError> {
+        let with = self.with(term)?;
+        Ok(with.iter().zip(&self.total).map(|(with, without)| with - without).collect())
+    }
+
+    /// The change of the total per linear parameter of a term, at the values of its other keys. Linear keys may be left out.
+    ///
+    /// Exact where the torque is linear in them: total = [`total`](Self::total) + Σ value · column. For deflection terms the columns are the derivative about the linear values given,
+    /// or about 0: dT/dθ along the path times what a unit takes out of the deflection, turning points included; take a step, then ask again there.
+    /// Empty for kinds without linear keys (backlash, time skew, thermal friction, a piecewise windup): see [`tangent`](Self::tangent).
+    ///
+    /// # Errors
+    /// Keys that are refused, signals that are missing.
+    pub fn columns(&self, term: &Term) -> Result<Vec<UnitColumn>, PredictError> {
+        let Some(info) = term.info() else { return self.change(term).map(|_| Vec::new()) };
+        let mut zero = term.clone();
+        let places = linear_places(info, &mut zero);
+        places
+            .into_iter()
+            .map(|(key, index)| {
+                let values = match info.domain {
+                    Domain::Deflection => self.tangent(&zero, key, index)?,
+                    _ => self.unit(&zero, key, index)?,
+                };
+                Ok(UnitColumn { key, index, values })
+            })
+            .collect()
+    }
+
+    /// The derivative of the total by any number of a term, at the term's values: the whole chain on both sides of it, or on the side that the key accepts.
+    ///
+    /// # Errors
+    /// Keys that are refused, signals that are missing.
+    pub fn tangent(&self, term: &Term, key: &'static KeyInfo, index: Option<usize>) -> Result<Vec<f64>, PredictError> {
+        let value = get(term, key, index);
+        let span = key.plausible.1 - key.plausible.0;
+        let step = match key.role {
+            Role::Linear => DEFLECTION_STEP * span,
+            _ => SHAPE_STEP * value.abs().max(0.01 * span),
+        };
+        let lowest = match key.range {
+            Range::Any => f64::NEG_INFINITY,
+            Range::AtLeastZero => 0.0,
+            Range::Positive => 0.5 * value,
+        };
+        let (low, high) = ((value - step).max(lowest), value + step);
+        let at = |value: f64| self.with(&set(term, key, index, value));
+        let (above, below) = (at(high)?, at(low)?);
+        Ok(above.iter().zip(&below).map(|(above, below)| (above - below) / (high - low)).collect())
+    }
+
+    /// The total with a term more.
+    fn with(&self, term: &Term) -> Result<Vec<f64>, PredictError> {
+        let mut terms = self.terms.clone();
+        add(&mut terms, term)?;
+        self.scene.check(&terms)?;
+        if term.info().is_some_and(|info| info.domain == Domain::Deflection) {
+            Ok(self.scene.total(&self.scene.follow(&terms)?, &terms))
+        } else {
+            Ok(self.scene.total(&self.followed, &terms))
+        }
+    }
+
+    /// What a unit of a linear key adds.
+    fn unit(&self, zero: &Term, key: &'static KeyInfo, index: Option<usize>) -> Result<Vec<f64>, PredictError> {
+        let unit = set(zero, key, index, 1.0);
+        if !self.terms.has_gear() {
+            // T_base of a joint is made of terms: a load changes it, and friction may depend on it.
+            return self.change(&unit);
+        }
+        // Alone, but for what scales it.
+        let mut alone = self.terms.only(|term| term.info().domain == Domain::FrictionScale);
+        add(&mut alone, &unit)?;
+        self.scene.check(&alone)?;
+        let torque = self.scene.torque(&self.followed, &alone);
+        Ok(self.scene.delayed(torque, self.terms.delay()))
+    }
+}
+
+/// The places of the linear keys of a term's shape, which are filled with zeros where they were left out.
+fn linear_places(info: &KindInfo, term: &mut Term) -> Vec<(&'static KeyInfo, Option<usize>)> {
+    let shape = match term.values.get("shape") {
+        Some(TermValue::Text(shape)) => Some(shape.clone()),
+        _ => None,
+    };
+    let lists = term.values.values().filter_map(|value| match value {
+        TermValue::List(list) => Some(list.len()),
+        _ => None,
+    });
+    let length = lists.max().unwrap_or(0);
+    let keys = info.keys.iter().filter(|key| key.role == Role::Linear && key.belongs_to(shape.as_deref()));
+    let mut places = Vec::new();
+    for key in keys {
+        if let Form::List { .. } = key.form {
+            term.values.entry(key.name.to_owned()).or_insert_with(|| TermValue::List(vec![0.0; length]));
+            places.extend((0..length).map(|index| (key, Some(index))));
+        } else {
+            term.values.entry(key.name.to_owned()).or_insert(TermValue::Number(0.0));
+            places.push((key, None));
+        }
+    }
+    if info.domain != Domain::Deflection {
+        for &(key, index) in &places {
+            *term = set(term, key, index, 0.0);
+        }
+    }
+    places
+}
+
+/// A number of a term; 0 where there is none.
+pub fn get(term: &Term, key: &KeyInfo, index: Option<usize>) -> f64 {
+    match (term.values.get(key.name), index) {
+        (Some(TermValue::Number(x)), _) => *x,
+        (Some(TermValue::List(list)), Some(i)) => list.get(i).copied().unwrap_or(0.0),
+        _ => 0.0,
+    }
+}
+
+/// The term with another number in a place.
+#[must_use]
+pub fn set(term: &Term, key: &KeyInfo, index: Option<usize>, value: f64) -> Term {
+    let mut changed = term.clone();
+    match (changed.values.get_mut(key.name), index) {
+        (Some(TermValue::List(list)), Some(i)) if i < list.len() => list[i] = value,
+        _ => {
+            changed.values.insert(key.name.to_owned(), TermValue::Number(value));
+        }
+    }
+    changed
+}

@@ -1,0 +1,174 @@
+//! Columns of terms: what is said to be linear is, and derivatives are those of the exact change.
+
+mod common;
+
+use std::f64::consts::TAU;
+
+use common::PUBLISHED;
+use gmhm::terms::{Domain, Form, KINDS, KeyInfo, Role};
+use gmhm_tools::model::{Model, Term, TermValue, parse};
+use gmhm_tools::physics::Evaluation;
+use gmhm_tools::physics::columns::{get, set};
+use gmhm_tools::recording::Recording;
+
+const ROWS: usize = 2000;
+
+/// 20 s of a running joint at uneven 100 Hz.
+fn recording() -> Recording {
+    let time_s: Vec<f64> = (0..ROWS).map(|k| 0.01 * k as f64 + 0.003 * (0.7 * k as f64).sin()).collect();
+    let of_time = |f: &dyn Fn(f64) -> f64| Some(time_s.iter().map(|t| f(*t)).collect());
+    Recording {
+        name: "rec".into(),
+        deflection_rad: of_time(&|t| 1.05e-3 * (1.3 * t).sin() * (0.6 + 0.4 * (0.31 * t).cos())),
+        theta_out_rad: of_time(&|t| 1.5 * (0.7 * t).sin()),
+        velocity_out_rad_per_s: of_time(&|t| 1.05 * (0.7 * t).cos()),
+        temperature_c: of_time(&|t| 25.0 + 0.4 * t + 0.1 * (TAU * t).sin()),
+        time_s,
+        ..Recording::default()
+    }
+}
+
+/// A gear with terms that scale, delay and depend on the deflection.
+fn model() -> Model {
+    let terms = "[[term]]\nkind = \"coulomb_friction\"\ntorque_nm = 0.4\nsmoothing_rad_per_s = 0.05\n\
+        [[term]]\nkind = \"encoder_eccentricity\"\ncos_rad = 2e-5\nsin_rad = 1e-5\n\
+        [[term]]\nkind = \"thermal_friction\"\nper_k = 0.02\nreference_c = 22\n\
+        [[term]]\nkind = \"time_skew\"\ndelay_s = 0.004\n";
+    parse("m.toml", &(PUBLISHED.to_owned() + terms)).unwrap()
+}
+
+/// A term of plausible values; lists of two.
+fn term(kind: &str, choice: usize) -> Term {
+    let info = gmhm::terms::kind(kind).unwrap();
+    let number = |key: &KeyInfo, i: usize| {
+        let (low, high) = key.plausible;
+        match key.name {
+            "orders" => [2.0, 3.0][i],
+            "knots" => [-0.5, 0.5][i],
+            "t1_nm" => 4.0,
+            "t2_nm" => 12.0,
+            "start_s" | "duration_s" => 5.0,
+            "reference_c" => 22.0,
+            // Small against the deflection.
+            "cos_rad" | "sin_rad" => [3e-6, -2e-6][i],
+            "half_gap_rad" => 1e-5,
+            _ => low + (high - low) * [0.01, 0.02][i],
+        }
+    };
+    let mut values = std::collections::BTreeMap::new();
+    let mut shape = None;
+    for key in info.keys {
+        let value = match key.form {
+            Form::Choice(words) => {
+                shape = (key.name == "shape").then_some(words[choice]).or(shape);
+                TermValue::Text(words[choice].to_owned())
+            }
+            Form::List { .. } => TermValue::List((0..2).map(|i| number(key, i)).collect()),
+            Form::Number => TermValue::Number(number(key, 0)),
+        };
+        if key.belongs_to(shape) {
+            values.insert(key.name.to_owned(), value);
+        }
+    }
+    Term { kind: kind.to_owned(), values }
+}
+
+fn choices(kind: &str) -> usize {
+    let info = gmhm::terms::kind(kind).unwrap();
+    let words = info.keys.iter().map(|key| if let Form::Choice(words) = key.form { words.len() } else { 1 });
+    words.max().unwrap()
+}
+
+fn largest(values: &[f64]) -> f64 {
+    values.iter().fold(0.0, |a: f64, x| a.max(x.abs()))
+}
+
+fn rms(values: &[f64]) -> f64 {
+    (values.iter().map(|x| x * x).sum::<f64>() / values.len() as f64).sqrt()
+}
+
+#[test]
+fn the_change_is_the_sum_of_the_columns_where_a_kind_is_linear() {
+    let recording = recording();
+    let base = Evaluation::new(&model(), None, &recording).unwrap();
+    for info in KINDS {
+        for choice in 0..choices(info.name) {
+            let term = term(info.name, choice);
+            let columns = base.columns(&term).unwrap();
+            let mut sum = vec![0.0; ROWS];
+            for column in &columns {
+                let value = get(&term, column.key, column.index);
+                assert_ne!(value, 0.0, "{}", column.key.name);
+                sum.iter_mut().zip(&column.values).for_each(|(s, x)| *s += value * x);
+            }
+            let change = base.change(&term).unwrap();
+            let size = largest(&change);
+            if columns.is_empty() {
+                let linear = info.keys.iter().any(|key| key.role == Role::Linear && term.values.contains_key(key.name));
+                assert!(!linear, "{}", info.name);
+                continue;
+            }
+            let off: Vec<f64> = sum.iter().zip(&change).map(|(s, c)| s - c).collect();
+            // A deflection term is linear but for the turning points that it moves.
+            let (error, bound) =
+                if info.domain == Domain::Deflection { (rms(&off), 0.05) } else { (largest(&off), 1e-9) };
+            assert!(size > 0.0 && error <= bound * size, "{} {choice}: {error:e} of {size:e}", info.name);
+        }
+    }
+}
+
+#[test]
+fn linear_values_need_not_be_given() {
+    let recording = recording();
+    let base = Evaluation::new(&model(), None, &recording).unwrap();
+    let orders = [("orders".to_owned(), TermValue::List(vec![1.0, 2.0, 7.0]))];
+    let ripple = Term { kind: "torque_ripple".into(), values: orders.into_iter().collect() };
+    let columns = base.columns(&ripple).unwrap();
+    let names: Vec<_> = columns.iter().map(|c| (c.key.name, c.index.unwrap())).collect();
+    assert_eq!(names, [("cos_nm", 0), ("cos_nm", 1), ("cos_nm", 2), ("sin_nm", 0), ("sin_nm", 1), ("sin_nm", 2)]);
+    let inertia = Term { kind: "inertia".into(), values: Default::default() };
+    assert_eq!(base.columns(&inertia).unwrap().len(), 1);
+    let strange = Term { kind: "inertai".into(), values: Default::default() };
+    assert!(base.columns(&strange).is_err());
+}
+
+#[test]
+fn tangents_are_differences_of_the_exact_change() {
+    let recording = recording();
+    let base = Evaluation::new(&model(), None, &recording).unwrap();
+    for (kind, choice, key) in [
+        ("soft_windup", 0, "width_rad"),
+        ("soft_windup", 3, "k1_nm_per_rad"),
+        ("stribeck_friction", 0, "exponent"),
+        ("creep", 0, "tau_s"),
+        ("time_skew", 0, "delay_s"),
+        ("thermal_friction", 0, "per_k"),
+        ("kinematic_error", 0, "sin_rad"),
+    ] {
+        let term = term(kind, choice);
+        let info = term.info().unwrap();
+        let key = info.key(key).unwrap();
+        let index = matches!(key.form, Form::List { .. }).then_some(0);
+        let tangent = base.tangent(&term, key, index).unwrap();
+        let value = get(&term, key, index);
+        let step = 1e-2 * value;
+        let [above, below] = [value + step, value - step].map(|v| base.change(&set(&term, key, index, v)).unwrap());
+        let size = largest(&tangent);
+        let differences = above.iter().zip(&below).map(|(a, b)| (a - b) / (2.0 * step));
+        let off: Vec<f64> = differences.zip(&tangent).map(|(d, t)| d - t).collect();
+        let error = rms(&off);
+        assert!(size > 0.0 && error < 0.02 * size, "{kind} {}: {error:e} of {size:e}", key.name);
+    }
+}
+
+#[test]
+fn the_friction_of_a_joint_follows_its_load() {
+    let text = "format = 1\n[gear]\nratio = 100\ntorque_side = \"motor\"\n[[term]]\nkind = \"load_dependent_friction\"\nmu = 0.05\n";
+    let recording = Recording { deflection_rad: None, ..recording() };
+    let base = Evaluation::new(&parse("m.toml", text).unwrap(), None, &recording).unwrap();
+    assert_eq!(largest(base.total()), 0.0);
+    let columns = base.columns(&Term { kind: "gravity_load".into(), values: Default::default() }).unwrap();
+    // cos q_o + 0.05 abs(cos q_o) sgn v.
+    let (q, v) = (1.5_f64 * (0.7 * recording.time_s[7]).sin(), recording.velocity_out_rad_per_s.as_ref().unwrap()[7]);
+    assert!((columns[0].values[7] - (q.cos() + 0.05 * q.cos().abs() * v.signum())).abs() < 1e-12);
+}
