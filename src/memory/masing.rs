@@ -13,9 +13,9 @@
 use heapless::Vec;
 
 use super::glide::Glide;
-use super::{Frame, MemoryLaw};
+use super::{Frame, MemoryLaw, VaryingPeriod};
 use crate::params::Params;
-use crate::scalar::Scalar;
+use crate::scalar::{Float, Scalar};
 
 /// A reversal of the deflection.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -279,6 +279,8 @@ impl<S: Scalar> Masing<S> {
         }
     }
 }
+
+impl<S: Float> VaryingPeriod<S> for Masing<S> {}
 
 impl<S: Scalar> MemoryLaw<S> for Masing<S> {
     type State<const N: usize> = Path<S, N>;

@@ -24,7 +24,10 @@ use crate::scalar::{Float, Scalar};
 /// A law that can be stepped with a sample period of its own. Laws `masing` and `phase` know no time and ignore it.
 pub trait VaryingPeriod<S: Float>: MemoryLaw<S> {
     /// Moves to the next sample, `period_s` ≥ 0 after the last.
-    fn step_after<const N: usize>(&self, frame: &Frame<S>, state: &mut Self::State<N>, theta: S, period_s: S);
+    #[inline]
+    fn step_after<const N: usize>(&self, frame: &Frame<S>, state: &mut Self::State<N>, theta: S, _period_s: S) {
+        self.step(frame, state, theta);
+    }
 }
 
 /// A memory law with its coefficients; its state is apart, so that one set of coefficients serves many gears of a kind.

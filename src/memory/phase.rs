@@ -13,7 +13,7 @@
 //!
 //! Storing n instead of m keeps rounding relative to the transient: errors do not accumulate over samples.
 
-use super::{Frame, MemoryLaw};
+use super::{Frame, MemoryLaw, VaryingPeriod};
 use crate::params::{Gate, Kernel, Params};
 use crate::scalar::{Float, Scalar};
 
@@ -77,6 +77,8 @@ fn phase_step<S: Float>(u0: S, g0: S, u: S, g: S) -> S {
     // Near 1 the arcsine loses digits, and past a right angle it is the wrong branch.
     if sine < S::HALF && cosine > S::ZERO { sine.asin() } else { sine.atan2(cosine) }
 }
+
+impl<S: Float> VaryingPeriod<S> for Phase<S> {}
 
 impl<S: Float> MemoryLaw<S> for Phase<S> {
     type State<const N: usize> = PhaseState<S>;
