@@ -7,7 +7,7 @@ use gmhm_tools::report::plot::{Bars, Role};
 fn plot(rows: usize) -> String {
     let theta: Vec<f64> = (0..rows).map(|k| 1e-3 * (k as f64 * 0.01).sin()).collect();
     let torque: Vec<f64> = theta.iter().map(|x| 2e4 * x).collect();
-    hysteresis_loop("loop", &theta, &torque, &[("model", Role::Model, &torque)], TorqueUnit::NewtonMetre)
+    hysteresis_loop("loop", &theta, &torque, &[("model", Role::Model, &torque)], TorqueUnit::NewtonMetre).to_file()
 }
 
 fn assert_sound(svg: &str) {
@@ -28,7 +28,8 @@ fn each_axis_has_its_unit_and_a_dark_page_its_colours() {
     for (svg, unit) in [
         (plot(100), "N·m"),
         (
-            residual("left", &[0.0, 1e-3], &[0.0, 1.0], &[("model", Role::Model, &[0.1, 0.9])], TorqueUnit::Ampere),
+            residual("left", &[0.0, 1e-3], &[0.0, 1.0], &[("model", Role::Model, &[0.1, 0.9])], TorqueUnit::Ampere)
+                .to_file(),
             "in A",
         ),
     ] {
@@ -40,13 +41,13 @@ fn each_axis_has_its_unit_and_a_dark_page_its_colours() {
 #[test]
 fn odd_data_give_a_whole_picture() {
     for values in [vec![], vec![0.0], vec![1e-3; 5], vec![f64::NAN, 1.0, f64::INFINITY, -1.0]] {
-        assert_sound(&hysteresis_loop("odd & <ends>", &values, &values, &[], TorqueUnit::NewtonMetre));
+        assert_sound(&hysteresis_loop("odd & <ends>", &values, &values, &[], TorqueUnit::NewtonMetre).to_file());
     }
     let bars = Bars {
         title: "bars".into(),
         x_label: "rms in N·m".into(),
         bars: vec![("a".into(), f64::NAN), ("b".into(), 1.0)],
     };
-    assert_sound(&bars.to_svg());
-    assert_sound(&Bars { bars: vec![], ..bars }.to_svg());
+    assert_sound(&bars.draw().to_file());
+    assert_sound(&Bars { bars: vec![], ..bars }.draw().to_file());
 }

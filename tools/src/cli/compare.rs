@@ -52,7 +52,7 @@ impl CompareArgs {
         let lines = compare(&recordings, &options, &progress)?;
         drop(progress);
         let mut outputs = Outputs::new();
-        outputs.add_text(&self.plot, &figures::comparison(&lines, recordings[0].torque_unit))?;
+        outputs.add_text(&self.plot, &figures::comparison(&lines, recordings[0].torque_unit).to_file())?;
         if let Some(path) = &self.json {
             let unit = recordings[0].torque_unit.suffix();
             let page = serde_json::json!({ "seed": self.seed.seed, "unit": unit, "models": lines });

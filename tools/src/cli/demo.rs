@@ -39,7 +39,7 @@ impl DemoArgs {
         outputs.add(&self.out.join("recording.csv"), |out| Ok::<_, Failure>(demo.built_in.recording.write(out)?))?;
         outputs.add_text(&self.out.join("model.toml"), &demo.fit.model.to_toml())?;
         for (name, svg) in demo.plots() {
-            outputs.add_text(&self.out.join(name), &svg)?;
+            outputs.add_text(&self.out.join(name), &svg.to_file())?;
         }
         outputs.commit()?;
         print!("{demo}");

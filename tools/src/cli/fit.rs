@@ -15,7 +15,7 @@ use crate::output::Outputs;
 use crate::physics::predict;
 use crate::recording::{Needs, Recording};
 use crate::report::figures;
-use crate::report::plot::Role;
+use crate::report::plot::{Drawing, Role};
 
 /// Identify a gear from recordings, with the uncertainty of every parameter
 ///
@@ -86,7 +86,7 @@ impl FitArgs {
             outputs.add_text(path, &json(&fit)?)?;
         }
         let plot = self.plot.clone().unwrap_or_else(|| self.output.with_extension("svg"));
-        outputs.add_text(&plot, &fit_plot(&fit.model, &fit.offsets, recordings)?)?;
+        outputs.add_text(&plot, &fit_plot(&fit.model, &fit.offsets, recordings)?.to_file())?;
         outputs.commit()?;
         print!("{}", tables::fit(&fit));
         println!("Model written to {}, plot to {}", self.output.display(), plot.display());
@@ -95,7 +95,7 @@ impl FitArgs {
 }
 
 /// The loop of all recordings with the model's prediction, which starts each of them from rest; offsets are added.
-fn fit_plot(model: &Model, offsets: &[f64], recordings: Vec<Recording>) -> Result<String, Failure> {
+fn fit_plot(model: &Model, offsets: &[f64], recordings: Vec<Recording>) -> Result<Drawing, Failure> {
     let unit = model.torque_unit;
     let (mut deflection, mut measured, mut modelled) = (Vec::new(), Vec::new(), Vec::new());
     for (mut recording, offset) in recordings.into_iter().zip(offsets) {

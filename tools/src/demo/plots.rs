@@ -6,11 +6,11 @@ use super::Demo;
 use super::rivals::{linear_spring, two_lines};
 use crate::recording::TorqueUnit;
 use crate::report::figures;
-use crate::report::plot::Role;
+use crate::report::plot::{Drawing, Role};
 
 impl Demo {
     /// File names and SVG of the loop, of its decomposition into f and z, and of what each model leaves.
-    pub fn plots(&self) -> [(&'static str, String); 3] {
+    pub fn plots(&self) -> [(&'static str, Drawing); 3] {
         let unit = TorqueUnit::NewtonMetre;
         let recording = &self.built_in.recording;
         let deflection = recording.deflection_rad.as_deref().unwrap_or_default();

@@ -1,6 +1,6 @@
-//! The figures that the commands write: which curves, in which units.
+//! The figures that the commands show: which curves, in which units.
 
-use super::plot::{Bars, Curve, Figure, Role};
+use super::plot::{Bars, Curve, Drawing, Figure, HeatMap, Level, Role, Side, Style};
 use crate::estimate::rivals::Comparison;
 use crate::recording::TorqueUnit;
 
@@ -18,10 +18,11 @@ pub fn hysteresis_loop(
     measured: &[f64],
     models: &[(&str, Role, &[f64])],
     unit: TorqueUnit,
-) -> String {
+) -> Drawing {
     let mut curves = vec![Curve::new("recording", Role::Measured, deflection_rad, MRAD, measured)];
     curves.extend(models.iter().map(|(label, role, torque)| Curve::new(*label, *role, deflection_rad, MRAD, torque)));
-    Figure { title: title.into(), x_label: DEFLECTION.into(), y_label: torque_axis("torque T", unit), curves }.to_svg()
+    let y_label = torque_axis("torque T", unit);
+    Figure { title: title.into(), x_label: DEFLECTION.into(), y_label, curves, ..Figure::default() }.draw()
 }
 
 /// The two parts of the torque against deflection: elastic f and hysteresis z.
@@ -31,12 +32,13 @@ pub fn decomposition(
     elastic: &[f64],
     hysteresis: &[f64],
     unit: TorqueUnit,
-) -> String {
+) -> Drawing {
     let curves = vec![
         Curve::new("elastic torque f", Role::Third, deflection_rad, MRAD, elastic),
         Curve::new("hysteresis torque z", Role::Second, deflection_rad, MRAD, hysteresis),
     ];
-    Figure { title: title.into(), x_label: DEFLECTION.into(), y_label: torque_axis("torque", unit), curves }.to_svg()
+    let y_label = torque_axis("torque", unit);
+    Figure { title: title.into(), x_label: DEFLECTION.into(), y_label, curves, ..Figure::default() }.draw()
 }
 
 /// What each model leaves of the measured torque, against deflection. The last model's dots lie on top.
@@ -46,7 +48,7 @@ pub fn residual(
     measured: &[f64],
     models: &[(&str, Role, &[f64])],
     unit: TorqueUnit,
-) -> String {
+) -> Drawing {
     let curves = models
         .iter()
         .map(|(label, role, torque)| {
@@ -55,15 +57,142 @@ pub fn residual(
         })
         .collect();
     let y_label = torque_axis("recording minus model", unit);
-    Figure { title: title.into(), x_label: DEFLECTION.into(), y_label, curves }.to_svg()
+    Figure { title: title.into(), x_label: DEFLECTION.into(), y_label, curves, ..Figure::default() }.draw()
+}
+
+/// A residual against deflection, apart for rising and falling deflection: structure shows where the clouds part.
+pub fn residual_by_direction(title: &str, deflection_rad: &[f64], residual: &[f64], unit: TorqueUnit) -> Drawing {
+    let mut curves = [("θ rising", Role::Model), ("θ falling", Role::Second)]
+        .map(|(label, role)| Curve::new(label, role, &[], MRAD, &[]).styled(Style::Dots));
+    let mut rising = true;
+    for (row, (theta, left)) in deflection_rad.iter().zip(residual).enumerate() {
+        let before = deflection_rad[row.saturating_sub(1)];
+        rising = if *theta == before { rising } else { *theta > before };
+        curves[usize::from(!rising)].points.push((theta * MRAD, *left));
+    }
+    let y_label = torque_axis("recording minus model", unit);
+    let curves = curves.into();
+    Figure { title: title.into(), x_label: DEFLECTION.into(), y_label, curves, ..Figure::default() }.draw()
+}
+
+/// One or several residuals against time, seconds that stand out shaded. The last lies on top.
+pub fn residual_over_time(
+    title: &str,
+    time_s: &[f64],
+    residuals: &[(&str, Role, &[f64])],
+    seconds: &[(f64, f64)],
+    unit: TorqueUnit,
+) -> Drawing {
+    let curve =
+        |(label, role, left): &(&str, Role, &[f64])| Curve::new(*label, *role, time_s, 1.0, left).styled(Style::Line);
+    Figure {
+        title: title.into(),
+        x_label: "time in s".into(),
+        y_label: torque_axis("recording minus model", unit),
+        curves: residuals.iter().map(curve).collect(),
+        shaded: seconds.iter().map(|(from, to)| *from..*to).collect(),
+        ..Figure::default()
+    }
+    .draw()
+}
+
+/// Lines of a spectrum, with the level that noise stays under.
+pub fn spectrum(
+    title: &str,
+    x_label: &str,
+    y_label: &str,
+    lines: &[(f64, f64)],
+    noise: Option<f64>,
+    prominent: &[(f64, f64)],
+) -> Drawing {
+    let stems = |label: &str, role, points: &[(f64, f64)]| {
+        let points = points.to_vec();
+        Curve { label: label.into(), points, role, style: Style::Stems, error: Vec::new() }
+    };
+    let mut curves = vec![stems(if prominent.is_empty() { "" } else { "spectrum" }, Role::Measured, lines)];
+    if !prominent.is_empty() {
+        curves.push(stems("above the noise", Role::Second, prominent));
+    }
+    let levels = noise.map(|height| Level { label: "noise".into(), height }).into_iter().collect();
+    let (x_label, y_label) = (x_label.into(), y_label.into());
+    Figure { title: title.into(), x_label, y_label, curves, levels, ..Figure::default() }.draw()
+}
+
+/// A matrix of correlations.
+pub fn correlation(names: &[&str], matrix: &[Vec<f64>]) -> Drawing {
+    let names: Vec<String> = names.iter().map(|name| symbol(name).to_owned()).collect();
+    HeatMap {
+        title: "How the parameters hang together".into(),
+        legend: "correlation of the estimates".into(),
+        x: Side::Names(names.clone()),
+        y: Side::Names(names),
+        values: matrix.to_vec(),
+        limit: Some(1.0),
+        numbers: matrix.len() <= 12,
+    }
+    .draw()
+}
+
+/// One number at several recordings, fits or dates, with intervals of ± two standard deviations.
+pub fn trend(title: &str, x: &TrendAxis, y_label: &str, points: &[(f64, Option<f64>)], line: &[(f64, f64)]) -> Drawing {
+    let at = |k: usize| x.values.as_ref().map_or(k as f64, |values| values[k]);
+    let values: Vec<(f64, f64)> = points.iter().enumerate().map(|(k, p)| (at(k), p.0)).collect();
+    let error = points.iter().map(|p| p.1.map_or(f64::NAN, |sd| 2.0 * sd)).collect();
+    let dots = Curve {
+        label: "estimate ± 2 standard deviations".into(),
+        points: values,
+        role: Role::Model,
+        style: Style::Dots,
+        error,
+    };
+    let mut curves = vec![dots];
+    if !line.is_empty() {
+        let points = line.to_vec();
+        let label = "regression".into();
+        curves.insert(0, Curve { label, points, role: Role::Second, style: Style::Line, error: Vec::new() });
+    }
+    Figure {
+        title: title.into(),
+        x_label: x.label.clone(),
+        y_label: y_label.into(),
+        curves,
+        x_names: if x.values.is_some() { Vec::new() } else { x.names.clone() },
+        ..Figure::default()
+    }
+    .draw()
+}
+
+/// The horizontal axis of a trend.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TrendAxis {
+    /// Label with the unit.
+    pub label: String,
+    /// Name of each point.
+    pub names: Vec<String>,
+    /// Place of each point; in order where absent.
+    pub values: Option<Vec<f64>>,
 }
 
 /// What each model leaves in blocks held out.
-pub fn comparison(lines: &[Comparison], unit: TorqueUnit) -> String {
+pub fn comparison(lines: &[Comparison], unit: TorqueUnit) -> Drawing {
     Bars {
         title: "What each model leaves of the torque".into(),
         x_label: torque_axis("rms error in blocks held out,", unit),
         bars: lines.iter().map(|line| (line.model.clone(), line.heldout_rms)).collect(),
     }
-    .to_svg()
+    .draw()
+}
+
+/// The symbol of a parameter of a model file.
+pub fn symbol(name: &str) -> &str {
+    match name {
+        "alpha" => "α",
+        "beta_per_s" => "β",
+        "omega_per_s" => "ω",
+        "rho" => "ρ",
+        "deflection_zero_rad" => "θ₀",
+        "reversal_play_rad" => "play",
+        _ if name.starts_with("c1_") || name.starts_with("c2_") || name.starts_with("c3_") => &name[..2],
+        _ => name,
+    }
 }

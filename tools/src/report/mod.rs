@@ -1,4 +1,13 @@
-//! Plots.
+//! What people look at: figures, and self-contained pages of figures and tables.
+//!
+//! | file | what |
+//! |---|---|
+//! | [`page`] | a page: verdict, sections, provenance |
+//! | [`figures`] | which curves in which units |
+//! | [`number`] | numbers as people write them |
+//! | [`plot`] | curves, bars and heat maps as SVG |
 
 pub mod figures;
+pub mod number;
+pub mod page;
 pub mod plot;

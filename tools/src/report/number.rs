@@ -1,0 +1,74 @@
+//! Numbers as people write them.
+
+/// A number in the notation that suits its size, to four significant digits or as many as asked.
+pub fn number(value: f64, digits: usize) -> String {
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    if !value.is_finite() {
+        return "–".to_owned();
+    }
+    let exponent = value.abs().log10().floor() as i32;
+    let digits = digits.max(1) as i32;
+    let text = if (-3..5).contains(&exponent) {
+        format!("{value:.*}", (digits - 1 - exponent).max(0) as usize)
+    } else {
+        format!("{value:.*e}", (digits - 1) as usize)
+    };
+    let shown = match text.split_once('e') {
+        Some((mantissa, exponent)) => {
+            let raised: String = exponent.chars().map(superscript).collect();
+            format!("{mantissa}·10{raised}")
+        }
+        None => text,
+    };
+    shown.replace('-', "−")
+}
+
+fn superscript(digit: char) -> char {
+    match digit {
+        '-' => '⁻',
+        '0' => '⁰',
+        '1' => '¹',
+        '2' => '²',
+        '3' => '³',
+        d => char::from_u32('⁰' as u32 + d.to_digit(10).unwrap_or(0)).unwrap_or(d),
+    }
+}
+
+/// A number along an axis whose numbers span so much: as many digits as tell neighbours apart.
+pub fn tick(value: f64, span: f64) -> String {
+    let step = span / 10.0;
+    if value.abs() < 1e-6 * span {
+        return "0".to_owned();
+    }
+    let largest = value.abs().max(step);
+    if !(1e-4..1e6).contains(&largest) {
+        return number(value, ((largest / step).log10().ceil().max(0.0) as usize + 1).min(5));
+    }
+    let decimals = (0.01 - step.log10()).ceil().clamp(0.0, 8.0) as usize;
+    format!("{value:.decimals$}").replace('-', "−")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_read_as_people_write_them() {
+        assert_eq!(number(24737.4, 5), "24737");
+        assert_eq!(number(-1.1774e14, 4), "−1.177·10¹⁴");
+        assert_eq!(number(1.168e-3, 3), "0.00117");
+        assert_eq!(number(5.8e-6, 2), "5.8·10⁻⁶");
+        assert_eq!(number(0.0, 3), "0");
+    }
+
+    #[test]
+    fn ticks_tell_neighbours_apart() {
+        assert_eq!(tick(-30.0, 66.0), "−30");
+        assert_eq!(tick(24_800.0, 1500.0), "24800");
+        assert_eq!(tick(-0.25, 0.5), "−0.25");
+        assert_eq!(tick(1e-17, 2.0), "0");
+        assert_eq!(tick(2e-6, 1e-5), "2.0·10⁻⁶");
+    }
+}

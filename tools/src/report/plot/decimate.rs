@@ -1,0 +1,154 @@
+//! Fewer points that look the same.
+
+use std::collections::HashSet;
+use std::ops::Range;
+
+/// Buckets that a long curve over an increasing coordinate is cut into; each keeps its ends and its extremes.
+const BUCKETS: usize = 400;
+/// Points that are drawn as they are.
+const FEW: usize = 4 * BUCKETS;
+/// Points of a path that turns back; a break counts as ten.
+const MOST_INK: usize = 5000;
+/// Dots of a cloud.
+const MOST_DOTS: usize = 1500;
+/// Cells of the figure that count as one place, in pixels.
+const CELLS: [f64; 9] = [1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0, 24.0];
+
+/// Where the points are drawn.
+pub struct Window {
+    pub x: Range<f64>,
+    pub y: Range<f64>,
+    pub pixels: (f64, f64),
+}
+
+impl Window {
+    fn cell(&self, point: (f64, f64), size: f64) -> (i64, i64) {
+        let at = |v: f64, range: &Range<f64>, pixels: f64| {
+            ((v - range.start) / (range.end - range.start) * pixels / size).floor() as i64
+        };
+        (at(point.0, &self.x, self.pixels.0), at(point.1, &self.y, self.pixels.1))
+    }
+}
+
+pub fn finite(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    points.iter().copied().filter(|p| p.0.is_finite() && p.1.is_finite()).collect()
+}
+
+/// A cloud without the dots that would fall on others.
+pub fn dots(points: &[(f64, f64)], window: &Window) -> Vec<(f64, f64)> {
+    if points.len() <= FEW {
+        return points.to_vec();
+    }
+    let mut kept = Vec::new();
+    for size in CELLS {
+        let mut inked = HashSet::new();
+        kept = points.iter().copied().filter(|p| inked.insert(window.cell(*p, size))).collect();
+        if kept.len() <= MOST_DOTS {
+            break;
+        }
+    }
+    kept
+}
+
+/// A line in pieces. Over an increasing coordinate no peak is lost; of a path that turns back only what falls on ink already drawn is.
+pub fn line(points: &[(f64, f64)], window: &Window) -> Vec<Vec<(f64, f64)>> {
+    if points.len() <= FEW {
+        return vec![points.to_vec()];
+    }
+    if points.windows(2).all(|w| w[0].0 <= w[1].0) {
+        return vec![extremes(points)];
+    }
+    let mut pieces = Vec::new();
+    for size in CELLS {
+        pieces = ink(points, window, size);
+        if pieces.iter().map(|piece| piece.len() + 10).sum::<usize>() <= MOST_INK {
+            break;
+        }
+    }
+    pieces
+}
+
+fn extremes(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    let mut kept = Vec::with_capacity(FEW);
+    for bucket in points.chunks(points.len().div_ceil(BUCKETS)) {
+        let by_height = |a: &usize, b: &usize| bucket[*a].1.total_cmp(&bucket[*b].1);
+        let low = (0..bucket.len()).min_by(by_height).unwrap_or(0);
+        let high = (0..bucket.len()).max_by(by_height).unwrap_or(0);
+        let mut rows = [0, low, high, bucket.len() - 1];
+        rows.sort_unstable();
+        kept.extend(
+            rows.iter().enumerate().filter(|(k, row)| *k == 0 || rows[k - 1] != **row).map(|(_, row)| bucket[*row]),
+        );
+    }
+    kept
+}
+
+/// The pen goes up where the path runs over ink and comes down before it leaves it.
+fn ink(points: &[(f64, f64)], window: &Window, size: f64) -> Vec<Vec<(f64, f64)>> {
+    let mut inked = HashSet::new();
+    let mut pieces: Vec<Vec<(f64, f64)>> = vec![vec![points[0]]];
+    let mut at = window.cell(points[0], size);
+    inked.insert(at);
+    let mut pen_down = true;
+    for pair in points.windows(2) {
+        let cell = window.cell(pair[1], size);
+        if cell == at {
+            continue;
+        }
+        at = cell;
+        let fresh = inked.insert(cell);
+        if fresh && !pen_down {
+            pieces.push(vec![pair[0]]);
+        }
+        if (fresh || pen_down)
+            && let Some(piece) = pieces.last_mut()
+        {
+            piece.push(pair[1]);
+        }
+        pen_down = fresh;
+    }
+    pieces
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn loops(rows: usize) -> Vec<(f64, f64)> {
+        let phase = |k: usize| std::f64::consts::TAU * k as f64 / 5000.0;
+        (0..rows).map(|k| (phase(k).sin(), phase(k).sin() + 0.2 * phase(k).cos())).collect()
+    }
+
+    fn window() -> Window {
+        Window { x: -1.1..1.1, y: -1.3..1.3, pixels: (760.0, 420.0) }
+    }
+
+    #[test]
+    fn a_loop_run_a_thousand_times_looks_like_one_run() {
+        let many = line(&loops(5_000_000), &window());
+        let drawn: usize = many.iter().map(Vec::len).sum();
+        assert!(drawn < 3000, "{drawn} points");
+        // Every place of the loop is near a line drawn.
+        let near = |p: (f64, f64)| many.iter().flatten().any(|q| (p.0 - q.0).abs() < 0.02 && (p.1 - q.1).abs() < 0.03);
+        assert!(loops(5000).into_iter().step_by(50).all(near));
+        let jump = |piece: &Vec<(f64, f64)>| piece.windows(2).any(|w| (w[0].0 - w[1].0).hypot(w[0].1 - w[1].1) > 0.1);
+        assert!(!many.iter().any(jump), "a line across the loop");
+    }
+
+    #[test]
+    fn a_peak_in_time_survives() {
+        let mut points: Vec<(f64, f64)> = (0..1_000_000).map(|k| (k as f64, 0.0)).collect();
+        points[654_321].1 = 5.0;
+        let kept = line(&points, &window());
+        assert!(kept[0].len() <= FEW && kept[0].contains(&(654_321.0, 5.0)));
+    }
+
+    #[test]
+    fn a_cloud_is_bounded_and_keeps_its_outline() {
+        let cloud: Vec<(f64, f64)> =
+            (0..200_000).map(|k| ((k as f64 * 0.618).fract(), (k as f64 * 0.414).fract())).collect();
+        let kept = dots(&cloud, &Window { x: 0.0..1.0, y: 0.0..1.0, pixels: (760.0, 420.0) });
+        assert!(kept.len() <= MOST_DOTS, "{}", kept.len());
+        assert!(kept.iter().any(|p| p.0 < 0.04) && kept.iter().any(|p| p.0 > 0.96));
+    }
+}

@@ -1,0 +1,263 @@
+//! Curves, dots, stems and columns over a horizontal axis.
+
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, VPos};
+
+use super::decimate::{self, Window};
+use super::{
+    AXIS, Canvas, Drawing, GRID, HEIGHT, Role, SHARPNESS, WORDS, anchored, drawing, font, head, legend_places, px,
+    range,
+};
+use crate::report::number::tick;
+
+/// How a curve is drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Style {
+    /// A line through the points.
+    Line,
+    /// A dot a point.
+    Dots,
+    /// A vertical line from zero and a dot: lines of a spectrum.
+    Stems,
+    /// A column from zero about each point, as wide as the points are apart: a histogram.
+    Columns,
+}
+
+/// One curve, or one cloud of dots.
+#[derive(Debug, Clone)]
+pub struct Curve {
+    /// Words of the legend.
+    pub label: String,
+    /// Its points in order; points that are not finite are left out.
+    pub points: Vec<(f64, f64)>,
+    /// What it stands for.
+    pub role: Role,
+    /// How it is drawn.
+    pub style: Style,
+    /// Half the height of an error bar at each point; none where empty.
+    pub error: Vec<f64>,
+}
+
+impl Curve {
+    /// A curve of x, scaled to the unit of the axis, and y: dots for what was measured, else a line.
+    pub fn new(label: impl Into<String>, role: Role, x: &[f64], scale: f64, y: &[f64]) -> Self {
+        let points = x.iter().zip(y).map(|(x, y)| (x * scale, *y)).collect();
+        let style = if role == Role::Measured { Style::Dots } else { Style::Line };
+        Self { label: label.into(), points, role, style, error: Vec::new() }
+    }
+
+    /// Drawn in another way.
+    #[must_use]
+    pub fn styled(mut self, style: Style) -> Self {
+        self.style = style;
+        self
+    }
+
+    /// With error bars of ± these.
+    #[must_use]
+    pub fn with_error(mut self, error: Vec<f64>) -> Self {
+        self.error = error;
+        self
+    }
+
+    /// Half the width of a column.
+    fn half(&self) -> f64 {
+        let apart = self.points.windows(2).map(|w| (w[1].0 - w[0].0).abs()).filter(|d| *d > 0.0);
+        let nearest = apart.fold(f64::INFINITY, f64::min);
+        if nearest.is_finite() { 0.45 * nearest } else { 0.45 }
+    }
+
+    fn places(&self) -> impl Iterator<Item = f64> + '_ {
+        let half = if self.style == Style::Columns { self.half() } else { 0.0 };
+        self.points.iter().flat_map(move |p| [p.0 - half, p.0 + half])
+    }
+
+    fn heights(&self) -> impl Iterator<Item = f64> + '_ {
+        let error = |k: usize| self.error.get(k).copied().filter(|e| e.is_finite()).unwrap_or(0.0);
+        let ends = self.points.iter().enumerate().flat_map(move |(k, p)| [p.1 - error(k), p.1 + error(k)]);
+        let zero = matches!(self.style, Style::Stems | Style::Columns).then_some(0.0);
+        ends.chain(zero)
+    }
+}
+
+/// A horizontal line at a height.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Level {
+    /// What it is.
+    pub label: String,
+    /// Where.
+    pub height: f64,
+}
+
+/// A figure: its curves are drawn in order.
+#[derive(Debug, Clone, Default)]
+pub struct Figure {
+    /// Title.
+    pub title: String,
+    /// Label of the horizontal axis, with its unit.
+    pub x_label: String,
+    /// Label of the vertical axis, with its unit.
+    pub y_label: String,
+    /// Curves.
+    pub curves: Vec<Curve>,
+    /// Ranges of the horizontal axis that stand out.
+    pub shaded: Vec<std::ops::Range<f64>>,
+    /// Horizontal lines.
+    pub levels: Vec<Level>,
+    /// Names at 0, 1, 2 … of the horizontal axis in place of numbers.
+    pub x_names: Vec<String>,
+}
+
+/// Most names that are written along an axis.
+const MOST_NAMES: usize = 12;
+
+impl Figure {
+    /// The figure drawn: less than 400 kB whatever the length of the curves.
+    pub fn draw(&self) -> Drawing {
+        drawing(&self.title, |canvas| self.draw_on(canvas).map_err(|e| e.to_string()))
+    }
+
+    fn ranges(&self) -> (std::ops::Range<f64>, std::ops::Range<f64>) {
+        let x = if self.x_names.is_empty() {
+            range(self.curves.iter().flat_map(Curve::places))
+        } else {
+            -0.5..self.x_names.len() as f64 - 0.5
+        };
+        let heights = self.curves.iter().flat_map(Curve::heights);
+        (x, range(heights.chain(self.levels.iter().map(|l| l.height))))
+    }
+
+    fn draw_on<'a>(&self, canvas: &Canvas<'a>) -> super::Drawn<'a> {
+        let labels = || self.curves.iter().map(|c| c.label.as_str()).filter(|l| !l.is_empty());
+        let (places, lines) = legend_places(labels());
+        let header = 44 + 22 * lines;
+        head(canvas, &self.title)?;
+        let (x, y) = self.ranges();
+        let (_, below) = canvas.split_vertically(px(header));
+        let mut chart = ChartBuilder::on(&below)
+            .margin_left(px(16))
+            .margin_right(px(20))
+            .margin_bottom(px(10))
+            .x_label_area_size(px(50))
+            .y_label_area_size(px(76))
+            .build_cartesian_2d(x.clone(), y.clone())?;
+        let name = |at: &f64| {
+            let index = at.round();
+            let near = (at - index).abs() < 1e-6 && index >= 0.0 && self.x_names.len() <= MOST_NAMES;
+            let name = if near { self.x_names.get(index as usize) } else { None };
+            name.map_or_else(String::new, |n| shortened(n, 70 / self.x_names.len().max(1)))
+        };
+        let (across, up) = (x.end - x.start, y.end - y.start);
+        let (x_tick, y_tick) = (|v: &f64| tick(*v, across), |v: &f64| tick(*v, up));
+        let mut mesh = chart.configure_mesh();
+        mesh.x_desc(&self.x_label)
+            .y_desc(&self.y_label)
+            .label_style(font(WORDS))
+            .axis_desc_style(font(AXIS))
+            .axis_style(BLACK.stroke_width(SHARPNESS))
+            .light_line_style(TRANSPARENT)
+            .bold_line_style(GRID.stroke_width(SHARPNESS))
+            .set_all_tick_mark_size(px(5));
+        mesh.x_label_formatter(&x_tick).y_label_formatter(&y_tick);
+        if !self.x_names.is_empty() {
+            mesh.x_labels(2 * self.x_names.len() + 1).x_label_formatter(&name);
+        }
+        mesh.draw()?;
+        for part in &self.shaded {
+            let corners = [(part.start.max(x.start), y.start), (part.end.min(x.end), y.end)];
+            chart.draw_series([Rectangle::new(corners, Role::Second.colour().mix(0.14).filled())])?;
+        }
+        for level in &self.levels {
+            chart.draw_series(LineSeries::new(
+                [(x.start, level.height), (x.end, level.height)],
+                Role::Measured.colour().stroke_width(SHARPNESS),
+            ))?;
+            let place = (x.end - 0.005 * (x.end - x.start), level.height + 0.008 * (y.end - y.start));
+            chart.draw_series([Text::new(level.label.clone(), place, anchored(WORDS, HPos::Right, VPos::Bottom))])?;
+        }
+        let window = Window { x, y, pixels: (560.0, f64::from(HEIGHT - 104 - 22 * lines)) };
+        for curve in &self.curves {
+            draw_curve(&mut chart, curve, &window)?;
+        }
+        for (curve, (at, line)) in self.curves.iter().filter(|c| !c.label.is_empty()).zip(places) {
+            let (at, middle) = (at * SHARPNESS as i32, (48 + 22 * line) * SHARPNESS as i32);
+            let colour = curve.role.colour();
+            let wide = px(22) as i32;
+            match curve.style {
+                Style::Line => canvas.draw(&PathElement::new(
+                    [(at, middle), (at + wide, middle)],
+                    colour.stroke_width(3 * SHARPNESS / 2),
+                ))?,
+                Style::Columns => canvas.draw(&Rectangle::new(
+                    [(at, middle - px(5) as i32), (at + wide, middle + px(5) as i32)],
+                    colour.filled(),
+                ))?,
+                _ => canvas.draw(&Circle::new((at + wide / 2, middle), px(4), colour.filled()))?,
+            }
+            let words = anchored(WORDS, HPos::Left, VPos::Center);
+            canvas.draw(&Text::new(curve.label.clone(), (at + px(28) as i32, middle), words))?;
+        }
+        Ok(())
+    }
+}
+
+type Chart<'a, 'b> = ChartContext<
+    'a,
+    SVGBackend<'b>,
+    Cartesian2d<plotters::coord::types::RangedCoordf64, plotters::coord::types::RangedCoordf64>,
+>;
+
+fn draw_curve<'b>(chart: &mut Chart<'_, 'b>, curve: &Curve, window: &Window) -> super::Drawn<'b> {
+    let points = decimate::finite(&curve.points);
+    let colour = curve.role.colour();
+    for (point, error) in curve.points.iter().zip(&curve.error).filter(|(p, e)| p.1.is_finite() && e.is_finite()) {
+        let cap = 0.006 * (window.x.end - window.x.start);
+        let (low, high) = (point.1 - error, point.1 + error);
+        let bar = |from, to| PathElement::new([from, to], colour.stroke_width(SHARPNESS + 1));
+        chart.draw_series([
+            bar((point.0, low), (point.0, high)),
+            bar((point.0 - cap, low), (point.0 + cap, low)),
+            bar((point.0 - cap, high), (point.0 + cap, high)),
+        ])?;
+    }
+    match curve.style {
+        Style::Line => {
+            for piece in decimate::line(&points, window) {
+                chart.draw_series(LineSeries::new(piece, colour.stroke_width(3 * SHARPNESS / 2)))?;
+            }
+        }
+        Style::Dots => {
+            let radius = if points.len() > 100 { px(2) } else { px(4) };
+            let dots = decimate::dots(&points, window);
+            chart.draw_series(dots.into_iter().map(|p| Circle::new(p, radius, colour.filled())))?;
+        }
+        Style::Stems => {
+            let kept = highest(&points);
+            let stem = |p: &(f64, f64)| PathElement::new([(p.0, 0.0), *p], colour.stroke_width(SHARPNESS));
+            chart.draw_series(kept.iter().map(stem))?;
+            let radius = if kept.len() > 100 { px(1) } else { px(3) };
+            chart.draw_series(kept.iter().map(|p| Circle::new(*p, radius, colour.filled())))?;
+        }
+        Style::Columns => {
+            let half = curve.half();
+            let column = |p: &(f64, f64)| Rectangle::new([(p.0 - half, 0.0), (p.0 + half, p.1)], colour.filled());
+            chart.draw_series(points.iter().map(column))?;
+        }
+    }
+    Ok(())
+}
+
+/// Of a long spectrum the highest line of each bucket.
+fn highest(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    const MOST: usize = 400;
+    let bucket = points.len().div_ceil(MOST).max(1);
+    points.chunks(bucket).filter_map(|b| b.iter().copied().max_by(|a, b| a.1.total_cmp(&b.1))).collect()
+}
+
+/// At most so many characters.
+pub(super) fn shortened(text: &str, most: usize) -> String {
+    if text.chars().count() <= most.max(3) {
+        return text.to_owned();
+    }
+    text.chars().take(most.max(3) - 1).chain(['…']).collect()
+}

@@ -1,0 +1,93 @@
+//! Pages as a browser sees them.
+#![allow(dead_code)]
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// Nothing from elsewhere, no script, tags that close in order, at most 2 MB.
+pub fn assert_self_contained(html: &str) {
+    assert!(html.len() <= 2_000_000, "{} bytes", html.len());
+    for foreign in ["http://", "https://", "src=", "<script", "<link", "@import", "url(", "<iframe", "<object"] {
+        assert!(!html.contains(foreign), "the page holds `{foreign}`");
+    }
+    assert!(!html.contains("NaN"), "a number that is none");
+    assert_nested(html);
+}
+
+fn assert_nested(html: &str) {
+    let mut open: Vec<&str> = Vec::new();
+    for (index, _) in html.match_indices('<') {
+        let Some(tag) = html[index + 1..].split('>').next() else { panic!("a tag without an end") };
+        let name = tag.trim_start_matches('/').split([' ', '\n', '/']).next().unwrap_or_default();
+        match tag {
+            _ if tag.starts_with('!') || tag.ends_with('/') || ["meta", "br"].contains(&name) => {}
+            _ if tag.starts_with('/') => {
+                assert_eq!(open.pop(), Some(name), "…{}", &html[index.saturating_sub(80)..index])
+            }
+            _ => open.push(name),
+        }
+    }
+    assert!(open.is_empty(), "not closed: {open:?}");
+}
+
+/// A picture of a page.
+pub struct Picture {
+    grey: Vec<f64>,
+}
+
+impl Picture {
+    /// Mean of the pixels, 0 black to 255 white.
+    pub fn brightness(&self) -> f64 {
+        self.grey.iter().sum::<f64>() / self.grey.len() as f64
+    }
+
+    /// Root mean square about the mean.
+    pub fn contrast(&self) -> f64 {
+        let mean = self.brightness();
+        (self.grey.iter().map(|g| (g - mean).powi(2)).sum::<f64>() / self.grey.len() as f64).sqrt()
+    }
+}
+
+/// The page in headless Chromium; says so and returns none where there is no Chromium.
+pub fn screenshot(page: &Path, dark: bool) -> Option<Picture> {
+    let names = ["chromium", "chromium-browser", "google-chrome"];
+    let folders = std::env::var_os("PATH").unwrap_or_default();
+    let found = std::env::split_paths(&folders).flat_map(|f| names.map(|n| f.join(n))).find(|p| p.is_file());
+    let Some(browser) = found else {
+        eprintln!("not checked in a browser: none of {names:?} is on the PATH");
+        return None;
+    };
+    let profile = tempfile::tempdir().unwrap();
+    let picture: PathBuf = profile.path().join("page.png");
+    // Blink's setting counts from dark.
+    let scheme = if dark { 0 } else { 1 };
+    let output = Command::new(browser)
+        .args([
+            "--headless",
+            "--no-sandbox",
+            "--disable-gpu",
+            "--disable-quic",
+            "--no-first-run",
+            "--disable-dev-shm-usage",
+        ])
+        .args(["--disable-background-networking", "--disable-component-update", "--disable-sync", "--hide-scrollbars"])
+        .arg(format!("--user-data-dir={}", profile.path().display()))
+        .arg(format!("--blink-settings=preferredColorScheme={scheme}"))
+        .arg("--window-size=1100,5200")
+        .arg(format!("--screenshot={}", picture.display()))
+        .arg(format!("file://{}", page.canonicalize().unwrap().display()))
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    if let Some(folder) = std::env::var_os("GMHM_SCREENSHOTS") {
+        let name =
+            format!("{}-{}.png", page.file_stem().unwrap().to_string_lossy(), if dark { "dark" } else { "light" });
+        std::fs::copy(&picture, Path::new(&folder).join(name)).unwrap();
+    }
+    let mut reader =
+        png::Decoder::new(std::io::BufReader::new(std::fs::File::open(&picture).unwrap())).read_info().unwrap();
+    let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
+    let info = reader.next_frame(&mut bytes).unwrap();
+    let grey = bytes[..info.buffer_size()].chunks_exact(info.color_type.samples());
+    Some(Picture { grey: grey.map(|p| p[..3].iter().map(|c| f64::from(*c)).sum::<f64>() / 3.0).collect() })
+}
