@@ -7,6 +7,7 @@ use clap::Args;
 use super::failure::Failure;
 use super::progress::Progress;
 use crate::recording::{self, ColumnMap, Mapping, Needs, Recording};
+use crate::report::page::Provenance;
 
 /// How recordings are read.
 #[derive(Debug, Args)]
@@ -69,5 +70,22 @@ pub fn positive(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(number) if number > 0.0 && number.is_finite() => Ok(number),
         _ => Err("must be a number greater than zero".to_owned()),
+    }
+}
+
+/// What a report says of where it comes from.
+pub fn provenance(recordings: &[Recording], seed: Option<u64>) -> Provenance {
+    let words = std::env::args().skip(1).map(|word| quoted(&word));
+    let command = std::iter::once("gmhm".to_owned()).chain(words).collect::<Vec<_>>().join(" ");
+    Provenance { command, inputs: recordings.iter().map(Into::into).collect(), seed }
+}
+
+/// A word as a shell takes it.
+fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_alphanumeric() || "-_./=,:+@%".contains(c);
+    if !word.is_empty() && word.chars().all(plain) {
+        word.to_owned()
+    } else {
+        format!("'{}'", word.replace('\'', "'\\''"))
     }
 }

@@ -7,6 +7,7 @@ use miette::{Diagnostic, GraphicalReportHandler, LabeledSpan, SourceCode};
 
 use crate::bench::BenchError;
 use crate::estimate::EstimateError;
+use crate::estimate::judge::AssessError;
 use crate::model::ModelError;
 use crate::output::OutputError;
 use crate::physics::PredictError;
@@ -36,6 +37,9 @@ pub enum Failure {
     /// Nothing could be fitted.
     #[error(transparent)]
     Estimate(#[from] EstimateError),
+    /// A fit could not be judged.
+    #[error(transparent)]
+    Assess(#[from] AssessError),
     /// The system refused.
     #[error(transparent)]
     System(#[from] std::io::Error),
@@ -47,8 +51,10 @@ impl Failure {
             Failure::Recording(e) | Failure::Copy(CopyError::Recording(e)) => e.mend(),
             Failure::Model(e) => e.mend(),
             Failure::Output(e) => e.mend().map(str::to_owned),
-            Failure::Predict(e) => e.mend(),
-            Failure::Bench(_) | Failure::Copy(_) | Failure::Estimate(_) | Failure::System(_) => None,
+            Failure::Predict(e) | Failure::Assess(AssessError::Predict(e)) => e.mend(),
+            Failure::Bench(_) | Failure::Copy(_) | Failure::Estimate(_) | Failure::Assess(_) | Failure::System(_) => {
+                None
+            }
         }
     }
 

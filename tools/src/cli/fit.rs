@@ -5,17 +5,16 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use super::Session;
-use super::common::{ReadingArgs, SeedArgs, json};
+use super::common::{ReadingArgs, SeedArgs, json, provenance};
 use super::failure::Failure;
 use super::progress::Progress;
 use super::tables;
-use crate::estimate::{self, FitOptions};
-use crate::model::{self, Model};
+use crate::estimate::judge::Assessment;
+use crate::estimate::{self, Fit, FitOptions};
+use crate::model;
 use crate::output::Outputs;
-use crate::physics::predict;
-use crate::recording::{Needs, Recording};
-use crate::report::figures;
-use crate::report::plot::{Drawing, Role};
+use crate::recording::Needs;
+use crate::report;
 
 /// Identify a gear from recordings, with the uncertainty of every parameter
 ///
@@ -24,7 +23,7 @@ use crate::report::plot::{Drawing, Role};
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   gmhm fit recording.csv -o gear.toml
-  gmhm fit slow.csv fast.csv --map deflection_rad=-twist -o gear.toml --json fit.json")]
+  gmhm fit slow.csv fast.csv --map deflection_rad=-twist -o gear.toml --json fit.json --report fit.html")]
 pub struct FitArgs {
     /// Recordings of one gear
     #[arg(required = true, value_name = "RECORDING")]
@@ -41,6 +40,9 @@ pub struct FitArgs {
     /// Where to write everything that is known about the fit, as JSON
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
+    /// Where to write the report: one HTML page, verdict first
+    #[arg(long, value_name = "F.html")]
+    report: Option<PathBuf>,
     /// Where to write the plot of the loop [default: beside the model, with the ending svg]
     #[arg(long, value_name = "FILE.svg")]
     plot: Option<PathBuf>,
@@ -60,11 +62,13 @@ enum Method {
 
 impl FitArgs {
     pub(super) fn run(&self, session: &Session) -> Result<(), Failure> {
-        for output in [Some(&self.output), self.json.as_ref(), self.plot.as_ref()].into_iter().flatten() {
+        for output in
+            [Some(&self.output), self.json.as_ref(), self.report.as_ref(), self.plot.as_ref()].into_iter().flatten()
+        {
             Outputs::check(output)?;
         }
         let start = self.model.as_deref().map(model::load).transpose()?;
-        let recordings = self.reading.read_all(&self.recordings, &Needs::FIT, session.quiet)?;
+        let mut recordings = self.reading.read_all(&self.recordings, &Needs::FIT, session.quiet)?;
         let options = FitOptions {
             method: match self.method {
                 Method::Auto => estimate::Method::Auto,
@@ -75,35 +79,43 @@ impl FitArgs {
             rated_deflection_rad: self.reading.rated_deflection,
             evaluations: None,
         };
-        let mut fit = estimate::fit(&recordings, &options, &Progress::new("Fitting", Progress::WHOLE, session.quiet))?;
-
+        let progress = Progress::new("Fitting", Progress::WHOLE, session.quiet);
+        let mut fit = estimate::fit(&recordings, &options, &progress)?;
         if self.model.is_none() {
             fit.model.name = self.recordings[0].file_stem().unwrap_or_default().to_string_lossy().into_owned();
         }
+        for recording in &mut recordings {
+            recording.derive_deflection(fit.model.gear.ratio)?;
+        }
+        let assessment = Assessment::of(&fit, &recordings, &progress)?;
+        drop(progress);
         let mut outputs = Outputs::new();
         outputs.add_text(&self.output, &fit.model.to_toml())?;
         if let Some(path) = &self.json {
-            outputs.add_text(path, &json(&fit)?)?;
+            outputs.add_text(path, &json(&Everything { assessment: &assessment, fit: &fit })?)?;
+        }
+        if let Some(path) = &self.report {
+            let provenance = provenance(&recordings, Some(fit.seed));
+            outputs.add_text(path, &report::fit::page(&fit, &assessment, &recordings, provenance).to_html())?;
         }
         let plot = self.plot.clone().unwrap_or_else(|| self.output.with_extension("svg"));
-        outputs.add_text(&plot, &fit_plot(&fit.model, &fit.offsets, recordings)?.to_file())?;
+        outputs.add_text(&plot, &report::fit::loop_figure(&fit, &assessment, &recordings).to_file())?;
         outputs.commit()?;
+        println!("{}", assessment.verdict.sentence);
         print!("{}", tables::fit(&fit));
         println!("Model written to {}, plot to {}", self.output.display(), plot.display());
+        if let Some(path) = &self.report {
+            println!("Report written to {}", path.display());
+        }
         Ok(())
     }
 }
 
-/// The loop of all recordings with the model's prediction, which starts each of them from rest; offsets are added.
-fn fit_plot(model: &Model, offsets: &[f64], recordings: Vec<Recording>) -> Result<Drawing, Failure> {
-    let unit = model.torque_unit;
-    let (mut deflection, mut measured, mut modelled) = (Vec::new(), Vec::new(), Vec::new());
-    for (mut recording, offset) in recordings.into_iter().zip(offsets) {
-        modelled.extend(predict(model, None, &recording)?.torque.iter().map(|t| t + offset));
-        recording.derive_deflection(model.gear.ratio)?;
-        deflection.extend(recording.deflection_rad.unwrap_or_default());
-        measured.extend(recording.torque.unwrap_or_default());
-    }
-    let curves = [("model, from rest", Role::Model, &modelled[..])];
-    Ok(figures::hysteresis_loop(&format!("Hysteresis loop: {}", model.name), &deflection, &measured, &curves, unit))
+/// What `--json` writes.
+#[derive(serde::Serialize)]
+struct Everything<'a> {
+    #[serde(flatten)]
+    assessment: &'a Assessment,
+    #[serde(flatten)]
+    fit: &'a Fit,
 }

@@ -9,6 +9,7 @@
 //! | [`noise`] | colour, outliers, quantisation |
 //! | [`select`] | law, kernel, gate and play by held-out prediction |
 //! | [`uncertainty`] | standard deviations, and what the recordings cannot tell |
+//! | [`coverage`], [`judge`] | what the recordings exercise, and whether the fit is good enough for the drive |
 //! | [`pso`] | the paper's own identification |
 //! | [`rivals`] | foreign models, as yardsticks |
 //!
@@ -23,7 +24,9 @@ pub mod assembly;
 pub mod base;
 pub mod bounded;
 pub mod columns;
+pub mod coverage;
 pub mod factors;
+pub mod judge;
 pub mod noise;
 pub mod polish;
 mod prepare;

@@ -80,6 +80,26 @@ impl Recording {
         self.time_s.is_empty()
     }
 
+    /// The first rows of it.
+    #[must_use]
+    pub fn beginning(&self, rows: usize) -> Self {
+        let rows = rows.min(self.len());
+        let cut = |column: &Option<Vec<f64>>| column.as_ref().map(|values| values[..rows].to_vec());
+        Self {
+            name: self.name.clone(),
+            sha256: self.sha256.clone(),
+            time_s: self.time_s[..rows].to_vec(),
+            torque: cut(&self.torque),
+            torque_unit: self.torque_unit,
+            deflection_rad: cut(&self.deflection_rad),
+            theta_in_rad: cut(&self.theta_in_rad),
+            theta_out_rad: cut(&self.theta_out_rad),
+            velocity_out_rad_per_s: cut(&self.velocity_out_rad_per_s),
+            temperature_c: cut(&self.temperature_c),
+            torque_sim_nm: cut(&self.torque_sim_nm),
+        }
+    }
+
     /// Computes θ = q_m/N − q_o where no deflection was recorded but both angles were. A recorded deflection wins; a joint log stays without.
     ///
     /// # Errors

@@ -1,6 +1,7 @@
 //! The figures that the commands show: which curves, in which units.
 
 use super::plot::{Bars, Curve, Drawing, Figure, HeatMap, Level, Role, Side, Style};
+use crate::estimate::coverage::Coverage;
 use crate::estimate::rivals::Comparison;
 use crate::recording::TorqueUnit;
 
@@ -116,6 +117,24 @@ pub fn spectrum(
     let levels = noise.map(|height| Level { label: "noise".into(), height }).into_iter().collect();
     let (x_label, y_label) = (x_label.into(), y_label.into());
     Figure { title: title.into(), x_label, y_label, curves, levels, ..Figure::default() }.draw()
+}
+
+/// Where in deflection and rate the rows of the recordings lie.
+pub fn coverage(coverage: &Coverage) -> Drawing {
+    let rows = coverage.cells.iter().flatten().sum::<usize>().max(1) as f64;
+    // A square root brings out what was visited seldom.
+    let share = |count: &usize| 10.0 * (*count as f64 / rows).sqrt();
+    let (a, fastest) = (coverage.rated_deflection_rad * MRAD, coverage.rate_rad_per_s.1 * MRAD);
+    HeatMap {
+        title: "What the recordings exercise".into(),
+        legend: "square root of the share of rows in %".into(),
+        x: Side::Numbers { label: DEFLECTION.into(), from: -a, to: a },
+        y: Side::Numbers { label: "deflection rate in mrad/s".into(), from: -fastest, to: fastest },
+        values: coverage.cells.iter().map(|row| row.iter().map(share).collect()).collect(),
+        limit: None,
+        numbers: false,
+    }
+    .draw()
 }
 
 /// A matrix of correlations.

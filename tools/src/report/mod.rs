@@ -3,11 +3,13 @@
 //! | file | what |
 //! |---|---|
 //! | [`page`] | a page: verdict, sections, provenance |
+//! | [`fit`] | the report of a fit |
 //! | [`figures`] | which curves in which units |
 //! | [`number`] | numbers as people write them |
 //! | [`plot`] | curves, bars and heat maps as SVG |
 
 pub mod figures;
+pub mod fit;
 pub mod number;
 pub mod page;
 pub mod plot;

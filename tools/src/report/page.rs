@@ -171,6 +171,12 @@ impl Table {
         &self.rows[..self.rows.len().min(MOST_ROWS)]
     }
 
+    /// Numbers are set to the right, names and units to the left.
+    fn class(&self, column: &usize, cell: &str) -> &'static str {
+        let named = *column == 0 || self.head.get(*column).is_some_and(|head| head == "unit");
+        if !named && is_number(cell) { "number" } else { "" }
+    }
+
     fn left_out(&self) -> usize {
         self.rows.len() - self.shown().len()
     }
@@ -241,10 +247,10 @@ impl Whole<'_> {
     }
 }
 
-/// Whether a cell is set to the right: it begins as numbers do.
+/// Whether a cell holds numbers and no words.
 fn is_number(cell: &str) -> bool {
-    let digits = cell.trim_start_matches(['−', '-', '+', '±', '<', '≤', '≥', '>', '~', ' ']);
-    digits.starts_with(|c: char| c.is_ascii_digit()) || cell == "–"
+    cell == "–"
+        || cell.contains(|c: char| c.is_ascii_digit()) && !cell.contains(|c: char| c.is_alphabetic() || c == '/')
 }
 
 #[cfg(test)]
@@ -253,6 +259,6 @@ mod tests {
 
     #[test]
     fn numbers_are_set_to_the_right() {
-        assert!(is_number("−1.2") && is_number("± 3") && !is_number("c1"));
+        assert!(is_number("−1.2") && is_number("± 3") && !is_number("c1") && !is_number("1/s"));
     }
 }

@@ -4,7 +4,7 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
 use super::{AXIS, Canvas, Drawing, GRID, Role, SHARPNESS, WORDS, anchored, drawing, font, head, px};
-use crate::report::number::tick;
+use crate::report::number::{number, tick};
 
 /// One number a name, as horizontal bars from zero.
 #[derive(Debug, Clone, Default)]
@@ -50,7 +50,11 @@ impl Bars {
             .draw()?;
         for (place, (name, length)) in self.bars.iter().rev().enumerate() {
             let role = if place + 1 == count { Role::Model } else { Role::Measured };
-            let words = if length.is_finite() { format!("{name}   {length:.4}") } else { format!("{name}   –") };
+            let words = if length.is_finite() {
+                format!("{name}\u{2003}{}", number(*length, 4))
+            } else {
+                format!("{name}\u{2003}–")
+            };
             let (low, high) = (place as f64 + 0.1, place as f64 + 0.45);
             if length.is_finite() {
                 chart.draw_series([Rectangle::new([(0.0, low), (*length, high)], role.colour().filled())])?;

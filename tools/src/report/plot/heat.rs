@@ -60,6 +60,10 @@ impl HeatMap {
         head(canvas, &self.title)?;
         self.draw_key(canvas, limit, signed)?;
 
+        let left = match &self.y {
+            Side::Names(names) => names.iter().map(|n| 20 + 9 * n.chars().count().min(20) as u32).max().unwrap_or(0),
+            Side::Numbers { .. } => 76,
+        };
         let (_, below) = canvas.split_vertically(px(70));
         let ends = |side: &Side, count: usize| match side {
             Side::Names(_) => (0.0, count.max(1) as f64),
@@ -72,7 +76,7 @@ impl HeatMap {
             .margin_right(px(24))
             .margin_bottom(px(10))
             .x_label_area_size(px(50))
-            .y_label_area_size(px(if matches!(self.y, Side::Names(_)) { 150 } else { 76 }))
+            .y_label_area_size(px(left))
             .build_cartesian_2d(x.0..x.1, y.0..y.1)?;
         let at = |(from, to): (f64, f64), k: usize, count: usize| from + (to - from) * k as f64 / count.max(1) as f64;
         let named_rows = matches!(self.y, Side::Names(_));
@@ -87,7 +91,7 @@ impl HeatMap {
                 if self.numbers {
                     let middle = (0.5 * (left + right), 0.5 * (low + high));
                     let words = anchored(WORDS, HPos::Center, VPos::Center);
-                    chart.draw_series([Text::new(format!("{value:.2}").replace('-', "−"), middle, words)])?;
+                    chart.draw_series([Text::new(tick((100.0 * value).round() / 100.0, 0.5), middle, words)])?;
                 }
             }
         }
@@ -147,7 +151,7 @@ impl HeatMap {
         let right = anchored(WORDS, HPos::Right, VPos::Center);
         canvas.draw(&Text::new(low, (left - px(6) as i32, middle), right))?;
         let words = anchored(WORDS, HPos::Left, VPos::Center);
-        canvas.draw(&Text::new(format!("{number}   {}", self.legend), (end + px(6) as i32, middle), words))?;
+        canvas.draw(&Text::new(format!("{number}\u{2003}{}", self.legend), (end + px(6) as i32, middle), words))?;
         Ok(())
     }
 }

@@ -1,0 +1,317 @@
+//! Whether a fit is good enough for the drive, in one sentence with its reasons.
+
+use gmhm::{Gear, Params};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use super::coverage::Coverage;
+use super::rivals::{Comparison, compare};
+use super::{EstimateError, Fit, FitOptions, Progress};
+use crate::physics::{PredictError, Prediction, predict};
+use crate::recording::Recording;
+
+/// How far a fit may be trusted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Grade {
+    /// Fit for the drive.
+    Good,
+    /// Fit for the drive, within limits.
+    Caution,
+    /// Not fit for the drive.
+    Bad,
+}
+
+/// The judgement.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Judgement {
+    /// The grade: that of the gravest reason.
+    pub grade: Grade,
+    /// One sentence.
+    pub sentence: String,
+    /// Every reason, the gravest first.
+    pub reasons: Vec<Reason>,
+}
+
+/// A reason.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Reason {
+    /// What it does to the grade.
+    pub grade: Grade,
+    /// What it is, as a clause.
+    pub words: String,
+}
+
+/// A fit beside its recordings: what the judgement rests on, and the judgement.
+#[derive(Debug, Clone, serde::Serialize)]
+pub struct Assessment {
+    /// The judgement.
+    pub verdict: Judgement,
+    /// What the recordings exercise.
+    pub coverage: Coverage,
+    /// What the residual repeats; absent where the recordings are too short to tell.
+    pub structure: Option<Structure>,
+    /// Other models on the same recordings, the gear's own first.
+    pub comparison: Vec<Comparison>,
+    /// Rows of each recording, from its beginning, that the comparison looked at.
+    pub comparison_rows: usize,
+    /// The prediction for each recording, from rest.
+    #[serde(skip)]
+    pub predictions: Vec<Prediction>,
+    /// Recording minus offset minus prediction.
+    #[serde(skip)]
+    pub residuals: Vec<Vec<f64>>,
+    /// Largest torque beside its mean, N·m or A.
+    pub torque_peak: f64,
+}
+
+/// Rows of all recordings together that the comparison looks at.
+const COMPARED_ROWS: usize = 20_000;
+
+/// Why a fit could not be assessed.
+#[derive(Debug, thiserror::Error)]
+pub enum AssessError {
+    /// The fitted model predicts nothing for a recording.
+    #[error(transparent)]
+    Predict(#[from] PredictError),
+    /// The other models could not be fitted.
+    #[error(transparent)]
+    Estimate(#[from] EstimateError),
+}
+
+impl Assessment {
+    /// Assesses a fit on the recordings it was fitted to, whose deflection has been derived.
+    ///
+    /// # Errors
+    /// What prediction or comparison refuse; cancelled by `progress`.
+    pub fn of(fit: &Fit, recordings: &[Recording], progress: &dyn Progress) -> Result<Self, AssessError> {
+        let predictions = recordings.iter().map(|r| predict(&fit.model, None, r)).collect::<Result<Vec<_>, _>>()?;
+        let left = |((recording, prediction), offset): ((&Recording, &Prediction), &f64)| {
+            let torque = recording.torque.as_deref().unwrap_or_default();
+            torque.iter().zip(&prediction.torque).map(|(t, model)| t - offset - model).collect()
+        };
+        let residuals: Vec<Vec<f64>> = recordings.iter().zip(&predictions).zip(&fit.offsets).map(left).collect();
+        let gear = &fit.model.gear;
+        let rated = gear.rated_deflection_rad.unwrap_or(f64::NAN);
+        let total: usize = recordings.iter().map(Recording::len).sum();
+        let comparison_rows = if total <= COMPARED_ROWS { total } else { COMPARED_ROWS / recordings.len() };
+        let beginnings: Vec<Recording> = recordings.iter().map(|r| r.beginning(comparison_rows)).collect();
+        let options = FitOptions {
+            seed: fit.seed,
+            rated_deflection_rad: gear.rated_deflection_rad,
+            start: Some(fit.model.clone()),
+            ..FitOptions::default()
+        };
+        let size = |r: &Recording| {
+            let torque = r.torque.as_deref().unwrap_or_default();
+            let mean = torque.iter().sum::<f64>() / torque.len().max(1) as f64;
+            torque.iter().fold(0.0, |size: f64, t| size.max((t - mean).abs()))
+        };
+        let mut assessment = Self {
+            verdict: Judgement { grade: Grade::Good, sentence: String::new(), reasons: Vec::new() },
+            coverage: Coverage::of(recordings, gear.deflection_zero_rad, rated),
+            structure: structure(recordings, &residuals, fit.seed),
+            comparison: compare(&beginnings, &options, progress)?,
+            comparison_rows,
+            torque_peak: recordings.iter().map(size).fold(0.0, f64::max),
+            predictions,
+            residuals,
+        };
+        assessment.verdict = judge(fit, &assessment);
+        Ok(assessment)
+    }
+}
+
+/// Error held out, beside the peak torque, from which a fit is one to be careful with, and one to be left.
+const ERROR: (f64, f64) = (0.03, 0.10);
+/// Error held out beside that of the rows fitted, likewise.
+const OVERFIT: (f64, f64) = (1.25, 2.0);
+/// Part of ±A that has to be reached.
+const REACH: f64 = 0.8;
+/// Share of the residual's power that may repeat.
+const REPEATED: f64 = 0.1;
+
+/// Judges a fit.
+fn judge(fit: &Fit, evidence: &Assessment) -> Judgement {
+    let unit = fit.model.torque_unit.symbol();
+    let mut reasons = Vec::new();
+    let mut say = |grade: Grade, words: String| reasons.push(Reason { grade, words });
+    let relative = fit.heldout_rms / evidence.torque_peak;
+    let percent = |share: f64| format!("{:.2} %", 100.0 * share);
+    let error =
+        format!("the error held out is {:.3} {unit} rms, {} of the peak torque", fit.heldout_rms, percent(relative));
+    match relative {
+        r if r > ERROR.1 || r.is_nan() => say(Grade::Bad, error.clone()),
+        r if r > ERROR.0 => say(Grade::Caution, error.clone()),
+        _ => {}
+    }
+    let (rms, floor) = (fit.rms, 1e-9 * evidence.torque_peak);
+    if fit.heldout_rms > OVERFIT.0 * rms + floor {
+        let grade = if fit.heldout_rms > OVERFIT.1 * rms + floor { Grade::Bad } else { Grade::Caution };
+        let times = fit.heldout_rms / rms;
+        say(grade, format!("rows that took no part are predicted {times:.1} times worse than those fitted"));
+    }
+    let rated = evidence.coverage.rated_deflection_rad;
+    if let Some(Ok(params)) = fit.model.params(rated) {
+        let range = increasing_share(&params);
+        if range < 0.995 {
+            let grade = if range < 0.5 { Grade::Bad } else { Grade::Caution };
+            let words = match 100.0 * range {
+                r if r < 1.0 => {
+                    "the torque does not rise with the deflection on the rated cycle: there is no inverse".to_owned()
+                }
+                r => format!(
+                    "the torque stops rising with the deflection beyond {r:.0} % of the rated one: there is no inverse there"
+                ),
+            };
+            say(grade, words);
+        }
+    }
+    for p in fit.uncertainty.parameters.iter().filter(|p| p.at_bound) {
+        say(Grade::Caution, format!("{} is at its bound {}", p.name, p.value));
+    }
+    let reach = evidence.coverage.reach();
+    if reach < REACH {
+        let percent = 100.0 * reach;
+        say(
+            Grade::Caution,
+            format!(
+                "the recordings reach {percent:.0} % of the rated deflection on both sides, and nothing is known beyond"
+            ),
+        );
+    }
+    let vague = fit.uncertainty.parameters.iter().filter(|p| p.undetermined && p.sd.is_some() && !p.at_bound);
+    let vague: Vec<&str> = vague.map(|p| p.name).collect();
+    if !vague.is_empty() {
+        let (are, them) = if vague.len() == 1 { ("is", "it") } else { ("are", "them") };
+        let names = vague.join(", ");
+        say(
+            Grade::Caution,
+            format!(
+                "{names} {are} not determined by these recordings: within the strokes recorded that does no harm, beyond them do not rely on {them}"
+            ),
+        );
+    }
+    if let Some(structure) = evidence.structure.filter(|s| s.significant && s.share > REPEATED) {
+        let percent = 100.0 * structure.share;
+        say(
+            Grade::Caution,
+            format!(
+                "{percent:.0} % of what is left repeats at the same deflection and direction, so physics is left out: run gmhm diagnose"
+            ),
+        );
+    }
+    let better = evidence.comparison.iter().skip(1).min_by(|a, b| a.heldout_rms.total_cmp(&b.heldout_rms));
+    if let (Some(own), Some(best)) = (evidence.comparison.first(), better) {
+        if best.heldout_rms < 0.9 * own.heldout_rms {
+            let (name, ratio) = (&best.model, best.heldout_rms / own.heldout_rms);
+            say(Grade::Caution, format!("another model, {name}, predicts with {ratio:.2} times the error"));
+        }
+        let spring = evidence.comparison.iter().find(|r| r.model == "linear spring");
+        if spring.is_some_and(|s| s.heldout_rms < 1.02 * own.heldout_rms) {
+            say(Grade::Bad, "a linear spring predicts as well: these recordings show no hysteresis".to_owned());
+        }
+    }
+    if fit.stop == super::swarm::Stop::Evaluations {
+        say(Grade::Caution, "the search used up its evaluations before it settled".to_owned());
+    }
+    reasons.sort_by(|a, b| b.grade.cmp(&a.grade));
+    let grade = reasons.first().map_or(Grade::Good, |r| r.grade);
+    let sentence = match (grade, reasons.first()) {
+        (Grade::Bad, Some(reason)) => format!("Not good enough to flash: {}.", reason.words),
+        (Grade::Caution, Some(reason)) => format!("Good enough to flash, with care: {}.", reason.words),
+        _ => format!("Good enough to flash: {error}, and nothing in the recordings speaks against it."),
+    };
+    Judgement { grade, sentence, reasons }
+}
+
+/// The largest part r of ±A such that the torque of the rated cycle rises with the deflection for all abs(θ) ≤ r·A, in both directions.
+///
+/// In law `masing` the slope at a deflection is least on the rated cycle, so this bounds every path (MODEL.md section 3).
+fn increasing_share(params: &Params) -> f64 {
+    const STEPS: i32 = 4000;
+    let a = params.rated_deflection_rad();
+    let gear = Gear::<f64>::new(params);
+    let mut state = gear.start::<16>(0.0);
+    let place = |k: i32| a * f64::from(k) / f64::from(STEPS);
+    let up = 0..=STEPS;
+    let around = up.clone().chain((-STEPS..STEPS).rev()).chain(-STEPS + 1..=STEPS).chain((-STEPS..STEPS).rev());
+    let mut share: f64 = 1.0;
+    let mut last: Option<(f64, f64)> = None;
+    for (row, k) in around.enumerate() {
+        let theta = place(k);
+        // A period of a second: law `time` is judged at rest.
+        let torque = gear.step_after(&mut state, theta, 1.0).torque;
+        if let Some((before, torque_before)) = last
+            && row > 3 * STEPS as usize
+            && (torque - torque_before) * (theta - before) <= 0.0
+        {
+            share = share.min(theta.abs().min(before.abs()) / a);
+        }
+        last = Some((theta, torque));
+    }
+    share
+}
+
+/// What of a residual comes back at the same deflection and direction.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct Structure {
+    /// Share of the residual's power that its first half predicts of its second, by deflection and direction.
+    pub share: f64,
+    /// Whether noise does that less than once in a hundred times.
+    pub significant: bool,
+}
+
+/// Bins across the deflection.
+const BINS: usize = 32;
+/// Blocks of the second half whose signs are drawn.
+const BLOCKS: usize = 16;
+/// Draws.
+const DRAWS: usize = 199;
+
+/// Looks for what repeats in a residual: the mean of each bin of deflection and direction in the first half of each recording, times that in the second. Noise,
+/// however coloured, is as often of the other sign, which random signs of blocks show.
+pub fn structure(recordings: &[Recording], residuals: &[Vec<f64>], seed: u64) -> Option<Structure> {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let mut power = 0.0;
+    // Product of the bin means of the first half with the sums of each block of the second.
+    let mut blocks: Vec<f64> = Vec::new();
+    for (recording, residual) in recordings.iter().zip(residuals) {
+        let theta = recording.deflection_rad.as_deref()?;
+        let rows = theta.len().min(residual.len());
+        let fold = |(low, high): (f64, f64), x: &f64| (low.min(*x), high.max(*x));
+        let (low, high) = theta[..rows].iter().fold((f64::INFINITY, f64::NEG_INFINITY), fold);
+        if rows < 8 * BINS || high <= low {
+            continue;
+        }
+        let mut rising = true;
+        let bins: Vec<usize> = (0..rows)
+            .map(|row| {
+                let before = theta[row.saturating_sub(1)];
+                rising = if theta[row] == before { rising } else { theta[row] > before };
+                let place = (theta[row] - low) / (high - low) * BINS as f64;
+                2 * (place as usize).min(BINS - 1) + usize::from(rising)
+            })
+            .collect();
+        let half = rows / 2;
+        let mut means = [(0.0, 0.0); 2 * BINS];
+        for row in 0..half {
+            means[bins[row]].0 += residual[row];
+            means[bins[row]].1 += 1.0;
+        }
+        let mean = |bin: usize| if means[bin].1 >= 4.0 { means[bin].0 / means[bin].1 } else { 0.0 };
+        for block in 0..BLOCKS {
+            let range = half + (rows - half) * block / BLOCKS..half + (rows - half) * (block + 1) / BLOCKS;
+            blocks.push(range.map(|row| mean(bins[row]) * residual[row]).sum());
+        }
+        power += residual[half..rows].iter().map(|r| r * r).sum::<f64>();
+    }
+    if power <= 0.0 {
+        return None;
+    }
+    let share = blocks.iter().sum::<f64>() / power;
+    let drawn =
+        |random: &mut ChaCha8Rng| blocks.iter().map(|b| if random.random() { *b } else { -b }).sum::<f64>() / power;
+    let above = (0..DRAWS).filter(|_| drawn(&mut random) >= share).count();
+    Some(Structure { share, significant: (above + 1) as f64 / (DRAWS + 1) as f64 <= 0.01 })
+}

@@ -1,0 +1,371 @@
+//! The report of a fit: good enough to flash or not, and why.
+
+use super::figures::{self, symbol};
+use super::number::number;
+use super::page::{Page, Provenance, Section, Table, TableRow, Tone, Verdict};
+use super::plot::{Drawing, Role};
+use crate::estimate::judge::{Assessment, Grade, Judgement};
+use crate::estimate::swarm::Stop;
+use crate::estimate::uncertainty::Estimated;
+use crate::estimate::{Fit, Method};
+use crate::recording::{Recording, TorqueUnit};
+
+/// The page of a fit of these recordings, whose deflection has been derived.
+pub fn page(fit: &Fit, assessment: &Assessment, recordings: &[Recording], provenance: Provenance) -> Page {
+    let rows = Joined::new(fit, assessment, recordings);
+    let unit = fit.model.torque_unit;
+    Page {
+        title: format!("Fit of {}", fit.model.name),
+        verdict: verdict(&assessment.verdict),
+        sections: vec![
+            the_loop(&rows, &fit.model.name, unit),
+            left_over(fit, assessment, &rows, unit),
+            parameters(fit),
+            exercised(assessment),
+            structures(fit, unit),
+            comparison(assessment, recordings, unit),
+            search(fit),
+        ],
+        provenance,
+    }
+}
+
+/// A judgement as the head of a page.
+pub fn verdict(judgement: &Judgement) -> Verdict {
+    let tone = match judgement.grade {
+        Grade::Good => Tone::Good,
+        Grade::Caution => Tone::Caution,
+        Grade::Bad => Tone::Bad,
+    };
+    // The sentence holds the first reason.
+    let reasons = judgement.reasons.iter().skip(1).map(|reason| capitalised(&reason.words) + ".").collect();
+    Verdict { tone, sentence: judgement.sentence.clone(), reasons }
+}
+
+fn capitalised(words: &str) -> String {
+    // Names of parameters stay as they are.
+    if words.split(' ').next().is_some_and(|first| first.contains('_')) {
+        return words.to_owned();
+    }
+    let mut letters = words.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
+/// All recordings one after the other.
+struct Joined {
+    time_s: Vec<f64>,
+    deflection_rad: Vec<f64>,
+    measured: Vec<f64>,
+    modelled: Vec<f64>,
+    elastic: Vec<f64>,
+    hysteresis: Vec<f64>,
+    residual: Vec<f64>,
+    unsettled_s: Vec<(f64, f64)>,
+    recordings: usize,
+}
+
+impl Joined {
+    fn new(fit: &Fit, assessment: &Assessment, recordings: &[Recording]) -> Self {
+        let mut all = Self {
+            time_s: Vec::new(),
+            deflection_rad: Vec::new(),
+            measured: Vec::new(),
+            modelled: Vec::new(),
+            elastic: Vec::new(),
+            hysteresis: Vec::new(),
+            residual: Vec::new(),
+            unsettled_s: Vec::new(),
+            recordings: recordings.len(),
+        };
+        for (index, recording) in recordings.iter().enumerate() {
+            let first = recording.time_s.first().copied().unwrap_or(0.0);
+            let begin = all.time_s.last().copied().unwrap_or(0.0);
+            let unsettled = fit.unsettled_rows[index];
+            if unsettled > 0 {
+                all.unsettled_s.push((begin, begin + recording.time_s[unsettled] - first));
+            }
+            let prediction = &assessment.predictions[index];
+            all.time_s.extend(recording.time_s.iter().map(|t| begin + t - first));
+            all.deflection_rad.extend(recording.deflection_rad.as_deref().unwrap_or_default());
+            all.measured.extend(recording.torque.as_deref().unwrap_or_default().iter().map(|t| t - fit.offsets[index]));
+            all.modelled.extend(&prediction.torque);
+            all.elastic.extend(&prediction.elastic);
+            all.hysteresis.extend(&prediction.hysteresis);
+            all.residual.extend(&assessment.residuals[index]);
+        }
+        all
+    }
+
+    fn loop_figure(&self, name: &str, unit: TorqueUnit) -> Drawing {
+        let model = [("model, from rest", Role::Model, &self.modelled[..])];
+        let title = format!("Hysteresis loop: {name}");
+        figures::hysteresis_loop(&title, &self.deflection_rad, &self.measured, &model, unit)
+    }
+}
+
+/// The loop of all recordings, without their offsets, with the model's prediction, which starts each of them from rest.
+pub fn loop_figure(fit: &Fit, assessment: &Assessment, recordings: &[Recording]) -> Drawing {
+    Joined::new(fit, assessment, recordings).loop_figure(&fit.model.name, fit.model.torque_unit)
+}
+
+fn the_loop(rows: &Joined, name: &str, unit: TorqueUnit) -> Section {
+    Section::new("The loop").figures([
+        (
+            rows.loop_figure(name, unit),
+            "Grey: recording, its constant offset taken off. Blue: the model, which never reads the recorded torque. It starts with an empty memory.".into(),
+        ),
+        (
+            figures::decomposition("Elastic and hysteresis torque", &rows.deflection_rad, &rows.elastic, &rows.hysteresis, unit),
+            "The two parts of the model: what the spring gives back, and what depends on the way there.".into(),
+        ),
+    ])
+}
+
+fn left_over(fit: &Fit, assessment: &Assessment, rows: &Joined, unit: TorqueUnit) -> Section {
+    let symbol = unit.symbol();
+    let time = match rows.recordings {
+        1 => "Time from the first row.".to_owned(),
+        n => format!("The {n} recordings one after the other."),
+    };
+    let shaded = if rows.unsettled_s.is_empty() {
+        ""
+    } else {
+        " Shaded: rows before the loop has settled, which the fit leaves out because the past of the gear is unknown."
+    };
+    let structure = match assessment.structure {
+        Some(s) if s.significant => format!(
+            "{:.0} % of its power repeats from the first half to the second at the same deflection and direction: not noise.",
+            100.0 * s.share
+        ),
+        Some(_) => "Nothing in it repeats at the same deflection and direction beyond chance.".to_owned(),
+        None => "The recordings are too short to tell whether it repeats.".to_owned(),
+    };
+    let over = [("", Role::Model, &rows.residual[..])];
+    let errors = Table {
+        caption: "Training beside held-out error".into(),
+        head: vec!["rows".into(), format!("rms in {symbol}"), "of the peak torque".into()],
+        rows: [("fitted", fit.rms), ("in blocks held out", fit.heldout_rms)]
+            .map(|(name, rms)| {
+                let share = format!("{:.2} %", 100.0 * rms / assessment.torque_peak);
+                TableRow::new([name.to_owned(), number(rms, 4), share])
+            })
+            .into(),
+    };
+    Section::new("What is left")
+        .table(errors)
+        .figures([
+            (
+                figures::residual_over_time("Residual over time", &rows.time_s, &over, &rows.unsettled_s, unit),
+                time + shaded,
+            ),
+            (
+                figures::residual_by_direction("Residual over deflection", &rows.deflection_rad, &rows.residual, unit),
+                format!("Apart by the direction of the deflection. {structure}"),
+            ),
+        ])
+        .table(noise(fit, unit))
+}
+
+fn noise(fit: &Fit, unit: TorqueUnit) -> Table {
+    let symbol = unit.symbol();
+    let rows = fit.noise.iter().enumerate().map(|(index, noise)| {
+        let colour = match noise.coefficients.len() {
+            0 => "white".to_owned(),
+            order => format!("coloured, AR({order})"),
+        };
+        let step = |step: Option<f64>| step.map_or("–".to_owned(), |s| number(s, 3));
+        TableRow::new([
+            (index + 1).to_string(),
+            number(fit.offsets[index], 4),
+            colour,
+            number(noise.innovation_sd, 3),
+            noise.outliers.to_string(),
+            fit.unsettled_rows[index].to_string(),
+            step(noise.torque_step_nm),
+            step(noise.deflection_step_rad),
+        ])
+    });
+    Table {
+        caption: "Each recording: the constant offset, the noise and the standard deviation of its innovations, rows that do not count, and steps where a column is quantised".into(),
+        head: vec![
+            "recording".into(),
+            format!("offset in {symbol}"),
+            "noise".into(),
+            format!("its sd in {symbol}"),
+            "outliers in rows".into(),
+            "unsettled start in rows".into(),
+            format!("torque step in {symbol}"),
+            "deflection step in rad".into(),
+        ],
+        rows: rows.collect(),
+    }
+}
+
+fn parameters(fit: &Fit) -> Section {
+    let row = |p: &Estimated| {
+        let (value, sd, interval) = match p.sd {
+            Some(sd) => {
+                let digits = ((p.value.abs() / sd).log10().ceil().max(0.0) as usize + 2).clamp(2, 8);
+                let ends = [p.value - 2.0 * sd, p.value + 2.0 * sd].map(|v| number(v, digits));
+                (number(p.value, digits), number(sd, 2), format!("{} … {}", ends[0], ends[1]))
+            }
+            None => (number(p.value, 6), "–".to_owned(), "–".to_owned()),
+        };
+        let flag = match p {
+            _ if p.at_bound => "at its bound",
+            _ if p.undetermined && p.sd.is_none() => "not determined by itself",
+            _ if p.undetermined => "undetermined",
+            _ => "",
+        };
+        TableRow::new([p.name.to_owned(), value, sd, interval, p.unit.to_owned(), flag.to_owned()])
+            .flagged(!flag.is_empty())
+    };
+    let table = Table {
+        caption:
+            "Values with standard deviations under the noise found; intervals of ± 2 standard deviations, about 95 %"
+                .into(),
+        head: ["parameter", "value", "standard deviation", "interval", "unit", ""].map(Into::into).into(),
+        rows: fit.uncertainty.parameters.iter().map(row).collect(),
+    };
+    let mut notes: Vec<(Vec<&str>, &str)> = Vec::new();
+    for p in &fit.uncertainty.parameters {
+        let Some(note) = p.note.as_deref() else { continue };
+        match notes.iter_mut().find(|(_, known)| *known == note) {
+            Some((names, _)) => names.push(symbol(p.name)),
+            None => notes.push((vec![symbol(p.name)], note)),
+        }
+    }
+    let notes = notes.into_iter().map(|(names, note)| format!("{}: {note}", names.join(", ")));
+    let section = Section::new("Parameters").table(table).notes(notes);
+    if fit.uncertainty.correlation.len() < 2 {
+        return section;
+    }
+    section.figure(
+        figures::correlation(&fit.uncertainty.correlated, &fit.uncertainty.correlation),
+        "Near ±1 the recordings fix a combination of two parameters better than each of them. Parameters without a standard deviation have no correlation.",
+    )
+}
+
+fn exercised(assessment: &Assessment) -> Section {
+    let coverage = &assessment.coverage;
+    let mrad = |x: f64| number(1e3 * x, 4);
+    let (low, high) = coverage.deflection_rad;
+    let lines = [
+        ("rated deflection A", mrad(coverage.rated_deflection_rad), "mrad"),
+        ("lowest deflection", mrad(low), "mrad"),
+        ("highest deflection", mrad(high), "mrad"),
+        ("reached on both sides", format!("{:.0}", 100.0 * coverage.reach()), "% of A"),
+        ("strokes between reversals", coverage.strokes.to_string(), ""),
+        ("reversals inside the extremes", coverage.inner_reversals.to_string(), ""),
+        ("median rate of the deflection", mrad(coverage.rate_rad_per_s.0), "mrad/s"),
+        ("95th percentile of the rate", mrad(coverage.rate_rad_per_s.1), "mrad/s"),
+    ];
+    let table = Table {
+        caption: String::new(),
+        head: ["", "value", "unit"].map(Into::into).into(),
+        rows: lines.map(|(name, value, unit)| TableRow::new([name.to_owned(), value, unit.to_owned()])).into(),
+    };
+    let mut notes = Vec::new();
+    if coverage.inner_reversals == 0 {
+        notes.push("No reversal lies inside the extremes: how the gear behaves on minor loops is the law's word, not the recordings'.".to_owned());
+    }
+    Section::new("What the recordings exercise")
+        .figure(figures::coverage(coverage), "The model is good where there is colour; elsewhere it extrapolates.")
+        .table(table)
+        .notes(notes)
+}
+
+fn structures(fit: &Fit, unit: TorqueUnit) -> Section {
+    let row = |c: &crate::estimate::select::Candidate| {
+        let word = match (c.chosen, c.tied) {
+            (true, _) => "chosen",
+            (false, true) => "predicts as well",
+            _ => "",
+        };
+        TableRow::new([
+            c.name.clone(),
+            c.parameters.to_string(),
+            number(c.rms, 4),
+            number(c.heldout_rms, 4),
+            word.to_owned(),
+        ])
+        .chosen(c.chosen)
+    };
+    let symbol = unit.symbol();
+    let words = match fit.selection.len() {
+        1 => "The law was given.".to_owned(),
+        n => format!(
+            "Of {n} structures the one that predicts rows held out best is chosen; of those that these recordings cannot tell from it, the simplest. {} rows were looked at.",
+            fit.selection_rows
+        ),
+    };
+    Section::new("Law, kernel, gate, play").text(words).table(Table {
+        caption: String::new(),
+        head: vec![
+            "structure".into(),
+            "parameters".into(),
+            format!("rms fitted in {symbol}"),
+            format!("rms held out in {symbol}"),
+            String::new(),
+        ],
+        rows: fit.selection.iter().map(row).collect(),
+    })
+}
+
+fn comparison(assessment: &Assessment, recordings: &[Recording], unit: TorqueUnit) -> Section {
+    let total: usize = recordings.iter().map(Recording::len).sum();
+    let rows = if assessment.comparison_rows < total {
+        format!(" The first {} rows of each recording were used.", assessment.comparison_rows)
+    } else {
+        String::new()
+    };
+    Section::new("Beside other models")
+        .figure(
+            figures::comparison(&assessment.comparison, unit),
+            format!("Every model is fitted to the same rows by the same estimator.{rows}"),
+        )
+        .table(comparison_table(&assessment.comparison, unit))
+}
+
+/// The comparison of models as a table.
+pub fn comparison_table(lines: &[crate::estimate::rivals::Comparison], unit: TorqueUnit) -> Table {
+    let symbol = unit.symbol();
+    let row = |(index, line): (usize, &crate::estimate::rivals::Comparison)| {
+        TableRow::new([
+            line.model.clone(),
+            line.parameters.to_string(),
+            number(line.rms, 4),
+            number(line.heldout_rms, 4),
+            line.unseen_recording_rms.map_or("–".to_owned(), |rms| number(rms, 4)),
+        ])
+        .chosen(index == 0)
+    };
+    Table {
+        caption: String::new(),
+        head: vec![
+            "model".into(),
+            "parameters".into(),
+            format!("rms fitted in {symbol}"),
+            format!("rms held out in {symbol}"),
+            format!("rms in a recording not seen in {symbol}"),
+        ],
+        rows: lines.iter().enumerate().map(row).collect(),
+    }
+}
+
+fn search(fit: &Fit) -> Section {
+    let stop = match fit.stop {
+        Stop::Exact => "nothing was left to search: all parameters are linear and one factorisation gives the optimum",
+        Stop::Converged => "further steps change nothing that matters",
+        Stop::Evaluations => "the evaluations were used up",
+        Stop::Cancelled => "it was cancelled",
+    };
+    let method = match fit.method {
+        Method::Auto => {
+            "Linear parameters were eliminated exactly, the others searched by a seeded swarm and polished."
+        }
+        Method::Pso => "The paper's particle swarm over all six parameters.",
+    };
+    Section::new("How it was found")
+        .text(format!("{method} The search stopped because {stop}. {} passes over the recordings.", fit.evaluations))
+}

@@ -1,0 +1,149 @@
+//! `gmhm fit --report`, and what it says of a fit.
+
+mod browser;
+mod common;
+mod gears;
+
+use browser::{assert_self_contained, screenshot};
+use common::WorkDir;
+use gears::{Path, cycle, published, record};
+use gmhm::Elastic;
+use gmhm_tools::estimate::judge::{Assessment, Grade, structure};
+use gmhm_tools::estimate::{Fit, FitOptions, fit};
+use gmhm_tools::recording::Recording;
+use gmhm_tools::report::fit::page;
+use gmhm_tools::report::page::Provenance;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+const A: f64 = 1.168e-3;
+
+fn assessed(recordings: &[Recording], rated_rad: f64) -> (Fit, Assessment) {
+    let options = FitOptions { rated_deflection_rad: Some(rated_rad), ..FitOptions::default() };
+    let fit = fit(recordings, &options, &()).unwrap();
+    let assessment = Assessment::of(&fit, recordings, &()).unwrap();
+    (fit, assessment)
+}
+
+fn gear(rows: usize, cycles: f64, noise_nm: f64) -> Recording {
+    let (elastic, memory) = published();
+    record(A, elastic, memory, &Path { theta: cycle(A, rows, cycles), period_s: 1e-2 }, noise_nm, 5)
+}
+
+fn says(assessment: &Assessment, grade: Grade, words: &str) {
+    let verdict = &assessment.verdict;
+    assert!(verdict.reasons.iter().any(|r| r.grade == grade && r.words.contains(words)), "{words}: {verdict:#?}");
+    assert!(verdict.grade >= grade);
+}
+
+#[test]
+fn a_gear_of_the_law_is_good_enough() {
+    let (_, assessment) = assessed(&[gear(4000, 4.0, 0.1)], A);
+    assert_eq!(assessment.verdict.grade, Grade::Good, "{:#?}", assessment.verdict);
+    assert!(assessment.verdict.sentence.starts_with("Good enough to flash: the error held out is 0."));
+}
+
+#[test]
+fn physics_left_out_is_seen_as_what_repeats() {
+    let mut recording = gear(4000, 4.0, 0.1);
+    let theta = recording.deflection_rad.clone().unwrap();
+    for (torque, theta) in recording.torque.as_mut().unwrap().iter_mut().zip(&theta) {
+        *torque += 0.4 * (40.0 * theta / A).sin();
+    }
+    let (_, assessment) = assessed(&[recording], A);
+    says(&assessment, Grade::Caution, "repeats at the same deflection and direction");
+}
+
+#[test]
+fn noise_repeats_nothing_however_slow() {
+    let motion = gear(4000, 4.0, 0.0);
+    let false_alarms = (0..200).filter(|seed| {
+        let mut random = ChaCha8Rng::seed_from_u64(*seed);
+        let mut drift = 0.0;
+        let residual: Vec<f64> = (0..4000)
+            .map(|_| {
+                let shock: f64 = StandardNormal.sample(&mut random);
+                drift = 0.98 * drift + shock;
+                drift
+            })
+            .collect();
+        structure(std::slice::from_ref(&motion), &[residual], *seed).unwrap().significant
+    });
+    // One in a hundred is meant; seven of two hundred would be met once in a thousand runs.
+    let count = false_alarms.count();
+    assert!(count <= 7, "{count} of 200");
+}
+
+#[test]
+fn short_strokes_a_spring_and_noise_are_told() {
+    let (elastic, memory) = published();
+    let short = record(A, elastic, memory, &Path { theta: cycle(0.5 * A, 2000, 3.0), period_s: 1e-2 }, 0.05, 5);
+    says(&assessed(&[short], A).1, Grade::Caution, "reach 50 % of the rated deflection");
+
+    let spring = Elastic { c1_nm_per_rad: 2e4, c2_nm_per_rad3: 0.0, c3_nm_per_rad5: 0.0 };
+    let none = gmhm::Memory { alpha: 0.0, ..memory };
+    let path = Path { theta: cycle(A, 2000, 3.0), period_s: 1e-2 };
+    says(&assessed(&[record(A, spring, none, &path, 0.1, 5)], A).1, Grade::Bad, "show no hysteresis");
+
+    says(&assessed(&[gear(2000, 3.0, 6.0)], A).1, Grade::Bad, "of the peak torque");
+}
+
+#[test]
+fn the_report_of_a_million_rows_is_small() {
+    let recording = gear(1_000_000, 300.0, 0.1);
+    let options = FitOptions { rated_deflection_rad: Some(A), ..FitOptions::default() };
+    let fit = fit(&[recording.beginning(6000)], &options, &()).unwrap();
+    let recordings = [recording];
+    let assessment = Assessment::of(&fit, &recordings, &()).unwrap();
+    let html = page(&fit, &assessment, &recordings, Provenance::default()).to_html();
+    assert_self_contained(&html);
+    assert!(html.contains("The first 20000 rows of each recording"));
+}
+
+#[test]
+fn the_command_writes_a_page_that_a_browser_shows() {
+    let dir = WorkDir::new();
+    dir.succeed("demo --out demo");
+    let done = dir.succeed("fit demo/recording.csv -o gear.toml --json fit.json --report fit.html --seed 4");
+    let html = dir.read("fit.html");
+    assert_self_contained(&html);
+    let json: serde_json::Value = serde_json::from_str(&dir.read("fit.json")).unwrap();
+    let sentence = json["verdict"]["sentence"].as_str().unwrap();
+    assert!(done.stdout.starts_with(sentence) && html.contains(sentence), "{sentence}");
+    assert!(html.find(sentence).unwrap() < html.find("Hysteresis loop").unwrap(), "the verdict comes first");
+    let bytes = std::fs::read(dir.path("demo/recording.csv")).unwrap();
+    let hash = {
+        use sha2::Digest;
+        sha2::Sha256::digest(&bytes).iter().map(|b| format!("{b:02x}")).collect::<String>()
+    };
+    for part in [
+        hash.as_str(),
+        "gmhm fit demo/recording.csv -o gear.toml",
+        "<dd>4</dd>",
+        "torsional deflection θ in mrad",
+        "torque T in N·m",
+        "recording minus model in N·m",
+        "time in s",
+        "correlation of the estimates",
+        "rms held out in N·m",
+        "in blocks held out",
+        "N·m/rad⁵",
+        "not determined by itself",
+        "deflection rate in mrad/s",
+        "Maxwell slip, 16 elements",
+        "The search stopped because",
+    ] {
+        assert!(html.contains(part), "{part}");
+    }
+    let path = dir.path("fit.html");
+    let (Some(light), Some(dark)) = (screenshot(&path, false), screenshot(&path, true)) else { return };
+    assert!(light.brightness() > 200.0 && dark.brightness() < 60.0, "{} {}", light.brightness(), dark.brightness());
+}
+
+#[test]
+fn a_report_that_cannot_appear_is_refused_before_the_work() {
+    let dir = WorkDir::new();
+    dir.succeed("demo --out demo");
+    dir.refuse("fit demo/recording.csv -o gear.toml --report no/such/fit.html", &["no/such", "does not exist"]);
+}
