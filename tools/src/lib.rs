@@ -1,12 +1,13 @@
 //! The host side of `gmhm`: recordings in, models out.
 //!
-//! Data flows one way: [`recording`] → [`estimate`] / `discover` → [`model`] file → parameter block → drive.
+//! Data flows one way: [`recording`] → [`estimate`] / [`discover`] → [`model`] file → parameter block → drive.
 //! Every equation of the gear is evaluated by the core crate [`gmhm`] in `f64`; nothing here writes one again.
 
 pub mod bench;
 pub mod cli;
 pub mod demo;
 pub mod diagnosis;
+pub mod discover;
 pub mod estimate;
 pub mod model;
 pub mod output;

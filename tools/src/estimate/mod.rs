@@ -29,7 +29,7 @@ pub mod factors;
 pub mod judge;
 pub mod noise;
 pub mod polish;
-mod prepare;
+pub(crate) mod prepare;
 pub mod problem;
 pub mod pso;
 mod refine;
@@ -396,7 +396,7 @@ pub(crate) struct Start {
 }
 
 /// Leaves out the rows before the loop has settled, unless a start from rest, or from a branch of the rated cycle, explains them.
-fn decide_start(rows: &mut [Rows<'_>], rated_deflection_rad: f64) -> Result<Start, EstimateError> {
+pub(crate) fn decide_start(rows: &mut [Rows<'_>], rated_deflection_rad: f64) -> Result<Start, EstimateError> {
     let settled: Vec<usize> = rows
         .iter()
         .map(|r| {

@@ -58,7 +58,7 @@ fn deflection<'a>(recording: &'a Recording, gear: &GearSection) -> Result<Cow<'a
 }
 
 /// All rows count; where time jumps, a new run of noise begins.
-fn gaps(time_s: &[f64]) -> Vec<Mark> {
+pub fn gaps(time_s: &[f64]) -> Vec<Mark> {
     let mut periods: Vec<f64> = time_s.windows(2).take(10_001).map(|w| w[1] - w[0]).collect();
     let middle = periods.len() / 2;
     let usual = if periods.is_empty() { 0.0 } else { *periods.select_nth_unstable_by(middle, f64::total_cmp).1 };

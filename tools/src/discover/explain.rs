@@ -1,0 +1,161 @@
+//! What explains best what a fitted model leaves: every kind of the library, refitted together with the model, its shapes polished.
+
+use rayon::prelude::*;
+
+use super::DiscoverError;
+use super::fit::Fitted;
+use super::least_squares::Basis;
+use super::library::{self, Proposal};
+use super::subject::Subject;
+use crate::estimate::noise::Noise;
+
+/// A kind that was tried, at its best.
+pub struct Alternative {
+    /// Its kind.
+    pub kind: &'static str,
+    /// The term of the model that it adds an element to.
+    pub extends: Option<usize>,
+    /// The model with it, refitted.
+    pub fit: Fitted,
+    /// By how much it lowers −2 ln L.
+    pub gain: f64,
+    /// How many numbers it adds.
+    pub parameters: usize,
+    /// Whether shapes and all were polished; else the gain is that of the grid.
+    pub polished: bool,
+}
+
+/// How the search is done.
+#[derive(Clone, Copy)]
+pub struct Search<'r> {
+    /// Kinds that may not be used.
+    pub removed: &'r [String],
+    /// Terms of the model handed in.
+    pub base_terms: usize,
+}
+
+/// A proposal on the grid, with its own noise.
+struct Tried<'p> {
+    proposal: &'p Proposal,
+    weights: Vec<f64>,
+    noise: Vec<Noise>,
+    gain: f64,
+}
+
+/// Kinds whose gain on the grid is below this share of the best are not polished, unless they are near.
+const WORTH_POLISHING: f64 = 0.35;
+/// A gain of the deviance that is always near.
+const NEAR: f64 = 60.0;
+
+impl Subject<'_> {
+    /// Every kind at its best beside a fitted model, the best first. Gains below `least` are left out, and nothing is polished if all are.
+    ///
+    /// # Errors
+    /// A model that cannot be evaluated.
+    pub fn explain(&self, fit: &Fitted, search: Search<'_>, least: f64) -> Result<Vec<Alternative>, DiscoverError> {
+        let evaluations = self.evaluate(&fit.model)?;
+        let proposals = library::proposals(self, &evaluations, fit, search.removed);
+        drop(evaluations);
+        let mut tried = self.screen(fit, &proposals);
+        tried.retain(|t| t.gain > least);
+        let Some(best) = tried.iter().map(|t| t.gain).max_by(f64::total_cmp) else { return Ok(Vec::new()) };
+        let polish = |tried: &Tried<'_>| -> Option<Alternative> {
+            let proposal = tried.proposal;
+            let start = proposal.applied(&fit.model, &tried.weights);
+            let near = tried.gain > WORTH_POLISHING * best || tried.gain > best - NEAR;
+            let places = self.places(&start, search.base_terms);
+            let steps = if near { 6 } else { 1 };
+            let polished = self.fit(&start, &places, Some(&tried.noise), steps).ok()?;
+            if !proposal.accepts_fitted(&polished.model) {
+                return None;
+            }
+            let mut gain = fit.minus_two_log_likelihood - polished.minus_two_log_likelihood;
+            if proposal.info.name == "time_skew" {
+                gain -= self.smoothing_gain(fit, &polished, &places).max(0.0);
+            }
+            Some(Alternative {
+                kind: proposal.info.name,
+                extends: proposal.extends,
+                fit: polished,
+                gain,
+                parameters: proposal.parameters(),
+                polished: near,
+            })
+        };
+        let mut found: Vec<Alternative> = tried.par_iter().filter_map(polish).collect();
+        found.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        let mut kinds: Vec<(&str, Option<usize>)> = Vec::new();
+        found.retain(|a| {
+            let known = kinds.contains(&(a.kind, a.extends));
+            kinds.push((a.kind, a.extends));
+            !known
+        });
+        Ok(found)
+    }
+
+    /// What a delay gains by smoothing the model's own noise, not by being late: the gain of the opposite delay.
+    fn smoothing_gain(&self, fit: &Fitted, delayed: &Fitted, places: &[super::parameters::Place]) -> f64 {
+        let is_delay = |place: &&super::parameters::Place| {
+            matches!(place, super::parameters::Place::Term { key, .. } if key.name == "delay_s")
+        };
+        let Some(&delay) = places.iter().find(is_delay) else { return 0.0 };
+        let mut opposite = delayed.model.clone();
+        let late = super::parameters::value(&opposite, delay);
+        super::parameters::put(&mut opposite, delay, -late);
+        let others: Vec<_> = places.iter().copied().filter(|p| *p != delay).collect();
+        let opposite = self.fit(&opposite, &others, Some(&delayed.noise), 2);
+        opposite.map_or(0.0, |o| fit.minus_two_log_likelihood - o.minus_two_log_likelihood)
+    }
+
+    /// The best of each kind on the grid.
+    fn screen<'p>(&self, fit: &Fitted, proposals: &'p [Proposal]) -> Vec<Tried<'p>> {
+        let layout = self.layout();
+        let plain: Vec<Noise> = self.spans.iter().map(|_| Noise::unit()).collect();
+        let mut chosen: Vec<usize> = Vec::new();
+        for (noise, most) in [(&fit.noise, 2), (&plain, 1)] {
+            let mut basis = Basis::new();
+            for column in &fit.columns {
+                basis.add(&layout.whiten(noise, column));
+            }
+            let mut y = layout.whiten(noise, &fit.residual);
+            basis.reduce(&mut y);
+            let gain = |proposal: &Proposal| {
+                let white: Vec<Vec<f64>> = proposal.columns.iter().map(|c| layout.whiten(noise, c)).collect();
+                basis.gain(&white, &y).0
+            };
+            let gains: Vec<f64> = proposals.par_iter().map(gain).collect();
+            let mut order: Vec<usize> = (0..proposals.len()).collect();
+            order.sort_by(|&a, &b| gains[b].total_cmp(&gains[a]));
+            let mut taken: Vec<(&str, Option<usize>)> = Vec::new();
+            for i in order {
+                let key = (proposals[i].info.name, proposals[i].extends);
+                if taken.iter().filter(|k| **k == key).count() < most {
+                    taken.push(key);
+                    if !chosen.contains(&i) {
+                        chosen.push(i);
+                    }
+                }
+            }
+        }
+        let base: Vec<&[f64]> = fit.columns.iter().map(Vec::as_slice).collect();
+        let profile = |&i: &usize| -> Option<Tried<'p>> {
+            let proposal = &proposals[i];
+            let mut columns = base.clone();
+            columns.extend(proposal.columns.iter().map(Vec::as_slice));
+            let profile = layout.profile(&columns, &fit.residual, &fit.noise, 3);
+            let weights = profile.coefficients[base.len()..].to_vec();
+            let gain = fit.minus_two_log_likelihood - profile.minus_two_log_likelihood;
+            proposal.accepts(&weights).then_some(Tried { proposal, weights, noise: profile.noise, gain })
+        };
+        let mut tried: Vec<Tried<'p>> = chosen.par_iter().filter_map(profile).collect();
+        tried.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        let mut counts: Vec<(&str, Option<usize>)> = Vec::new();
+        tried.retain(|t| {
+            let key = (t.proposal.info.name, t.proposal.extends);
+            let first = !counts.contains(&key);
+            counts.push(key);
+            first
+        });
+        tried
+    }
+}

@@ -1,0 +1,233 @@
+//! A model fitted to the subject: gear and terms together, by Gauss and Newton, against noise whose colour is fitted in turn.
+//!
+//! Every derivative is a difference of the whole chain of the core (deflection terms, turning points, delays), so nothing is linearised but the step.
+
+use gmhm::Law;
+use gmhm::terms::{Domain, Role};
+use rayon::prelude::*;
+
+use super::DiscoverError;
+use super::least_squares::{Layout, normal_matrix, pseudo_inverse, solve_damped};
+use super::parameters::{self, Place};
+use super::subject::Subject;
+use crate::estimate::noise::Noise;
+use crate::model::Model;
+use crate::physics::PredictError;
+
+/// A model fitted to the subject, and what the next step needs of it.
+#[derive(Clone)]
+pub struct Fitted {
+    /// The model.
+    pub model: Model,
+    /// Its free numbers.
+    pub places: Vec<Place>,
+    /// Target less model less offset.
+    pub residual: Vec<f64>,
+    /// The change of the torque with each free number, then with the offset of each recording.
+    pub columns: Vec<Vec<f64>>,
+    /// The noise of each recording.
+    pub noise: Vec<Noise>,
+    /// −2 ln L, without constants.
+    pub minus_two_log_likelihood: f64,
+}
+
+impl Subject<'_> {
+    /// Marks and spans.
+    pub fn layout(&self) -> Layout<'_> {
+        Layout { spans: &self.spans, marks: &self.marks }
+    }
+
+    /// The free numbers of a model.
+    pub fn places(&self, model: &Model, base_terms: usize) -> Vec<Place> {
+        let mut places = if self.free_base { parameters::of_gear(model) } else { Vec::new() };
+        let first = if self.free_base { 0 } else { base_terms };
+        places.extend((first..model.terms.len()).flat_map(|term| parameters::of_term(model, term)));
+        places
+    }
+
+    /// The change of the torque with each place, then with the offset of each recording.
+    fn derivatives(&self, model: &Model, places: &[Place], total: &[f64]) -> Result<Vec<Vec<f64>>, PredictError> {
+        let one = |place: &Place| -> Result<Vec<f64>, PredictError> {
+            let at = |value: f64| {
+                let mut moved = model.clone();
+                parameters::put(&mut moved, *place, value);
+                self.total(&moved)
+            };
+            let (low, high) = parameters::sides(model, *place);
+            if is_linear(model, *place) {
+                let span = high - parameters::value(model, *place);
+                return Ok(at(high)?.iter().zip(total).map(|(a, b)| (a - b) / span).collect());
+            }
+            let (above, below) = (at(high)?, at(low)?);
+            Ok(above.iter().zip(&below).map(|(a, b)| (a - b) / (high - low)).collect())
+        };
+        let mut columns: Vec<Vec<f64>> = places.par_iter().map(one).collect::<Result<_, _>>()?;
+        for span in &self.spans {
+            let mut ones = vec![0.0; self.len()];
+            ones[span.clone()].fill(1.0);
+            columns.push(ones);
+        }
+        Ok(columns)
+    }
+
+    /// Target less total, each recording about its own mean.
+    fn centred(&self, total: &[f64]) -> Vec<f64> {
+        let mut residual: Vec<f64> = self.target.iter().zip(total).map(|(t, m)| t - m).collect();
+        for (span, marks) in self.spans.iter().zip(&self.marks) {
+            let counts = |row: &usize| !matches!(marks[*row], crate::estimate::columns::Mark::Skipped);
+            let own = &mut residual[span.clone()];
+            let kept: Vec<f64> = (0..own.len()).filter(counts).map(|r| own[r]).collect();
+            let mean = kept.iter().sum::<f64>() / kept.len().max(1) as f64;
+            own.iter_mut().for_each(|r| *r -= mean);
+        }
+        residual
+    }
+
+    /// Fits the free numbers of a model. `noise` is a first guess of the noise; without one, the fit begins as if it were white, so that structure is not
+    /// taken for noise before it was looked at.
+    ///
+    /// # Errors
+    /// A model that cannot be evaluated.
+    pub fn fit(
+        &self,
+        model: &Model,
+        places: &[Place],
+        noise: Option<&[Noise]>,
+        most_steps: usize,
+    ) -> Result<Fitted, DiscoverError> {
+        if noise.is_some() {
+            return self.fit_from(model, places, noise, most_steps);
+        }
+        let white = self.descend(model, places, None, WHITE_STEPS, true)?;
+        self.descend(&white.model, places, Some(&white.noise), most_steps, false)
+    }
+
+    /// [`fit`](Self::fit) from a first guess of the noise, and from white noise where that ends better.
+    fn fit_from(
+        &self,
+        model: &Model,
+        places: &[Place],
+        noise: Option<&[Noise]>,
+        most_steps: usize,
+    ) -> Result<Fitted, DiscoverError> {
+        let direct = self.descend(model, places, noise, most_steps, false)?;
+        if most_steps < WHITE_STEPS {
+            return Ok(direct);
+        }
+        let white = self.fit(model, places, None, most_steps)?;
+        Ok(if white.minus_two_log_likelihood < direct.minus_two_log_likelihood { white } else { direct })
+    }
+
+    /// Gauss-Newton steps; `keep_noise` leaves the noise as it was handed in until the end.
+    fn descend(
+        &self,
+        model: &Model,
+        places: &[Place],
+        noise: Option<&[Noise]>,
+        most_steps: usize,
+        keep_noise: bool,
+    ) -> Result<Fitted, DiscoverError> {
+        let layout = self.layout();
+        let mut model = model.clone();
+        let mut total = self.total(&model)?;
+        let mut residual = self.centred(&total);
+        let mut noise = noise.map_or_else(|| self.spans.iter().map(|_| Noise::unit()).collect(), <[Noise]>::to_vec);
+        let mut columns = self.derivatives(&model, places, &total)?;
+        let mut stale = false;
+        for _ in 0..most_steps {
+            if stale {
+                columns = self.derivatives(&model, places, &total)?;
+            }
+            let parts: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
+            if !keep_noise {
+                noise = layout.profile(&parts, &residual, &noise, 2).noise;
+            }
+            let whitened: Vec<Vec<f64>> = columns.iter().map(|c| layout.whiten(&noise, c)).collect();
+            let steps = solve_damped(&whitened, &layout.whiten(&noise, &residual), &DAMPING);
+            let size = |residual: &[f64]| {
+                let white = layout.whiten(&noise, residual);
+                white.iter().map(|x| x * x).sum::<f64>()
+            };
+            let before = size(&residual);
+            let mut moved = None;
+            for step in &steps {
+                let mut candidate = model.clone();
+                for (&place, step) in places.iter().zip(step) {
+                    let value = parameters::value(&model, place) + step;
+                    parameters::put(&mut candidate, place, value);
+                }
+                let Ok(total) = self.total(&candidate) else { continue };
+                let mut left = self.centred(&total);
+                // The offsets go with the step.
+                left = self.without_offsets(&noise, &left);
+                let after = size(&left);
+                if after < before {
+                    moved = Some((candidate, total, left, after));
+                    break;
+                }
+            }
+            let Some((candidate, new_total, left, after)) = moved else { break };
+            (model, total, residual) = (candidate, new_total, left);
+            stale = true;
+            if before - after < SETTLED {
+                break;
+            }
+        }
+        if stale {
+            columns = self.derivatives(&model, places, &total)?;
+        }
+        residual = self.without_offsets(&noise, &residual);
+        noise = layout.noise(&residual, 0);
+        let minus_two_log_likelihood = layout.minus_two_log_likelihood(&noise, &residual);
+        Ok(Fitted { model, places: places.to_vec(), residual, columns, noise, minus_two_log_likelihood })
+    }
+
+    /// A residual with the offset of each recording taken out as the noise asks.
+    fn without_offsets(&self, noise: &[Noise], residual: &[f64]) -> Vec<f64> {
+        let layout = self.layout();
+        let white = layout.whiten(noise, residual);
+        let ones = layout.whiten(noise, &vec![1.0; residual.len()]);
+        let mut left = residual.to_vec();
+        for span in &self.spans {
+            let (y, x) = (&white[span.clone()], &ones[span.clone()]);
+            let power = super::least_squares::dot(x, x);
+            let offset = if power > 0.0 { super::least_squares::dot(x, y) / power } else { 0.0 };
+            left[span.clone()].iter_mut().for_each(|r| *r -= offset);
+        }
+        left
+    }
+}
+
+/// Steps taken as if the noise were white.
+const WHITE_STEPS: usize = 4;
+
+/// Damping of a step: the first that lowers the deviance is taken.
+const DAMPING: [f64; 5] = [1e-10, 1e-6, 1e-4, 1e-2, 0.3];
+
+/// A step that gains less than this of the deviance is the last.
+const SETTLED: f64 = 0.05;
+
+/// Whether the torque is linear in a place.
+fn is_linear(model: &Model, place: Place) -> bool {
+    match place {
+        Place::Elastic(_) => true,
+        Place::Memory(_) => model.memory.is_some_and(|m| m.law == Law::Masing),
+        Place::Zero => false,
+        Place::Term { term, key, .. } => {
+            let domain = model.terms[term].info().map(|info| info.domain);
+            key.role == Role::Linear && domain != Some(Domain::Deflection)
+        }
+    }
+}
+
+impl Fitted {
+    /// Standard deviation of each free number, and of each offset, given all others free.
+    pub fn standard_deviations(&self, layout: Layout<'_>) -> Vec<f64> {
+        let used = self.columns.len();
+        let noise = layout.noise(&self.residual, used);
+        let whitened: Vec<Vec<f64>> = self.columns.iter().map(|c| layout.whiten(&noise, c)).collect();
+        let (gram, scales) = normal_matrix(&whitened);
+        let covariance = pseudo_inverse(&gram);
+        (0..used).map(|i| covariance[(i, i)].max(0.0).sqrt() / scales[i]).collect()
+    }
+}

@@ -1,0 +1,311 @@
+//! Models without physics: curves over every coordinate, flexible enough for whatever depends on it. They tell where structure sits, whether there is any, and
+//! what a named term would have to explain.
+
+use rayon::prelude::*;
+
+use super::fit::Fitted;
+use super::spectrum;
+use super::subject::Subject;
+use crate::physics::Evaluation;
+
+/// What can be seen of a recording, row by row.
+pub struct Coordinates {
+    /// The motor angle, rad.
+    pub motor: Option<Vec<f64>>,
+    /// The output angle, rad.
+    pub output: Option<Vec<f64>>,
+    /// v, rad/s.
+    pub velocity: Option<Vec<f64>>,
+    /// v̇, rad/s².
+    pub acceleration: Option<Vec<f64>>,
+    /// θ, rad.
+    pub deflection: Option<Vec<f64>>,
+    /// θ̇, rad/s.
+    pub rate: Option<Vec<f64>>,
+    /// The torque of the model, N·m.
+    pub torque: Vec<f64>,
+    /// Its rate, N·m/s.
+    pub torque_rate: Vec<f64>,
+    /// °C.
+    pub temperature: Option<Vec<f64>>,
+    /// s.
+    pub time: Vec<f64>,
+}
+
+/// Columns over one coordinate.
+pub struct Curve {
+    /// The coordinate, in the words of MODEL.md section 7.
+    pub coordinate: &'static str,
+    /// What the columns are made of, for messages.
+    pub columns: Vec<Vec<f64>>,
+}
+
+/// A curve fitted beside a model.
+pub struct Explained {
+    /// The coordinate.
+    pub coordinate: &'static str,
+    /// By how much it lowers −2 ln L.
+    pub gain: f64,
+    /// How many columns it has.
+    pub columns: usize,
+    /// What it adds to the torque, row by row, N·m.
+    pub contribution: Vec<f64>,
+}
+
+impl Explained {
+    /// The gain less what as many columns gain from noise alone, on average twice.
+    pub fn net(&self) -> f64 {
+        self.gain - 2.0 * self.columns as f64
+    }
+
+    /// How far the gain is beyond that of noise, in standard deviations of it.
+    pub fn significance(&self) -> f64 {
+        let columns = self.columns as f64;
+        (self.gain - columns) / (2.0 * columns).sqrt()
+    }
+}
+
+impl Coordinates {
+    /// The coordinates of a fitted model's recordings.
+    pub fn new(subject: &Subject<'_>, evaluations: &[Evaluation<'_>]) -> Self {
+        let signal = |of: &dyn Fn(&Evaluation<'_>) -> Option<Vec<f64>>| -> Option<Vec<f64>> {
+            let mut line = Vec::with_capacity(subject.len());
+            for evaluation in evaluations {
+                line.extend(of(evaluation)?);
+            }
+            Some(line)
+        };
+        let some = |x: &[f64]| (!x.is_empty()).then(|| x.to_vec());
+        let mut torque = Vec::with_capacity(subject.len());
+        let mut torque_rate = Vec::with_capacity(subject.len());
+        for evaluation in evaluations {
+            torque.extend_from_slice(evaluation.total());
+            torque_rate.extend(crate::physics::signals::rate(evaluation.total(), evaluation.scene().signals.time_s));
+        }
+        Self {
+            motor: signal(&|e| e.scene().signals.motor_angle_rad.as_deref().map(<[f64]>::to_vec)),
+            output: signal(&|e| e.scene().signals.output_angle_rad.as_deref().map(<[f64]>::to_vec)),
+            velocity: signal(&|e| e.scene().signals.velocity_rad_per_s.as_deref().map(<[f64]>::to_vec)),
+            acceleration: signal(&|e| e.scene().signals.acceleration_rad_per_s2.clone()),
+            deflection: signal(&|e| some(&e.followed().deflection_rad)),
+            rate: signal(&|e| some(&e.followed().rate_rad_per_s)),
+            torque,
+            torque_rate,
+            temperature: signal(&|e| e.scene().signals.temperature_c.map(<[f64]>::to_vec)),
+            time: subject.time_s(),
+        }
+    }
+}
+
+/// Knots at even shares of the sorted values.
+pub fn knots(x: &[f64], count: usize) -> Vec<f64> {
+    let mut sorted: Vec<f64> = x.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let last = sorted.len() - 1;
+    let mut knots: Vec<f64> = (0..count).map(|i| sorted[i * last / (count - 1)]).collect();
+    let span = sorted[last] - sorted[0];
+    knots.dedup_by(|a, b| (*a - *b).abs() <= 1e-6 * span);
+    knots
+}
+
+/// Piecewise linear hats on knots, the outer ones constant beyond.
+pub fn hats(x: &[f64], knots: &[f64]) -> Vec<Vec<f64>> {
+    let count = knots.len();
+    let mut columns = vec![vec![0.0; x.len()]; count];
+    if count < 2 {
+        return Vec::new();
+    }
+    for (row, &x) in x.iter().enumerate() {
+        let right = knots.partition_point(|k| *k <= x).clamp(1, count - 1);
+        let share = ((x - knots[right - 1]) / (knots[right] - knots[right - 1])).clamp(0.0, 1.0);
+        columns[right - 1][row] = 1.0 - share;
+        columns[right][row] = share;
+    }
+    columns
+}
+
+fn times(columns: Vec<Vec<f64>>, factor: &[f64]) -> Vec<Vec<f64>> {
+    let product = |mut c: Vec<f64>| {
+        c.iter_mut().zip(factor).for_each(|(c, f)| *c *= f);
+        c
+    };
+    columns.into_iter().map(product).collect()
+}
+
+fn waves(angle: &[f64], orders: &[f64]) -> Vec<Vec<f64>> {
+    let wave = |&order: &f64| {
+        let pair = angle.iter().map(|q| (order * q).sin_cos());
+        let (sin, cos): (Vec<f64>, Vec<f64>) = pair.unzip();
+        [cos, sin]
+    };
+    orders.iter().flat_map(wave).collect()
+}
+
+/// Elements that slip beyond a radius: what any memory of reversals can be built from.
+fn slips(x: &[f64], spans: &[std::ops::Range<usize>], radius: f64) -> Vec<f64> {
+    let mut column = vec![0.0; x.len()];
+    for span in spans {
+        let mut force = 0.0_f64;
+        for row in span.start + 1..span.end {
+            force = (force + x[row] - x[row - 1]).clamp(-radius, radius);
+            column[row] = force;
+        }
+    }
+    column
+}
+
+/// An exponential memory of the rate: what any creep can be built from.
+fn fading(x: &[f64], time: &[f64], spans: &[std::ops::Range<usize>], tau: f64) -> Vec<f64> {
+    let mut column = vec![0.0; x.len()];
+    for span in spans {
+        let mut level = 0.0;
+        for row in span.start + 1..span.end {
+            level = level * (-(time[row] - time[row - 1]) / tau).exp() + x[row] - x[row - 1];
+            column[row] = level;
+        }
+    }
+    column
+}
+
+/// Curves over every coordinate that the recordings tell.
+pub fn curves(subject: &Subject<'_>, see: &Coordinates, fit: &Fitted) -> Vec<Curve> {
+    let mut curves = Vec::new();
+    let largest = |x: &[f64]| x.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+    let unit = |x: &[f64]| {
+        let scale = largest(x).max(f64::MIN_POSITIVE);
+        x.iter().map(|x| x / scale).collect::<Vec<f64>>()
+    };
+    let range = |x: &[f64]| {
+        x.iter().copied().fold(f64::NEG_INFINITY, f64::max) - x.iter().copied().fold(f64::INFINITY, f64::min)
+    };
+    let turns = |x: &[f64]| range(x) / std::f64::consts::TAU;
+    let sign: Option<Vec<f64>> = see.velocity.as_deref().filter(|v| largest(v) > 0.0).map(|v| {
+        let soft = 0.015 * largest(v);
+        v.iter().map(|v| (v / soft).tanh()).collect()
+    });
+    let load = see.deflection.as_deref().map(unit);
+    let period = (see.time[subject.spans[0].end - 1] - see.time[0]) / (subject.spans[0].len() - 1) as f64;
+    let mut add = |coordinate: &'static str, columns: Vec<Vec<f64>>| curves.push(Curve { coordinate, columns });
+    if let Some(motor) = see.motor.as_deref().filter(|q| turns(q) > 0.16) {
+        let white = subject.filtered_twice(fit);
+        let plain = subject.layout().masked(&fit.residual);
+        let mut orders: Vec<f64> = if turns(motor) > 0.8 { (1..=6).map(f64::from).collect() } else { vec![1.0] };
+        let lines = [
+            spectrum::peaks(&subject.order_spectrum(fit, motor, &white, period), turns(motor), 3),
+            spectrum::peaks(&spectrum::spectrum(motor, &plain, |_| 1.0), turns(motor), 3),
+        ];
+        for order in lines.into_iter().flatten() {
+            if orders.iter().all(|o| (o - order).abs() > 0.3 / turns(motor)) {
+                orders.push(order);
+            }
+        }
+        let mut columns = waves(motor, &orders);
+        if let Some(sign) = &sign {
+            columns.extend(times(waves(motor, &[1.0, 2.0]), sign));
+        }
+        if let Some(load) = &load {
+            columns.extend(times(waves(motor, &[1.0, 2.0, 3.0]), load));
+        }
+        add("motor_angle", columns);
+    }
+    if let Some(output) = see.output.as_deref().filter(|q| turns(q) > 0.016) {
+        let mut columns = if turns(output) > 0.7 {
+            waves(output, &[1.0, 2.0, 3.0, 4.0])
+        } else {
+            hats(output, &knots(output, 10))
+        };
+        if let Some(sign) = &sign {
+            columns.extend(times(waves(output, &[1.0, 2.0]), sign));
+        }
+        if let Some(load) = &load {
+            columns.extend(times(hats(output, &knots(output, 8)), load));
+        }
+        add("output_angle", columns);
+    }
+    if let Some(velocity) = see.velocity.as_deref().filter(|v| largest(v) > 0.0) {
+        let scale = largest(velocity);
+        let positive = [0.0, 0.004, 0.012, 0.03, 0.07, 0.15, 0.3, 0.55, 1.0].map(|x| x * scale);
+        let mut all: Vec<f64> = positive.iter().skip(1).rev().map(|x| -x).collect();
+        all.extend(positive);
+        add("output_velocity", hats(velocity, &all));
+    }
+    if let Some(theta) = see.deflection.as_deref() {
+        add("deflection", hats(theta, &knots(theta, 24)));
+        let rated = fit.model.gear.rated_deflection_rad.unwrap_or_else(|| largest(theta));
+        let radii = [0.02, 0.04, 0.08, 0.14, 0.25, 0.4, 0.65];
+        let mut columns: Vec<Vec<f64>> = radii.iter().map(|r| slips(theta, &subject.spans, r * rated)).collect();
+        let duration = range(&see.time);
+        let mut tau = 0.5;
+        while tau < 0.6 * duration {
+            columns.push(fading(theta, &see.time, &subject.spans, tau));
+            tau *= 3.0;
+        }
+        if let (Some(rate), Some(load)) = (see.rate.as_deref(), &load) {
+            let soft = 0.05 * largest(rate);
+            let direction: Vec<f64> = rate.iter().map(|r| (r / soft).tanh()).collect();
+            columns.extend(times(hats(theta, &knots(theta, 7)), &direction));
+            let slip = slips(theta, &subject.spans, 0.1 * rated);
+            columns.push(slip.iter().zip(load).map(|(s, l)| s * l).collect());
+        }
+        add("reversal", columns);
+    }
+    if let Some(rate) = see.rate.as_deref().filter(|r| largest(r) > 0.0) {
+        add("deflection_rate", hats(rate, &knots(rate, 9)));
+    }
+    if let Some(acceleration) = see.acceleration.as_deref().filter(|a| largest(a) > 0.0) {
+        let mut columns = hats(acceleration, &knots(acceleration, 9));
+        if let Some(sign) = &sign {
+            let soft = 0.1 * largest(acceleration);
+            let direction: Vec<f64> = acceleration.iter().map(|a| (a / soft).tanh()).collect();
+            columns.push(sign.iter().zip(&direction).map(|(s, d)| s * d).collect());
+        }
+        add("acceleration", columns);
+    }
+    if let Some(sign) = &sign {
+        add("torque", times(hats(&see.torque, &knots(&see.torque, 9)), sign));
+    }
+    add("torque_rate", hats(&see.torque_rate, &knots(&see.torque_rate, 8)));
+    let along = |x: &[f64], count: usize| {
+        let mut columns = hats(x, &knots(x, count + 3));
+        if let Some(load) = &load {
+            columns.extend(times(hats(x, &knots(x, count)), load));
+        }
+        if let Some(sign) = &sign {
+            columns.extend(times(hats(x, &knots(x, count)), sign));
+        }
+        columns
+    };
+    if let Some(temperature) = see.temperature.as_deref().filter(|t| range(t) > 0.1) {
+        add("temperature", along(temperature, 4));
+    }
+    add("time", along(&see.time, 9));
+    let lines = spectrum::spectrum(&see.time, &subject.layout().masked(&fit.residual), |_| 1.0);
+    let _ = lines;
+    curves
+}
+
+impl Subject<'_> {
+    /// Every curve beside a fitted model, refitted with it, the best first.
+    pub fn locate(&self, fit: &Fitted, curves: &[Curve]) -> Vec<Explained> {
+        let layout = self.layout();
+        let base: Vec<&[f64]> = fit.columns.iter().map(Vec::as_slice).collect();
+        let explain = |curve: &Curve| {
+            let mut columns = base.clone();
+            columns.extend(curve.columns.iter().map(Vec::as_slice));
+            let profile = layout.profile(&columns, &fit.residual, &fit.noise, 3);
+            let mut contribution = vec![0.0; self.len()];
+            for (column, weight) in curve.columns.iter().zip(&profile.coefficients[base.len()..]) {
+                contribution.iter_mut().zip(column).for_each(|(c, x)| *c += weight * x);
+            }
+            Explained {
+                coordinate: curve.coordinate,
+                gain: fit.minus_two_log_likelihood - profile.minus_two_log_likelihood,
+                columns: curve.columns.len(),
+                contribution,
+            }
+        };
+        let mut found: Vec<Explained> = curves.par_iter().map(explain).collect();
+        found.sort_by(|a, b| b.net().total_cmp(&a.net()));
+        found
+    }
+}

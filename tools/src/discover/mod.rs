@@ -1,0 +1,60 @@
+//! Discovery: where recording and simulation differ, what physics was left out, and the fit with it.
+//!
+//! | file | what |
+//! |---|---|
+//! | [`subject`], [`parameters`], [`fit`], [`least_squares`] | recordings, the free numbers of a model, its fit against coloured noise |
+//! | [`library`], [`spectrum`] | what could have been left out, as columns; orders of a turn |
+//! | [`explain`] | every kind beside a fitted model, refitted together |
+
+mod denoise;
+pub mod explain;
+pub mod fit;
+pub mod flexible;
+pub mod least_squares;
+pub mod library;
+pub mod parameters;
+pub mod search;
+pub mod spectrum;
+pub mod subject;
+
+use crate::estimate::EstimateError;
+use crate::physics::PredictError;
+
+/// Why nothing was diagnosed.
+#[derive(Debug, thiserror::Error)]
+pub enum DiscoverError {
+    /// No recording.
+    #[error("no recording was given")]
+    NoRecording,
+    /// No torque to explain.
+    #[error("{0}: column torque_nm (or current_a) is missing; name it, or map another column to it with --map torque_nm=…")]
+    NoTorque(String),
+    /// Too little to tell anything.
+    #[error("{recording}: {rows} rows are too few for a diagnosis, at least 64 are needed")]
+    TooFewRows {
+        /// The recording.
+        recording: String,
+        /// Its rows.
+        rows: usize,
+    },
+    /// Newton-metres and amperes.
+    #[error("{first} and {other} hold torque in different units: diagnose them apart")]
+    MixedUnits {
+        /// The first recording.
+        first: String,
+        /// The one that differs.
+        other: String,
+    },
+    /// A simulation of some recordings only.
+    #[error("some recordings have a column torque_sim_nm and others have none: give it for all or for none")]
+    SomeSimulated,
+    /// The model cannot be evaluated.
+    #[error(transparent)]
+    Predict(#[from] PredictError),
+    /// The recordings cannot be prepared.
+    #[error(transparent)]
+    Estimate(#[from] EstimateError),
+    /// The caller asked for it.
+    #[error("stopped before the diagnosis was done; nothing was written")]
+    Cancelled,
+}

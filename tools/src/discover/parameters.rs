@@ -1,0 +1,169 @@
+//! The free numbers of a model: those of the gear and those of its terms, in one list that an optimiser can walk.
+
+use gmhm::Law;
+use gmhm::terms::{Form, KeyInfo, Range, Role};
+
+use crate::estimate::assembly::from_cycle;
+use crate::model::{Model, TermValue};
+use crate::physics::columns::{get, set};
+
+/// The key of harmonic orders.
+const ORDERS: &str = "orders";
+/// A derivative by an order is taken this far on both sides.
+const ORDER_STEP: f64 = 1e-4;
+
+/// One free number of a model.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Place {
+    /// c1, c2 or c3.
+    Elastic(usize),
+    /// e, h of laws `masing` and `phase`; α, β of law `time`.
+    Memory(usize),
+    /// The zero of the deflection.
+    Zero,
+    /// A number of a term.
+    Term {
+        /// Which term.
+        term: usize,
+        /// Its key.
+        key: &'static KeyInfo,
+        /// Which number of a list.
+        index: Option<usize>,
+    },
+}
+
+/// The free numbers of the gear.
+pub fn of_gear(model: &Model) -> Vec<Place> {
+    let mut places = Vec::new();
+    if model.elastic.is_some() {
+        places.extend((0..3).map(Place::Elastic));
+    }
+    if model.memory.is_some() {
+        places.extend((0..2).map(Place::Memory));
+        places.push(Place::Zero);
+    }
+    places
+}
+
+/// The free numbers of a term.
+pub fn of_term(model: &Model, term: usize) -> Vec<Place> {
+    let Some(info) = model.terms[term].info() else { return Vec::new() };
+    let shape = match model.terms[term].values.get("shape") {
+        Some(TermValue::Text(shape)) => Some(shape.as_str()),
+        _ => None,
+    };
+    let free = |key: &&'static KeyInfo| {
+        let is_number = !matches!(key.form, Form::Choice(_)) && (key.role != Role::Structure || key.name == ORDERS);
+        // An optional number that was left out stays 0.
+        is_number && key.belongs_to(shape) && model.terms[term].values.contains_key(key.name)
+    };
+    // A whole order is that of a mechanism, not a number to be fitted.
+    let whole = |place: &Place| match place {
+        Place::Term { key, .. } if key.name == ORDERS => value(model, *place).fract() == 0.0,
+        _ => false,
+    };
+    info.keys
+        .iter()
+        .filter(free)
+        .flat_map(|key| match model.terms[term].values.get(key.name) {
+            Some(TermValue::List(list)) => (0..list.len()).map(|i| Place::Term { term, key, index: Some(i) }).collect(),
+            _ => vec![Place::Term { term, key, index: None }],
+        })
+        .filter(|place| !whole(place))
+        .collect()
+}
+
+/// The value at a place.
+pub fn value(model: &Model, place: Place) -> f64 {
+    match place {
+        Place::Elastic(i) => model.elastic.map_or(0.0, |c| [c.c1_nm_per_rad, c.c2_nm_per_rad3, c.c3_nm_per_rad5][i]),
+        Place::Memory(i) => model.memory.map_or(0.0, |m| match (m.law, i) {
+            (Law::Time, 0) => m.alpha,
+            (Law::Time, _) => m.beta_per_s,
+            (_, 0) => m.e(),
+            (_, _) => m.h(),
+        }),
+        Place::Zero => model.gear.deflection_zero_rad,
+        Place::Term { term, key, index } => get(&model.terms[term], key, index),
+    }
+}
+
+/// Sets a place, within what it accepts.
+pub fn put(model: &mut Model, place: Place, value: f64) {
+    match place {
+        Place::Elastic(i) => {
+            if let Some(c) = &mut model.elastic {
+                *[&mut c.c1_nm_per_rad, &mut c.c2_nm_per_rad3, &mut c.c3_nm_per_rad5][i] = value;
+            }
+        }
+        Place::Memory(i) => {
+            if let Some(m) = &mut model.memory {
+                let value = value.max(0.0);
+                match (m.law, i) {
+                    (Law::Time, 0) => m.alpha = value,
+                    (Law::Time, _) => m.beta_per_s = value,
+                    (_, i) => {
+                        let gauge = if m.omega_per_s > 0.0 { m.omega_per_s } else { 1.0 };
+                        let (e, h) = if i == 0 { (value, m.h()) } else { (m.e(), value) };
+                        // A loop of no height has no direction (β, ω) of its own.
+                        (m.alpha, m.beta_per_s, m.omega_per_s) = from_cycle(e, h.max(1e-9), gauge);
+                    }
+                }
+            }
+        }
+        Place::Zero => model.gear.deflection_zero_rad = value,
+        Place::Term { term, key, index } => {
+            let (low, high) = bounds(key, get(&model.terms[term], key, index));
+            model.terms[term] = set(&model.terms[term], key, index, value.clamp(low, high));
+        }
+    }
+}
+
+/// How far from the value a derivative is taken on both sides.
+pub fn step(model: &Model, place: Place) -> f64 {
+    let rated = model.gear.rated_deflection_rad.unwrap_or(1.0);
+    let stiffness = model.elastic.map_or(1.0, |c| c.c1_nm_per_rad.abs().max(1e-9));
+    match place {
+        Place::Elastic(i) => 1e-3 * stiffness / rated.powi(2 * i as i32),
+        Place::Memory(i) if model.memory.is_some_and(|m| m.law == Law::Time) => {
+            let value = value(model, place).abs();
+            if i == 0 { 1e-3 * value.max(1e-6 * stiffness) } else { 1e-4 * value.max(1e-6) }
+        }
+        Place::Memory(_) => 1e-3 * stiffness,
+        Place::Zero => 1e-4 * rated,
+        Place::Term { term, key, index } => {
+            let span = key.plausible.1 - key.plausible.0;
+            let value = get(&model.terms[term], key, index).abs();
+            match key.role {
+                _ if key.name == ORDERS => ORDER_STEP,
+                Role::Linear => 1e-3 * span,
+                _ => 1e-3 * value.max(0.003 * span),
+            }
+        }
+    }
+}
+
+/// What a place accepts. A shape stays near what gears of its kind have, and is at most divided or multiplied by three at a time.
+fn bounds(key: &KeyInfo, value: f64) -> (f64, f64) {
+    let low = match key.range {
+        Range::Any => f64::NEG_INFINITY,
+        Range::AtLeastZero => 0.0,
+        Range::Positive => (0.3 * value).max(0.01 * key.plausible.0),
+    };
+    match key.role {
+        Role::Nonlinear if key.unit == "1" && key.name != ORDERS => (key.plausible.0, key.plausible.1),
+        Role::Nonlinear if key.range == Range::Positive => (low, (3.0 * value).max(key.plausible.0)),
+        _ => (low, f64::INFINITY),
+    }
+}
+
+/// The two values at which a derivative is taken.
+pub fn sides(model: &Model, place: Place) -> (f64, f64) {
+    let (value, step) = (value(model, place), step(model, place));
+    let low = match place {
+        Place::Memory(_) => 0.0,
+        Place::Term { key, .. } => bounds(key, value).0,
+        _ => f64::NEG_INFINITY,
+    };
+    ((value - step).max(low), value + step)
+}

@@ -1,0 +1,121 @@
+//! The search for what was left out: forward, with swaps, and backward.
+
+use gmhm::terms::KINDS;
+
+use super::DiscoverError;
+use super::explain::{Alternative, Search};
+use super::fit::Fitted;
+use super::subject::Subject;
+use crate::model::Model;
+
+/// An effect that was found, and what else could stand in its place.
+pub struct Explained {
+    /// Its term in the model.
+    pub term: usize,
+    /// By how much −2 ln L would be higher without it.
+    pub gain: f64,
+    /// How many numbers it has.
+    pub parameters: usize,
+    /// Everything tried in its place, itself among it, the best first.
+    pub alternatives: Vec<Alternative>,
+}
+
+/// What the search ends with.
+pub struct Outcome {
+    /// The base model refitted.
+    pub base: Fitted,
+    /// The base model with what was found.
+    pub extended: Fitted,
+    /// What was found.
+    pub effects: Vec<Explained>,
+    /// The best gain over the base model, penalty taken off, by any kind.
+    pub best_gain: f64,
+    /// What was tried beside the final model, and found wanting.
+    pub rejected: Vec<Alternative>,
+}
+
+/// The most effects looked for.
+const MOST_EFFECTS: usize = 4;
+
+/// What a kind must gain beyond what its numbers cost. Set by proof on nulls; see `docs/discovery.md`.
+pub const MARGIN: f64 = 12.0;
+
+impl Subject<'_> {
+    /// What `parameters` further numbers have to gain of −2 ln L before they are believed: the Bayesian information criterion, and the
+    /// choice among the kinds twice (extended criterion; Chen, Chen 2008).
+    pub fn penalty(&self, parameters: usize) -> f64 {
+        parameters as f64 * (self.counted() as f64).ln() + 2.0 * (KINDS.len() as f64).ln()
+    }
+
+    /// Searches for what was left out of a model.
+    ///
+    /// # Errors
+    /// A model that cannot be evaluated.
+    pub fn search(&self, model: &Model, removed: &[String]) -> Result<Outcome, DiscoverError> {
+        let search = Search { removed, base_terms: model.terms.len() };
+        let base = self.fit(model, &self.places(model, search.base_terms), None, 12)?;
+        let mut extended = base.clone();
+        let rejected;
+        let mut best_gain = f64::NEG_INFINITY;
+        loop {
+            let found = extended.model.terms.len() - search.base_terms;
+            let tried = self.explain(&extended, search, 6.0)?;
+            let net = |a: &Alternative| a.gain - self.penalty(a.parameters);
+            let best = tried.iter().enumerate().max_by(|a, b| net(a.1).total_cmp(&net(b.1)));
+            let Some((best, alternative)) = best else {
+                rejected = tried;
+                break;
+            };
+            if found == 0 && best_gain == f64::NEG_INFINITY {
+                best_gain = net(alternative);
+            }
+            let grows = alternative.extends.is_some();
+            let so_far = base.minus_two_log_likelihood - extended.minus_two_log_likelihood;
+            if net(alternative) < MARGIN.max(LEAST_SHARE * so_far) || (found >= MOST_EFFECTS && !grows) {
+                rejected = tried;
+                break;
+            }
+            extended = tried.into_iter().nth(best).map(|a| a.fit).unwrap_or(extended);
+        }
+        let mut effects = Vec::new();
+        let mut swaps = 0;
+        let mut term = search.base_terms;
+        while term < extended.model.terms.len() {
+            let mut without = extended.model.clone();
+            without.terms.remove(term);
+            let places = self.places(&without, search.base_terms);
+            let rest = self.fit(&without, &places, Some(&extended.noise), 6)?;
+            let gain = rest.minus_two_log_likelihood - extended.minus_two_log_likelihood;
+            let parameters = super::parameters::of_term(&extended.model, term).len();
+            if gain < self.penalty(parameters) + MARGIN && extended.model.terms.len() > search.base_terms + 1 {
+                extended = rest;
+                effects.clear();
+                term = search.base_terms;
+                continue;
+            }
+            let alternatives = self.explain(&rest, search, 6.0)?;
+            let better = alternatives.iter().position(|a| {
+                a.extends.is_none()
+                    && a.gain - self.penalty(a.parameters) > gain - self.penalty(parameters) + SWAP
+                    && a.kind != extended.model.terms[term].kind
+            });
+            if let Some(better) = better.filter(|_| swaps < 3 && extended.model.terms.len() > search.base_terms + 1) {
+                swaps += 1;
+                extended = alternatives.into_iter().nth(better).map(|a| a.fit).unwrap_or(extended);
+                effects.clear();
+                term = search.base_terms;
+                continue;
+            }
+            effects.push(Explained { term, gain, parameters, alternatives });
+            term += 1;
+        }
+        Ok(Outcome { base, extended, effects, best_gain, rejected })
+    }
+}
+
+/// A further effect has to gain at least this share of what those before it gained: what a shape of theirs does not follow to the last is no effect of
+/// its own.
+const LEAST_SHARE: f64 = 0.04;
+
+/// A swap has to gain this much.
+const SWAP: f64 = 4.0;

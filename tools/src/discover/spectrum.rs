@@ -1,0 +1,73 @@
+//! Which orders of a turn a residual holds, by its spectrum in the angle domain.
+
+use std::f64::consts::TAU;
+
+use realfft::RealFftPlanner;
+
+/// Bins of a turn.
+const BINS: usize = 64;
+/// The highest order looked for.
+const HIGHEST: f64 = 24.0;
+/// The spectrum is taken on a grid so many times finer than one over the turns.
+const FINER: usize = 4;
+
+/// A line of a spectrum.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Line {
+    /// Order of the turn.
+    pub order: f64,
+    /// Its power as a multiple of what noise has there on average.
+    pub power: f64,
+}
+
+/// The power of the weights `u` (a residual filtered forth and back by its noise) over the orders of an angle. `gain` is what the noise
+/// filter multiplies the power of a wave of a given order with.
+pub fn spectrum(angle: &[f64], u: &[f64], gain: impl Fn(f64) -> f64) -> Vec<Line> {
+    let low = angle.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = angle.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let turns = (high - low) / TAU;
+    if turns.is_nan() || turns < 0.5 || turns > 1e5 {
+        return Vec::new();
+    }
+    let bins = ((turns * BINS as f64).ceil() as usize + 1) * FINER;
+    let bins = bins.next_power_of_two();
+    let mut histogram = vec![0.0; bins];
+    for (q, u) in angle.iter().zip(u) {
+        histogram[((q - low) / TAU * BINS as f64) as usize] += u;
+    }
+    let plan = RealFftPlanner::<f64>::new().plan_fft_forward(bins);
+    let mut transform = plan.make_output_vec();
+    if plan.process(&mut histogram, &mut transform).is_err() {
+        return Vec::new();
+    }
+    let per_order = bins as f64 / BINS as f64;
+    let lowest = (0.7 / turns).max(0.15);
+    let power = |(i, x): (usize, &realfft::num_complex::Complex<f64>)| {
+        let order = i as f64 / per_order;
+        Line { order, power: x.norm_sqr() / (0.5 * angle.len() as f64 * gain(order)) }
+    };
+    transform.iter().enumerate().map(power).filter(|l| l.order >= lowest && l.order <= HIGHEST).collect()
+}
+
+/// The strongest lines, one a lobe; orders that cannot be told from a whole number are whole.
+pub fn peaks(lines: &[Line], turns: f64, most: usize) -> Vec<f64> {
+    let lobe = 1.0 / turns;
+    let mut sorted: Vec<Line> = lines.to_vec();
+    sorted.sort_by(|a, b| b.power.total_cmp(&a.power));
+    let mut found: Vec<f64> = Vec::new();
+    for line in sorted {
+        if found.len() == most {
+            break;
+        }
+        if found.iter().all(|o| (o - line.order).abs() > 1.5 * lobe) {
+            found.push(line.order);
+        }
+    }
+    for order in &mut found {
+        if (*order - order.round()).abs() < 0.6 * lobe && order.round() >= 1.0 {
+            *order = order.round();
+        }
+    }
+    found.dedup();
+    found
+}

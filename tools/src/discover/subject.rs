@@ -1,0 +1,142 @@
+//! The recordings under diagnosis, row after row in one line, and the torque that a model has to explain.
+
+use std::borrow::Cow;
+use std::ops::Range;
+
+use gmhm::Law;
+
+use super::DiscoverError;
+use super::denoise::denoised;
+use crate::estimate::columns::{Mark, Past, Rows};
+use crate::estimate::{decide_start, prepare};
+use crate::model::Model;
+use crate::physics::{Evaluation, PredictError, Signals};
+use crate::recording::Recording;
+
+/// Recordings of one gear or joint, their rows in one line.
+pub struct Subject<'a> {
+    /// The recordings, their angles freed of noise.
+    pub recordings: Vec<Cow<'a, Recording>>,
+    /// The rows of each.
+    pub spans: Vec<Range<usize>>,
+    /// What each row is used for, recording by recording.
+    pub marks: Vec<Vec<Mark>>,
+    /// The torque to be explained, N·m or A. Where another simulator's prediction is recorded: what it leaves, plus the base model handed in.
+    pub target: Vec<f64>,
+    /// Whether the base model may be refitted; not where another simulator stands in for it.
+    pub free_base: bool,
+}
+
+impl<'a> Subject<'a> {
+    /// The recordings of a gear or a joint.
+    ///
+    /// # Errors
+    /// Recordings without a torque or with too few rows, or a model that cannot be evaluated on them.
+    pub fn new(recordings: &'a [Recording], model: &Model) -> Result<Self, DiscoverError> {
+        let mut spans = Vec::with_capacity(recordings.len());
+        let mut target = Vec::new();
+        for recording in recordings {
+            let torque = recording.torque.as_deref().ok_or_else(|| DiscoverError::NoTorque(recording.name.clone()))?;
+            if recording.len() < FEWEST_ROWS {
+                return Err(DiscoverError::TooFewRows { recording: recording.name.clone(), rows: recording.len() });
+            }
+            if recording.torque_unit != recordings[0].torque_unit {
+                return Err(DiscoverError::MixedUnits {
+                    first: recordings[0].name.clone(),
+                    other: recording.name.clone(),
+                });
+            }
+            spans.push(target.len()..target.len() + torque.len());
+            target.extend_from_slice(torque);
+        }
+        let simulated = recordings.iter().filter(|r| r.torque_sim_nm.is_some()).count();
+        if simulated != 0 && simulated != recordings.len() {
+            return Err(DiscoverError::SomeSimulated);
+        }
+        let marks = marks(recordings, model)?;
+        let recordings: Vec<Cow<'a, Recording>> = recordings.iter().map(denoised).collect();
+        let mut subject = Self { recordings, spans, marks, target, free_base: simulated == 0 };
+        if simulated > 0 {
+            let base = subject.total(model)?;
+            let simulated: Vec<f64> =
+                subject.recordings.iter().filter_map(|r| r.torque_sim_nm.as_deref()).flatten().copied().collect();
+            subject.target.iter_mut().zip(simulated.iter().zip(&base)).for_each(|(t, (sim, base))| *t += base - sim);
+        }
+        Ok(subject)
+    }
+
+    /// Number of rows.
+    pub fn len(&self) -> usize {
+        self.target.len()
+    }
+
+    /// Rows that count.
+    pub fn counted(&self) -> usize {
+        self.marks.iter().flatten().filter(|m| matches!(m, Mark::Used | Mark::First)).count()
+    }
+
+    /// A model on every recording.
+    ///
+    /// # Errors
+    /// As [`Evaluation::new`].
+    pub fn evaluate(&self, model: &Model) -> Result<Vec<Evaluation<'_>>, PredictError> {
+        self.recordings.iter().map(|r| Evaluation::new(model, None, r)).collect()
+    }
+
+    /// The torque of a model, all recordings in one line.
+    ///
+    /// # Errors
+    /// As [`Evaluation::new`].
+    pub fn total(&self, model: &Model) -> Result<Vec<f64>, PredictError> {
+        let mut total = Vec::with_capacity(self.target.len());
+        for recording in &self.recordings {
+            total.extend_from_slice(Evaluation::new(model, None, recording)?.total());
+        }
+        Ok(total)
+    }
+
+    /// A signal of every recording in one line, if every recording tells it.
+    pub fn signal<'e, 's>(
+        &self,
+        evaluations: &'e [Evaluation<'s>],
+        of: impl Fn(&'e Signals<'s>) -> Option<&'e [f64]>,
+    ) -> Option<Vec<f64>> {
+        let mut line = Vec::with_capacity(self.target.len());
+        for evaluation in evaluations {
+            line.extend_from_slice(of(&evaluation.scene().signals)?);
+        }
+        Some(line)
+    }
+
+    /// Time in one line, s.
+    pub fn time_s(&self) -> Vec<f64> {
+        self.recordings.iter().flat_map(|r| r.time_s.iter().copied()).collect()
+    }
+
+    /// The marks in one line.
+    pub fn counts(&self, row: usize) -> bool {
+        let index = self.spans.partition_point(|span| span.end <= row);
+        matches!(self.marks[index][row - self.spans[index].start], Mark::Used | Mark::First)
+    }
+}
+
+/// Fewest rows of a recording.
+const FEWEST_ROWS: usize = 64;
+
+/// What each row may be used for: those before the loop has settled, where the gear did not start from rest, do not count.
+fn marks(recordings: &[Recording], model: &Model) -> Result<Vec<Vec<Mark>>, DiscoverError> {
+    let masing = model.memory.is_some_and(|m| m.law == Law::Masing);
+    let Some(rated) = model.gear.rated_deflection_rad.filter(|_| masing) else {
+        return Ok(recordings.iter().map(|r| prepare::gaps(&r.time_s)).collect());
+    };
+    let mut rows: Vec<Rows<'_>> = prepare::rows(recordings, &model.gear)?;
+    decide_start(&mut rows, rated)?;
+    for rows in rows.iter_mut().filter(|r| r.past != Past::Rest) {
+        let settled = prepare::settled_row(&rows.deflection_rad, rated).unwrap_or(0);
+        // A prediction starts from rest; where all would be left out, it has to do.
+        if settled * 10 < rows.len() * 8 {
+            rows.marks[..settled].fill(Mark::Skipped);
+        }
+    }
+    Ok(rows.into_iter().map(|r| r.marks).collect())
+}
