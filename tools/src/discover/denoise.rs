@@ -13,11 +13,19 @@ const HALF_WIDTHS: [usize; 8] = [1, 2, 3, 4, 6, 8, 11, 15];
 /// How many standard deviations the confidence intervals reach.
 const REACH: f64 = 2.2;
 
-/// The recording with its angles and velocity smoothed as far as their noise allows.
-pub fn denoised(recording: &Recording) -> Cow<'_, Recording> {
-    let smooth = |channel: &Option<Vec<f64>>| channel.as_deref().and_then(|x| smoothed(x, &recording.time_s));
-    let (deflection, input, output, velocity) = (
-        smooth(&recording.deflection_rad),
+/// The recording with its angles and velocity smoothed as far as their noise allows. Where the deflection follows from two angles and the ratio, it is
+/// written out first.
+pub fn denoised(recording: &Recording, ratio: Option<f64>) -> Cow<'_, Recording> {
+    let derived = match (&recording.deflection_rad, &recording.theta_in_rad, &recording.theta_out_rad, ratio) {
+        (None, Some(input), Some(output), Some(ratio)) => {
+            Some(input.iter().zip(output).map(|(q_m, q_o)| q_m / ratio - q_o).collect())
+        }
+        (deflection, ..) => deflection.clone(),
+    };
+    let deflection = derived.as_deref().and_then(|x| smoothed(x, &recording.time_s));
+    let deflection = deflection.or(derived.filter(|_| recording.deflection_rad.is_none()));
+    let smooth = |channel: &Option<Vec<f64>>| channel.as_deref().and_then(|x| whittaker(x, &recording.time_s));
+    let (input, output, velocity) = (
         smooth(&recording.theta_in_rad),
         smooth(&recording.theta_out_rad),
         smooth(&recording.velocity_out_rad_per_s),
@@ -78,6 +86,88 @@ fn smoothed(x: &[f64], time_s: &[f64]) -> Option<Vec<f64>> {
     Some((0..x.len()).map(at).collect())
 }
 
+/// Rows between two gaps in time are smoothed apart, and at least so many of them.
+const FEWEST_ROWS: usize = 32;
+
+/// The smoothest signal that differs from the recorded one by no more than its noise: Whittaker's graduation with third differences (1923), its weight by
+/// Morozov's discrepancy principle. For angles and speeds, whose derivatives count and whose corners are of no consequence.
+fn whittaker(x: &[f64], time_s: &[f64]) -> Option<Vec<f64>> {
+    let sd = noise_sd(x);
+    let range = x.iter().fold(f64::NEG_INFINITY, |m, x| m.max(*x)) - x.iter().fold(f64::INFINITY, |m, x| m.min(*x));
+    if sd <= 1e-9 * range {
+        return None;
+    }
+    let mut periods: Vec<f64> = time_s.windows(2).map(|w| w[1] - w[0]).collect();
+    let middle = periods.len() / 2;
+    let usual = *periods.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let mut smooth = x.to_vec();
+    let mut from = 0;
+    for to in 1..=x.len() {
+        let gap = to == x.len() || time_s[to] - time_s[to - 1] > 2.5 * usual;
+        if gap {
+            if to - from >= FEWEST_ROWS {
+                graduate(&x[from..to], sd, &mut smooth[from..to]);
+            }
+            from = to;
+        }
+    }
+    Some(smooth)
+}
+
+fn graduate(x: &[f64], sd: f64, out: &mut [f64]) {
+    let mean = x.iter().sum::<f64>() / x.len() as f64;
+    let centred: Vec<f64> = x.iter().map(|x| x - mean).collect();
+    let misfit = |smooth: &[f64]| {
+        (smooth.iter().zip(&centred).map(|(a, b)| (a - b).powi(2)).sum::<f64>() / x.len() as f64).sqrt()
+    };
+    let (mut low, mut high) = (-2.0_f64, 12.0_f64);
+    for _ in 0..18 {
+        let middle = 0.5 * (low + high);
+        if misfit(&penalised(&centred, 10.0_f64.powf(middle))) > sd { high = middle } else { low = middle }
+    }
+    for (out, smooth) in out.iter_mut().zip(penalised(&centred, 10.0_f64.powf(low))) {
+        *out = mean + smooth;
+    }
+}
+
+/// Minimises Σ (s − x)² + weight·Σ (Δ³s)²: a system of seven diagonals, by Cholesky.
+fn penalised(x: &[f64], weight: f64) -> Vec<f64> {
+    const DIFFERENCE: [f64; 4] = [-1.0, 3.0, -3.0, 1.0];
+    let n = x.len();
+    // Lower band: band[i][k] is the element (i, i − k).
+    let mut band = vec![[0.0_f64; 4]; n];
+    band.iter_mut().for_each(|b| b[0] = 1.0);
+    for row in 0..n - 3 {
+        for a in 0..4 {
+            for b in 0..=a {
+                band[row + a][a - b] += weight * DIFFERENCE[a] * DIFFERENCE[b];
+            }
+        }
+    }
+    let mut y = x.to_vec();
+    for i in 0..n {
+        for k in (1..=3.min(i)).rev() {
+            let j = i - k;
+            let mut value = band[i][k];
+            for l in k + 1..=3.min(i) {
+                if l - k <= 3 {
+                    value -= band[i][l] * band[j][l - k];
+                }
+            }
+            band[i][k] = value / band[j][0];
+        }
+        let squares: f64 = (1..=3.min(i)).map(|k| band[i][k] * band[i][k]).sum();
+        band[i][0] = (band[i][0] - squares).max(1e-300).sqrt();
+        let known: f64 = (1..=3.min(i)).map(|k| band[i][k] * y[i - k]).sum();
+        y[i] = (y[i] - known) / band[i][0];
+    }
+    for i in (0..n).rev() {
+        let known: f64 = (1..=3.min(n - 1 - i)).map(|k| band[i + k][k] * y[i + k]).sum();
+        y[i] = (y[i] - known) / band[i][0];
+    }
+    y
+}
+
 /// Whether samples are evenly spaced.
 fn even(time_s: &[f64]) -> bool {
     let count = time_s.len() - 1;
@@ -114,6 +204,22 @@ mod tests {
             };
             assert!((moment(0) - 1.0).abs() < 1e-12 && moment(2).abs() < 1e-9);
         }
+    }
+
+    #[test]
+    fn graduation_solves_its_equations_and_keeps_parabolas() {
+        let x: Vec<f64> = (0..40).map(|k| ((k * 37) % 17) as f64).collect();
+        let s = penalised(&x, 7.0);
+        let third = |k: usize| s[k + 3] - 3.0 * s[k + 2] + 3.0 * s[k + 1] - s[k];
+        for i in 0..40_usize {
+            let gradient: f64 = (0..4)
+                .filter_map(|a| i.checked_sub(a).filter(|k| k + 3 < 40).map(|k| [-1.0, 3.0, -3.0, 1.0][a] * third(k)))
+                .sum();
+            assert!((s[i] - x[i] + 7.0 * gradient).abs() < 1e-9);
+        }
+        let parabola: Vec<f64> = (0..40).map(|k| 0.5 * (k * k) as f64 - 3.0).collect();
+        let kept = penalised(&parabola, 1e6);
+        assert!(kept.iter().zip(&parabola).all(|(a, b)| (a - b).abs() < 1e-4));
     }
 
     #[test]

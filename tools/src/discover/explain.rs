@@ -30,8 +30,17 @@ pub struct Alternative {
 pub struct Search<'r> {
     /// Kinds that may not be used.
     pub removed: &'r [String],
+    /// The only kind that may be used.
+    pub only: Option<&'r str>,
     /// Terms of the model handed in.
     pub base_terms: usize,
+}
+
+impl Search<'_> {
+    /// Whether a kind may be used.
+    pub fn allows(&self, kind: &str) -> bool {
+        !self.removed.iter().any(|r| r == kind) && self.only.is_none_or(|only| only == kind)
+    }
 }
 
 /// A proposal on the grid, with its own noise.
@@ -54,7 +63,7 @@ impl Subject<'_> {
     /// A model that cannot be evaluated.
     pub fn explain(&self, fit: &Fitted, search: Search<'_>, least: f64) -> Result<Vec<Alternative>, DiscoverError> {
         let evaluations = self.evaluate(&fit.model)?;
-        let proposals = library::proposals(self, &evaluations, fit, search.removed);
+        let proposals = library::proposals(self, &evaluations, fit, search);
         drop(evaluations);
         let mut tried = self.screen(fit, &proposals);
         tried.retain(|t| t.gain > least);

@@ -6,6 +6,7 @@ use std::f64::consts::TAU;
 use gmhm::terms::{KINDS, KeyInfo, KindInfo, Range};
 use rayon::prelude::*;
 
+use super::explain::Search;
 use super::fit::Fitted;
 use super::spectrum;
 use super::subject::Subject;
@@ -292,12 +293,12 @@ pub fn proposals(
     subject: &Subject<'_>,
     evaluations: &[Evaluation<'_>],
     fit: &Fitted,
-    removed: &[String],
+    search: Search<'_>,
 ) -> Vec<Proposal> {
     let ranges = Ranges::new(subject, evaluations, fit);
     let model = &fit.model;
     let mut wanted: Vec<(&'static KindInfo, Term, Option<usize>)> = Vec::new();
-    for info in KINDS.iter().filter(|i| i.name != UNKNOWN && !removed.iter().any(|r| r == i.name)) {
+    for info in KINDS.iter().filter(|i| i.name != UNKNOWN && search.allows(i.name)) {
         let present = model.terms.iter().position(|t| t.kind == info.name);
         if present.is_some() && !grows(info.name) && info.name != "soft_windup" {
             continue;

@@ -5,17 +5,29 @@
 //! | [`subject`], [`parameters`], [`fit`], [`least_squares`] | recordings, the free numbers of a model, its fit against coloured noise |
 //! | [`library`], [`spectrum`] | what could have been left out, as columns; orders of a turn |
 //! | [`explain`] | every kind beside a fitted model, refitted together |
+//! | [`mod@search`] | forward, with swaps, and backward |
+//! | [`flexible`] | curves without physics over every coordinate |
+//! | [`judge`] | classes that cannot be told apart, names only where they explain all there is |
+//! | [`experiment`] | what could not have been seen, and the experiment that would show it |
+//! | [`mod@diagnose`] | the whole, as `gmhm diagnose` writes it |
 
 mod denoise;
+mod detector;
+pub mod diagnose;
+pub mod experiment;
 pub mod explain;
 pub mod fit;
 pub mod flexible;
+pub mod judge;
 pub mod least_squares;
 pub mod library;
 pub mod parameters;
 pub mod search;
 pub mod spectrum;
 pub mod subject;
+
+pub use detector::Diagnostician;
+pub use diagnose::{Finding, Options, diagnose};
 
 use crate::estimate::EstimateError;
 use crate::physics::PredictError;

@@ -16,6 +16,8 @@ pub struct Explained {
     pub gain: f64,
     /// How many numbers it has.
     pub parameters: usize,
+    /// The model without it, refitted.
+    pub rest: Fitted,
     /// Everything tried in its place, itself among it, the best first.
     pub alternatives: Vec<Alternative>,
 }
@@ -51,8 +53,7 @@ impl Subject<'_> {
     ///
     /// # Errors
     /// A model that cannot be evaluated.
-    pub fn search(&self, model: &Model, removed: &[String]) -> Result<Outcome, DiscoverError> {
-        let search = Search { removed, base_terms: model.terms.len() };
+    pub fn search(&self, model: &Model, search: Search<'_>) -> Result<Outcome, DiscoverError> {
         let base = self.fit(model, &self.places(model, search.base_terms), None, 12)?;
         let mut extended = base.clone();
         let rejected;
@@ -106,7 +107,7 @@ impl Subject<'_> {
                 term = search.base_terms;
                 continue;
             }
-            effects.push(Explained { term, gain, parameters, alternatives });
+            effects.push(Explained { term, gain, parameters, rest, alternatives });
             term += 1;
         }
         Ok(Outcome { base, extended, effects, best_gain, rejected })

@@ -54,7 +54,7 @@ impl<'a> Subject<'a> {
             return Err(DiscoverError::SomeSimulated);
         }
         let marks = marks(recordings, model)?;
-        let recordings: Vec<Cow<'a, Recording>> = recordings.iter().map(denoised).collect();
+        let recordings: Vec<Cow<'a, Recording>> = recordings.iter().map(|r| denoised(r, model.gear.ratio)).collect();
         let mut subject = Self { recordings, spans, marks, target, free_base: simulated == 0 };
         if simulated > 0 {
             let base = subject.total(model)?;

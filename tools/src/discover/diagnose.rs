@@ -1,0 +1,355 @@
+//! The diagnosis: from recordings and a model to findings, an extended model and the numbers that go with them.
+
+use std::collections::BTreeMap;
+
+use gmhm::terms::{Form, Role, Side as TermSide};
+
+use super::DiscoverError;
+use super::experiment;
+use super::explain::Search;
+use super::fit::Fitted;
+use super::judge::{Judged, Judgement, coordinates};
+use super::least_squares::{dot, solve};
+use super::parameters::Place as Number;
+use super::subject::Subject;
+use crate::diagnosis::{
+    Diagnosis, Effect, Heldout, HeldoutFrom, Parameter, ParameterValue, Place, Rms, Side, UNKNOWN, Unit,
+};
+use crate::estimate::Progress;
+use crate::estimate::columns::Mark;
+use crate::estimate::noise::mark_outliers;
+use crate::model::{Model, TermValue};
+use crate::recording::{Recording, TorqueUnit};
+
+/// The rate of false alarms that the verdict was tuned to on coloured nulls of `gmhm prove`.
+pub const FALSE_ALARM_RATE: f64 = 0.01;
+
+/// How a diagnosis is done.
+#[derive(Debug, Clone, Default)]
+pub struct Options {
+    /// Kinds that may not be used.
+    pub removed: Vec<String>,
+    /// The rated deflection, where the model has none, rad.
+    pub rated_deflection_rad: Option<f64>,
+}
+
+/// A diagnosis with all that a report shows of it.
+pub struct Finding {
+    /// What `--json` writes.
+    pub diagnosis: Diagnosis,
+    /// The extended model; the refitted base where nothing was found.
+    pub model: Model,
+    /// The judgement that it rests on.
+    pub judgement: Judgement,
+    /// Time of every row, s.
+    pub time_s: Vec<f64>,
+    /// Residual of the model handed in, each recording about its mean.
+    pub given: Vec<f64>,
+}
+
+/// Diagnoses recordings of one gear or joint against a model.
+///
+/// # Errors
+/// Recordings that cannot be used, a model that cannot be evaluated, or `progress` cancelling.
+pub fn diagnose(
+    recordings: &[Recording],
+    model: &Model,
+    holdout: &[Recording],
+    options: &Options,
+    progress: &dyn Progress,
+) -> Result<Finding, DiscoverError> {
+    let first = recordings.first().ok_or(DiscoverError::NoRecording)?;
+    let model = prepared(model, recordings, options)?;
+    progress.report("reading", 0.0);
+    let mut subject = Subject::new(recordings, &model)?;
+    let search = Search { removed: &options.removed, only: None, base_terms: model.terms.len() };
+    let given = subject.about_means(&subject.total(&model)?);
+    progress.report("refitting the base model", 0.05);
+    let plain = subject.fit(&model, &subject.places(&model, search.base_terms), None, 2)?;
+    subject.mark_outliers(&plain);
+    let check = || if progress.cancelled() { Err(DiscoverError::Cancelled) } else { Ok(()) };
+    check()?;
+    progress.report("searching", 0.15);
+    let outcome = subject.search(&plain.model, search)?;
+    check()?;
+    progress.report("judging", 0.7);
+    let judgement = subject.judge(outcome, search)?;
+    check()?;
+    progress.report("checking on rows held out", 0.9);
+    let rms = Rms {
+        given: subject.rms(&given),
+        refitted: subject.rms(&judgement.base.residual),
+        extended: subject.rms(&judgement.extended.residual),
+    };
+    let heldout = if holdout.is_empty() {
+        Heldout {
+            rms: Rms {
+                given: rms.given,
+                refitted: subject.rms_of_blocks(&judgement.base),
+                extended: subject.rms_of_blocks(&judgement.extended),
+            },
+            from: HeldoutFrom::Blocks,
+        }
+    } else {
+        let unseen = Subject::new(holdout, &model)?;
+        let left = |m: &Model| -> Result<f64, DiscoverError> { Ok(unseen.rms(&unseen.about_means(&unseen.total(m)?))) };
+        Heldout {
+            rms: Rms {
+                given: left(&model)?,
+                refitted: left(&judgement.base.model)?,
+                extended: left(&judgement.extended.model)?,
+            },
+            from: HeldoutFrom::Recordings,
+        }
+    };
+    let unit = match first.torque_unit {
+        TorqueUnit::NewtonMetre => Unit::NewtonMetre,
+        TorqueUnit::Ampere => Unit::Ampere,
+    };
+    let noise_rms = rms.extended;
+    let found: Vec<&str> = judgement.effects.iter().map(|e| e.name.as_str()).collect();
+    let undecidable = experiment::undecidable(&subject, &judgement, search)?;
+    let next_experiment = experiment::next(&judgement, &undecidable);
+    let _ = found;
+    let diagnosis = Diagnosis {
+        mismatch: judgement.mismatch,
+        false_alarm_rate: FALSE_ALARM_RATE,
+        unit,
+        noise_rms,
+        rms,
+        heldout,
+        places: if judgement.mismatch { subject.where_it_sits(&judgement) } else { Vec::new() },
+        effects: subject.effects(&judgement),
+        undecidable,
+        next_experiment,
+    };
+    let mut extended = judgement.extended.model.clone();
+    extended.terms.retain(|t| t.kind != "unknown" || judgement.mismatch);
+    progress.report("done", 1.0);
+    Ok(Finding { diagnosis, model: extended, judgement, time_s: subject.time_s(), given })
+}
+
+/// The model as the search uses it: canonical signs, a rated deflection.
+fn prepared(model: &Model, recordings: &[Recording], options: &Options) -> Result<Model, DiscoverError> {
+    let mut model = model.clone();
+    if model.elastic.is_none() && model.memory.is_none() {
+        return Ok(model);
+    }
+    let zero = model.gear.deflection_zero_rad;
+    let seen = || {
+        let derived = |r: &Recording| {
+            let mut r = r.clone();
+            r.derive_deflection(model.gear.ratio).ok()?;
+            r.largest_deflection_rad(zero)
+        };
+        recordings.iter().filter_map(derived).fold(None, |a: Option<f64>, x| Some(a.map_or(x, |a| a.max(x))))
+    };
+    let rated = options.rated_deflection_rad.or(model.gear.rated_deflection_rad).or_else(seen);
+    model.gear.rated_deflection_rad = rated;
+    if let Some(params) = rated.and_then(|a| model.params(a)) {
+        let params = params.map_err(|error| crate::physics::PredictError::Params {
+            rated_deflection_rad: rated.unwrap_or(f64::NAN),
+            error,
+        })?;
+        model.memory = Some(params.memory());
+    }
+    Ok(model)
+}
+
+/// Blocks that a recording is cut into for held-out prediction.
+const BLOCKS: usize = 8;
+
+impl Subject<'_> {
+    /// Target less a total, each recording about the mean of its rows that count.
+    fn about_means(&self, total: &[f64]) -> Vec<f64> {
+        let mut residual: Vec<f64> = self.target.iter().zip(total).map(|(t, m)| t - m).collect();
+        for (span, marks) in self.spans.iter().zip(&self.marks) {
+            let own = &mut residual[span.clone()];
+            let kept: Vec<f64> = own.iter().zip(marks).filter(|(_, m)| **m != Mark::Skipped).map(|(r, _)| *r).collect();
+            let mean = kept.iter().sum::<f64>() / kept.len().max(1) as f64;
+            own.iter_mut().for_each(|r| *r -= mean);
+        }
+        residual
+    }
+
+    /// Root mean square of the rows that count.
+    fn rms(&self, residual: &[f64]) -> f64 {
+        let masked = self.layout().masked(residual);
+        (dot(&masked, &masked) / self.counted().max(1) as f64).sqrt()
+    }
+
+    /// Marks isolated rows that stand out of a fit's residual.
+    fn mark_outliers(&mut self, fit: &Fitted) {
+        for (span, marks) in self.spans.iter().zip(&mut self.marks) {
+            mark_outliers(&fit.residual[span.clone()], marks);
+        }
+    }
+
+    /// Root mean square of blocks, each predicted by a fit to the others; the fit is linearised where it ended.
+    fn rms_of_blocks(&self, fit: &Fitted) -> f64 {
+        let layout = self.layout();
+        let columns: Vec<Vec<f64>> = fit.columns.iter().map(|c| layout.whiten(&fit.noise, c)).collect();
+        let y = layout.whiten(&fit.noise, &fit.residual);
+        let (mut sum, mut count) = (0.0, 0);
+        for block in 0..BLOCKS {
+            let mut without = columns.clone();
+            let mut rest = y.clone();
+            let mut rows = Vec::new();
+            for span in &self.spans {
+                let own = span.start + span.len() * block / BLOCKS..span.start + span.len() * (block + 1) / BLOCKS;
+                without.iter_mut().for_each(|c| c[own.clone()].fill(0.0));
+                rest[own.clone()].fill(0.0);
+                rows.extend(own);
+            }
+            let moved = solve(&without, &rest);
+            for row in rows.into_iter().filter(|&row| self.counts(row)) {
+                let change: f64 = fit.columns.iter().zip(&moved).map(|(c, m)| c[row] * m).sum();
+                sum += (fit.residual[row] - change).powi(2);
+                count += 1;
+            }
+        }
+        (sum / f64::from(count.max(1))).sqrt()
+    }
+
+    /// Where the structure sits: for each effect its own coordinates first, then those of the base model's residual.
+    fn where_it_sits(&self, judgement: &Judgement) -> Vec<Place> {
+        let mut places: Vec<Place> = Vec::new();
+        let mut add = |coordinate: &str, share: f64, detail: String, seconds: Vec<[f64; 2]>| {
+            if !places.iter().any(|p| p.coordinate == coordinate) {
+                places.push(Place { coordinate: coordinate.to_owned(), share, detail, seconds });
+            }
+        };
+        for effect in &judgement.effects {
+            let Some(best) = effect.places.first() else { continue };
+            let own: Vec<&str> = match effect.name.as_str() {
+                UNKNOWN => vec![best.coordinate],
+                name => coordinates(name),
+            };
+            let share = |gain: f64| (effect.share * (gain / best.gain.max(effect.gain)).clamp(0.0, 1.0)).clamp(0.0, 1.0);
+            let stretches = self.seconds(&best.contribution);
+            for coordinate in own.iter().take(2) {
+                let gain = effect.places.iter().find(|p| p.coordinate == *coordinate).map_or(effect.gain, |p| p.gain);
+                add(coordinate, share(gain.max(0.5 * best.gain)), detail(effect, coordinate, judgement), stretches.clone());
+            }
+            let others = effect.places.iter().filter(|p| p.net() > super::judge::STRUCTURE && p.gain > 0.7 * best.gain);
+            for other in others.take(2) {
+                let words = format!("a free curve over it explains {:.0} % of what the effect does", 100.0 * (other.gain / best.gain).min(1.0));
+                add(other.coordinate, share(other.gain), words, stretches.clone());
+            }
+        }
+        places
+    }
+
+    /// The stretches of time in which a contribution is strong.
+    fn seconds(&self, contribution: &[f64]) -> Vec<[f64; 2]> {
+        let mut stretches: Vec<[f64; 2]> = Vec::new();
+        for (span, recording) in self.spans.iter().zip(&self.recordings) {
+            let own = &contribution[span.clone()];
+            let time = &recording.time_s;
+            let parts = 60.min(own.len());
+            let power: Vec<f64> = (0..parts)
+                .map(|k| {
+                    let rows = own.len() * k / parts..own.len() * (k + 1) / parts;
+                    let count = rows.len().max(1) as f64;
+                    own[rows].iter().map(|x| x * x).sum::<f64>() / count
+                })
+                .collect();
+            let strongest = power.iter().copied().fold(0.0, f64::max);
+            for (k, p) in power.iter().enumerate() {
+                if *p < 0.15 * strongest || strongest == 0.0 {
+                    continue;
+                }
+                let (from, to) = (time[own.len() * k / parts], time[(own.len() * (k + 1) / parts).min(own.len() - 1)]);
+                match stretches.last_mut() {
+                    Some(last) if (last[1] - from).abs() < 1e-9 => last[1] = to,
+                    _ => stretches.push([from, to]),
+                }
+            }
+        }
+        stretches
+    }
+
+    fn effects(&self, judgement: &Judgement) -> Vec<Effect> {
+        let sds = judgement.extended.standard_deviations(self.layout());
+        let parameters = |term: usize| {
+            let term_of = &judgement.extended.model.terms[term];
+            let mut all = BTreeMap::new();
+            for (name, value) in &term_of.values {
+                let key = term_of.info().and_then(|i| i.key(name));
+                let sd_at = |wanted: Option<usize>| {
+                    let at = judgement.extended.places.iter().position(|p| {
+                        matches!(p, Number::Term { term: t, key, index } if *t == term && key.name == name && *index == wanted)
+                    });
+                    at.map(|i| sds[i])
+                };
+                let (value, sd) = match value {
+                    TermValue::Number(x) => (ParameterValue::Number(*x), sd_at(None).map(ParameterValue::Number)),
+                    TermValue::List(l) => {
+                        let sd: Option<Vec<f64>> = (0..l.len()).map(|i| sd_at(Some(i))).collect();
+                        (ParameterValue::List(l.clone()), sd.map(ParameterValue::List))
+                    }
+                    TermValue::Text(t) => (ParameterValue::Text(t.clone()), None),
+                };
+                let free = key.is_some_and(|k| k.role != Role::Structure || !matches!(k.form, Form::Choice(_)));
+                let unit = key.map_or("", |k| k.unit).to_owned();
+                all.insert(name.clone(), Parameter { value, sd: sd.filter(|_| free), unit });
+            }
+            all
+        };
+        let effect = |e: &Judged| {
+            let term = e.term.map(|t| &judgement.extended.model.terms[t]);
+            let info = term.and_then(|t| t.info()).filter(|i| i.name == e.name);
+            let side = match info.map(|i| i.side) {
+                _ if e.name == UNKNOWN => Side::Unknown,
+                Some(TermSide::Plant) => Side::Plant,
+                _ => Side::Instrument,
+            };
+            let all = match e.term {
+                Some(at) if judgement.extended.model.terms[at].kind == e.name => parameters(at),
+                _ => BTreeMap::new(),
+            };
+            Effect {
+                name: e.name.clone(),
+                equivalents: e.equivalents.clone(),
+                confidence: e.confidence.clamp(0.0, 1.0),
+                share: e.share,
+                parameters: all,
+                side,
+                why: why(e),
+            }
+        };
+        judgement.effects.iter().map(effect).collect()
+    }
+}
+
+/// What is seen at a place, in words.
+fn detail(effect: &Judged, coordinate: &str, judgement: &Judgement) -> String {
+    let orders = effect.term.and_then(|t| judgement.extended.model.terms[t].values.get("orders"));
+    match (coordinate, orders) {
+        ("motor_angle", Some(TermValue::List(orders))) => {
+            let words: Vec<String> = orders.iter().map(|o| format!("{o:.2}")).collect();
+            format!("order {} of the motor turn", words.join(", "))
+        }
+        ("output_angle", _) => "once and more a turn of the output".to_owned(),
+        (other, _) => format!("as a function of {}", other.replace('_', " ")),
+    }
+}
+
+/// The evidence, in words.
+fn why(effect: &Judged) -> String {
+    let runner_up = effect.tried.iter().find(|(kind, ..)| *kind != effect.name && !effect.equivalents.contains(kind));
+    let mut words = format!("explains {:.0} % of the structure; without it −2 ln L rises by {:.0}", 100.0 * effect.share, effect.gain);
+    if effect.name == UNKNOWN {
+        words = match (&effect.closest, effect.places.first()) {
+            (Some(kind), Some(place)) => format!(
+                "no kind explains what a free curve over {} does; {kind} comes closest and is kept in the model as an approximation",
+                place.coordinate
+            ),
+            (None, Some(place)) => format!("no kind explains it; a curve over {} stands in", place.coordinate),
+            _ => words,
+        };
+    } else if let Some((kind, gain, _)) = runner_up {
+        words.push_str(&format!("; the next best kind, {kind}, by {gain:.0}"));
+    }
+    words
+}

@@ -1,0 +1,261 @@
+//! From a search to findings: classes of kinds that cannot be told apart, and names that are given only where they explain all there is.
+
+use gmhm::terms::{Coordinate, KINDS};
+
+use super::DiscoverError;
+use super::explain::{Alternative, Search};
+use super::fit::Fitted;
+use super::flexible::{self, Coordinates, Explained as Curve};
+use super::parameters;
+use super::search::Outcome;
+use super::subject::Subject;
+use crate::diagnosis::UNKNOWN;
+use crate::model::{Model, Term, TermValue};
+
+/// One effect as it is reported.
+pub struct Judged {
+    /// Its kind, or `unknown`.
+    pub name: String,
+    /// Kinds that these recordings cannot tell from it.
+    pub equivalents: Vec<String>,
+    /// Posterior weight of the class.
+    pub confidence: f64,
+    /// Its term in the extended model; none where the curve was not worth a term.
+    pub term: Option<usize>,
+    /// By how much −2 ln L would be higher without it.
+    pub gain: f64,
+    /// Part of the structured residual power that it explains.
+    pub share: f64,
+    /// Where it sits, the best coordinate first.
+    pub places: Vec<Curve>,
+    /// What else was tried in its place: kind, gain, numbers.
+    pub tried: Vec<(String, f64, usize)>,
+    /// The closest kind of the library, where the effect is unknown.
+    pub closest: Option<String>,
+    /// The residual without it, row by row.
+    pub without: Vec<f64>,
+}
+
+/// What was found.
+pub struct Judgement {
+    /// Is there structure beyond noise?
+    pub mismatch: bool,
+    /// The base model refitted.
+    pub base: Fitted,
+    /// The base model with what was found.
+    pub extended: Fitted,
+    /// What was found, the largest first.
+    pub effects: Vec<Judged>,
+    /// Where the residual of the base model sits.
+    pub places: Vec<Curve>,
+    /// What was tried beside the final model, and found wanting: kind, gain, numbers.
+    pub rejected: Vec<(String, f64, usize)>,
+}
+
+/// Kinds within this of the best's −2 ln L are not told apart: the wrong one of two looks better by more than this once in a thousand.
+const CLASS: f64 = 11.0;
+/// A richer kind stays in the class of a simpler one that explains almost as much when noise alone would give it less than this (χ², 1 %).
+const RICHER: f64 = 13.0;
+/// A flexible curve has to gain this much, net of what its columns gain from noise, to be structure.
+pub const STRUCTURE: f64 = 45.0;
+/// A named term may leave this part of what a flexible curve of the same coordinates explains.
+const LEFT: f64 = 0.1;
+
+impl Subject<'_> {
+    /// Judges what a search found.
+    ///
+    /// # Errors
+    /// A model that cannot be evaluated.
+    pub fn judge(&self, outcome: Outcome, search: Search<'_>) -> Result<Judgement, DiscoverError> {
+        let Outcome { base, mut extended, effects, rejected, .. } = outcome;
+        let places = self.places_of(&base)?;
+        let power = |residual: &[f64]| {
+            let masked = self.layout().masked(residual);
+            masked.iter().map(|r| r * r).sum::<f64>()
+        };
+        let (base_power, left_power) = (power(&base.residual), power(&extended.residual));
+        let structured = (base_power - left_power).max(1e-12 * base_power);
+        let mut judged = Vec::new();
+        for effect in effects {
+            let kind = extended.model.terms[effect.term].kind.clone();
+            let rest = effect.rest;
+            let places = self.places_of(&rest)?;
+            let mut tried = effect.alternatives;
+            let elements = elements(&extended.model.terms[effect.term]);
+            self.grow(&rest, &mut tried, elements, search)?;
+            let own = tried.iter().filter(|a| a.kind == kind).map(|a| a.gain).fold(effect.gain, f64::max);
+            let (own_parameters, n) = (effect.parameters, (self.counted() as f64).ln());
+            let equivalent = |a: &&Alternative| {
+                let extra = a.parameters as f64 - own_parameters as f64;
+                let richer = extra > 1.0;
+                a.kind != kind && a.polished && if richer { a.gain - own > RICHER } else { own - a.gain < CLASS }
+            };
+            let mut equivalents: Vec<String> =
+                tried.iter().filter(equivalent).map(|a| a.kind.to_owned()).collect();
+            equivalents.dedup();
+            let weight = |gain: f64, parameters: usize| (0.5 * (gain - own - (parameters as f64 - own_parameters as f64) * n)).min(0.0).exp();
+            let others: f64 =
+                tried.iter().filter(|a| a.kind != kind).map(|a| (a.kind, weight(a.gain, a.parameters))).map(|(k, w)| {
+                    if equivalents.iter().any(|e| e == k) { 0.0 } else { w }
+                }).sum();
+            let best = places.iter().max_by(|a, b| a.net().total_cmp(&b.net()));
+            let unexplained = best.map_or(0.0, |c| c.net() - effect.gain + 2.0 * own_parameters as f64);
+            let named = unexplained < STRUCTURE.max(LEFT * best.map_or(0.0, |c| c.gain));
+            judged.push(Judged {
+                name: if named { kind.clone() } else { UNKNOWN.to_owned() },
+                equivalents: if named { equivalents } else { Vec::new() },
+                confidence: 1.0 / (1.0 + others),
+                term: Some(effect.term),
+                gain: effect.gain,
+                share: ((power(&rest.residual) - left_power) / structured).clamp(0.0, 1.0),
+                places,
+                tried: tried.iter().map(|a| (a.kind.to_owned(), a.gain, a.parameters)).collect(),
+                closest: (!named).then_some(kind),
+                without: rest.residual,
+            });
+        }
+        // A stranger's curve where it does better than the closest kind.
+        for effect in judged.iter_mut().filter(|e| e.name == UNKNOWN) {
+            let Some(at) = effect.term else { continue };
+            let mut without = extended.model.clone();
+            without.terms.remove(at);
+            if let Some(curve) = self.curve_term(&without, &effect.places)? {
+                let mut with = extended.model.clone();
+                with.terms[at] = curve;
+                let fitted = self.fit(&with, &self.places(&with, search.base_terms), None, 4)?;
+                if fitted.minus_two_log_likelihood < extended.minus_two_log_likelihood {
+                    extended = fitted;
+                    effect.closest = None;
+                }
+            }
+        }
+        let left = self.places_of(&extended)?;
+        let total = base.minus_two_log_likelihood - extended.minus_two_log_likelihood;
+        let stranger = left.first().is_some_and(|c| c.net() > STRUCTURE.max(LEFT * total));
+        if stranger && !judged.iter().any(|e| e.name == UNKNOWN) {
+            let without = extended.residual.clone();
+            let before = power(&without);
+            let gain = left[0].gain;
+            let mut term = None;
+            if let Some(curve) = self.curve_term(&extended.model, &left)? {
+                let mut with = extended.model.clone();
+                with.terms.push(curve);
+                let fitted = self.fit(&with, &self.places(&with, search.base_terms), None, 4)?;
+                let numbers = parameters::of_term(&fitted.model, fitted.model.terms.len() - 1).len();
+                let gain = extended.minus_two_log_likelihood - fitted.minus_two_log_likelihood;
+                if gain > 2.0 * numbers as f64 + 20.0 {
+                    extended = fitted;
+                    term = Some(extended.model.terms.len() - 1);
+                }
+            }
+            let after = before - left[0].contribution.iter().map(|c| c * c).sum::<f64>();
+            judged.push(Judged {
+                name: UNKNOWN.to_owned(),
+                equivalents: Vec::new(),
+                confidence: 1.0,
+                term,
+                gain,
+                share: ((before - after) / (structured.max(before - after))).clamp(0.0, 1.0),
+                places: left,
+                tried: rejected.iter().map(|a| (a.kind.to_owned(), a.gain, a.parameters)).collect(),
+                closest: None,
+                without,
+            });
+        }
+        judged.sort_by(|a, b| b.share.total_cmp(&a.share));
+        let rejected = rejected.into_iter().map(|a| (a.kind.to_owned(), a.gain, a.parameters)).collect();
+        Ok(Judgement { mismatch: !judged.is_empty(), base, extended, effects: judged, places, rejected })
+    }
+
+    /// Curves over every coordinate beside a fitted model, the best first.
+    pub fn places_of(&self, fit: &Fitted) -> Result<Vec<Curve>, DiscoverError> {
+        let evaluations = self.evaluate(&fit.model)?;
+        let see = Coordinates::new(self, &evaluations);
+        let curves = flexible::curves(self, &see, fit);
+        let mut located = self.locate(fit, &curves);
+        located.retain(|c| c.gain.is_finite());
+        Ok(located)
+    }
+
+    /// Lets kinds of several elements have as many as the one that was found.
+    fn grow(
+        &self,
+        rest: &Fitted,
+        tried: &mut [Alternative],
+        elements: usize,
+        search: Search<'_>,
+    ) -> Result<(), DiscoverError> {
+        for alternative in tried.iter_mut().filter(|a| a.polished && a.extends.is_none()) {
+            let term = alternative.fit.model.terms.len() - 1;
+            while elements_of(&alternative.fit.model, term) < elements {
+                let only = Search { only: Some(alternative.kind), ..search };
+                let further = self.explain(&alternative.fit, only, 6.0)?;
+                let Some(best) = further.into_iter().find(|a| a.extends == Some(term)) else { break };
+                alternative.parameters += best.parameters;
+                alternative.gain = rest.minus_two_log_likelihood - best.fit.minus_two_log_likelihood;
+                alternative.fit = best.fit;
+            }
+        }
+        Ok(())
+    }
+
+    /// A term `unknown` over the best coordinate that such a term can be over.
+    fn curve_term(&self, model: &Model, places: &[Curve]) -> Result<Option<Term>, DiscoverError> {
+        let evaluations = self.evaluate(model)?;
+        let see = Coordinates::new(self, &evaluations);
+        let Some(best) = places.first() else { return Ok(None) };
+        if !Coordinate::NAMES.contains(&best.coordinate) || best.coordinate == "reversal" {
+            return Ok(None);
+        }
+        let along = match best.coordinate {
+            "motor_angle" => see.motor,
+            "output_angle" => see.output,
+            "output_velocity" => see.velocity,
+            "acceleration" => see.acceleration,
+            "deflection" => see.deflection,
+            "deflection_rate" => see.rate,
+            "torque" => Some(see.torque),
+            "torque_rate" => Some(see.torque_rate),
+            "temperature" => see.temperature,
+            _ => Some(see.time),
+        };
+        let Some(along) = along else { return Ok(None) };
+        let turning = best.coordinate.ends_with("angle");
+        let knots = if turning {
+            let count = if best.coordinate == "motor_angle" { 24 } else { 16 };
+            let low = along.iter().copied().fold(f64::INFINITY, f64::min);
+            (0..count).map(|i| low + std::f64::consts::TAU * f64::from(i) / f64::from(count)).collect()
+        } else {
+            flexible::knots(&along, 12)
+        };
+        if knots.len() < 3 || knots.windows(2).any(|w| w[1] <= w[0]) {
+            return Ok(None);
+        }
+        let values = vec![0.0; knots.len()];
+        let values = [
+            ("coordinate", TermValue::Text(best.coordinate.to_owned())),
+            ("knots", TermValue::List(knots)),
+            ("values_nm", TermValue::List(values)),
+        ];
+        Ok(Some(Term {
+            kind: UNKNOWN.to_owned(),
+            values: values.into_iter().map(|(k, v)| (k.to_owned(), v)).collect(),
+        }))
+    }
+}
+
+fn elements_of(model: &Model, term: usize) -> usize {
+    model.terms.get(term).map_or(1, elements)
+}
+
+/// Elements of a term's lists; 1 where it has none.
+fn elements(term: &Term) -> usize {
+    let lists = term.values.values().filter_map(|v| if let TermValue::List(l) = v { Some(l.len()) } else { None });
+    lists.max().unwrap_or(1)
+}
+
+/// The coordinates in which a kind shows, by name.
+pub fn coordinates(kind: &str) -> Vec<&'static str> {
+    let info = KINDS.iter().find(|i| i.name == kind);
+    info.map_or_else(Vec::new, |i| i.coordinates.iter().map(|c| c.name()).collect())
+}
