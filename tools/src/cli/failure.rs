@@ -6,6 +6,7 @@ use std::io::IsTerminal;
 use miette::{Diagnostic, GraphicalReportHandler, LabeledSpan, SourceCode};
 
 use crate::bench::BenchError;
+use crate::discover::DiscoverError;
 use crate::estimate::EstimateError;
 use crate::estimate::judge::AssessError;
 use crate::model::ModelError;
@@ -40,6 +41,9 @@ pub enum Failure {
     /// A fit could not be judged.
     #[error(transparent)]
     Assess(#[from] AssessError),
+    /// Nothing could be diagnosed.
+    #[error(transparent)]
+    Discover(#[from] DiscoverError),
     /// The system refused.
     #[error(transparent)]
     System(#[from] std::io::Error),
@@ -51,10 +55,15 @@ impl Failure {
             Failure::Recording(e) | Failure::Copy(CopyError::Recording(e)) => e.mend(),
             Failure::Model(e) => e.mend(),
             Failure::Output(e) => e.mend().map(str::to_owned),
-            Failure::Predict(e) | Failure::Assess(AssessError::Predict(e)) => e.mend(),
-            Failure::Bench(_) | Failure::Copy(_) | Failure::Estimate(_) | Failure::Assess(_) | Failure::System(_) => {
-                None
-            }
+            Failure::Predict(e)
+            | Failure::Assess(AssessError::Predict(e))
+            | Failure::Discover(DiscoverError::Predict(e)) => e.mend(),
+            Failure::Bench(_)
+            | Failure::Copy(_)
+            | Failure::Estimate(_)
+            | Failure::Assess(_)
+            | Failure::Discover(_)
+            | Failure::System(_) => None,
         }
     }
 

@@ -3,6 +3,7 @@
 mod common;
 mod compare;
 mod demo;
+mod diagnose;
 mod failure;
 mod fit;
 mod predict;
@@ -31,6 +32,7 @@ struct Cli {
 enum Command {
     Compare(compare::CompareArgs),
     Demo(demo::DemoArgs),
+    Diagnose(diagnose::DiagnoseArgs),
     Fit(fit::FitArgs),
     Predict(predict::PredictArgs),
     Simulate(simulate::SimulateArgs),
@@ -58,6 +60,7 @@ pub fn run() -> ExitCode {
     let done = match &cli.command {
         Some(Command::Compare(args)) => args.run(&session),
         Some(Command::Demo(args)) => args.run(&session),
+        Some(Command::Diagnose(args)) => args.run(&session),
         Some(Command::Fit(args)) => args.run(&session),
         Some(Command::Predict(args)) => args.run(&session),
         Some(Command::Simulate(args)) => args.run(),

@@ -1,5 +1,6 @@
 //! Results as text for people.
 
+use crate::diagnosis::{Diagnosis, ParameterValue, Unit};
 use crate::estimate::Fit;
 use crate::estimate::rivals::Comparison;
 use crate::estimate::uncertainty::Estimated;
@@ -20,6 +21,66 @@ pub(super) fn fit(fit: &Fit) -> String {
     lines.extend(notes(&fit.uncertainty.parameters));
     lines.push(format!("Left over: {:.4} {unit} rms in {} rows, {:.4} held out", fit.rms, fit.rows, fit.heldout_rms));
     lines.join("\n") + "\n"
+}
+
+/// A diagnosis: verdict, places, effects, what stays open.
+pub(super) fn diagnosis(found: &Diagnosis) -> String {
+    let unit = if found.unit == Unit::Ampere { "A" } else { "N·m" };
+    let mut lines = Vec::new();
+    if !found.mismatch {
+        lines.push(format!(
+            "No structure beyond noise ({} of noise alone would look like some).",
+            percent(found.false_alarm_rate)
+        ));
+    }
+    for effect in &found.effects {
+        let class = match effect.equivalents.as_slice() {
+            [] => String::new(),
+            others => format!(" (or {}: these recordings cannot tell)", others.join(", ")),
+        };
+        let share = percent(effect.share);
+        lines.push(format!("{}{class}: {share} of the structure, confidence {:.2}", effect.name, effect.confidence));
+        lines.push(format!("    {}", effect.why));
+        for (name, parameter) in &effect.parameters {
+            let number = |x: f64, sd: Option<&f64>| match sd {
+                Some(sd) => format!("{x:.4e} ± {sd:.1e}"),
+                None => format!("{x:.6}"),
+            };
+            let sds = parameter.sd.as_ref().map_or(&[][..], ParameterValue::numbers);
+            let value = match &parameter.value {
+                ParameterValue::Text(text) => text.clone(),
+                value => {
+                    let numbers = value.numbers().iter().enumerate();
+                    numbers.map(|(i, x)| number(*x, sds.get(i))).collect::<Vec<_>>().join(", ")
+                }
+            };
+            lines.push(format!("    {name:<28} {value} {}", parameter.unit));
+        }
+    }
+    for place in &found.places {
+        let stretches: Vec<String> = place.seconds.iter().take(4).map(|[a, b]| format!("{a:.1}-{b:.1} s")).collect();
+        let more = if place.seconds.len() > 4 { " …" } else { "" };
+        let share = percent(place.share);
+        lines.push(format!("Seen in {}: {share}, {} ({}{more})", place.coordinate, place.detail, stretches.join(", ")));
+    }
+    let row = |name: &str, rms: &crate::diagnosis::Rms| {
+        format!("  {name:<10} {:>10.5} {:>10.5} {:>10.5} {unit} rms", rms.given, rms.refitted, rms.extended)
+    };
+    lines.push("Left over    as given   refitted   extended".to_owned());
+    lines.push(row("in sample", &found.rms));
+    lines.push(row("held out", &found.heldout.rms));
+    if !found.undecidable.is_empty() {
+        let names: Vec<&str> = found.undecidable.iter().map(|u| u.name.as_str()).collect();
+        lines.push(format!("These recordings could not have shown: {}", names.join(", ")));
+    }
+    if !found.next_experiment.is_empty() {
+        lines.push(format!("Next: {}", found.next_experiment));
+    }
+    lines.join("\n") + "\n"
+}
+
+fn percent(share: f64) -> String {
+    format!("{:.0} %", 100.0 * share)
 }
 
 /// One parameter on a line.

@@ -25,11 +25,8 @@ pub fn denoised(recording: &Recording, ratio: Option<f64>) -> Cow<'_, Recording>
     let deflection = derived.as_deref().and_then(|x| smoothed(x, &recording.time_s));
     let deflection = deflection.or(derived.filter(|_| recording.deflection_rad.is_none()));
     let smooth = |channel: &Option<Vec<f64>>| channel.as_deref().and_then(|x| whittaker(x, &recording.time_s));
-    let (input, output, velocity) = (
-        smooth(&recording.theta_in_rad),
-        smooth(&recording.theta_out_rad),
-        smooth(&recording.velocity_out_rad_per_s),
-    );
+    let (input, output, velocity) =
+        (smooth(&recording.theta_in_rad), smooth(&recording.theta_out_rad), smooth(&recording.velocity_out_rad_per_s));
     if deflection.is_none() && input.is_none() && output.is_none() && velocity.is_none() {
         return Cow::Borrowed(recording);
     }
@@ -199,9 +196,8 @@ mod tests {
     fn weights_keep_parabolas() {
         for half in [2, 3, 8] {
             let weights = parabola(half);
-            let moment = |p: i32| -> f64 {
-                weights.iter().enumerate().map(|(i, w)| w * (i as f64 - half as f64).powi(p)).sum()
-            };
+            let moment =
+                |p: i32| -> f64 { weights.iter().enumerate().map(|(i, w)| w * (i as f64 - half as f64).powi(p)).sum() };
             assert!((moment(0) - 1.0).abs() < 1e-12 && moment(2).abs() < 1e-9);
         }
     }
@@ -229,7 +225,8 @@ mod tests {
         let error = |x: &[f64], truth: &[f64]| {
             (x.iter().zip(truth).map(|(a, b)| (a - b).powi(2)).sum::<f64>() / x.len() as f64).sqrt()
         };
-        let noisy: Vec<f64> = sine.iter().enumerate().map(|(k, x)| x + 1e-4 * ((k * 7919) % 101) as f64 / 50.0).collect();
+        let noisy: Vec<f64> =
+            sine.iter().enumerate().map(|(k, x)| x + 1e-4 * ((k * 7919) % 101) as f64 / 50.0).collect();
         let clean = smoothed(&noisy, &time).unwrap_or_default();
         let shift = 1e-4;
         let truth: Vec<f64> = sine.iter().map(|x| x + shift).collect();

@@ -225,15 +225,24 @@ impl Subject<'_> {
                 UNKNOWN => vec![best.coordinate],
                 name => coordinates(name),
             };
-            let share = |gain: f64| (effect.share * (gain / best.gain.max(effect.gain)).clamp(0.0, 1.0)).clamp(0.0, 1.0);
+            let share =
+                |gain: f64| (effect.share * (gain / best.gain.max(effect.gain)).clamp(0.0, 1.0)).clamp(0.0, 1.0);
             let stretches = self.seconds(&best.contribution);
             for coordinate in own.iter().take(2) {
                 let gain = effect.places.iter().find(|p| p.coordinate == *coordinate).map_or(effect.gain, |p| p.gain);
-                add(coordinate, share(gain.max(0.5 * best.gain)), detail(effect, coordinate, judgement), stretches.clone());
+                add(
+                    coordinate,
+                    share(gain.max(0.5 * best.gain)),
+                    detail(effect, coordinate, judgement),
+                    stretches.clone(),
+                );
             }
             let others = effect.places.iter().filter(|p| p.net() > super::judge::STRUCTURE && p.gain > 0.7 * best.gain);
             for other in others.take(2) {
-                let words = format!("a free curve over it explains {:.0} % of what the effect does", 100.0 * (other.gain / best.gain).min(1.0));
+                let words = format!(
+                    "a free curve over it explains {:.0} % of what the effect does",
+                    100.0 * (other.gain / best.gain).min(1.0)
+                );
                 add(other.coordinate, share(other.gain), words, stretches.clone());
             }
         }
@@ -338,7 +347,11 @@ fn detail(effect: &Judged, coordinate: &str, judgement: &Judgement) -> String {
 /// The evidence, in words.
 fn why(effect: &Judged) -> String {
     let runner_up = effect.tried.iter().find(|(kind, ..)| *kind != effect.name && !effect.equivalents.contains(kind));
-    let mut words = format!("explains {:.0} % of the structure; without it −2 ln L rises by {:.0}", 100.0 * effect.share, effect.gain);
+    let mut words = format!(
+        "explains {:.0} % of the structure; without it −2 ln L rises by {:.0}",
+        100.0 * effect.share,
+        effect.gain
+    );
     if effect.name == UNKNOWN {
         words = match (&effect.closest, effect.places.first()) {
             (Some(kind), Some(place)) => format!(

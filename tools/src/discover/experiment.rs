@@ -108,7 +108,10 @@ pub fn undecidable(
 /// The experiment that splits most of what is still open: kinds of one class first, then what could not have been seen.
 pub fn next(judgement: &Judgement, undecidable: &[Undecidable]) -> String {
     let classes = judgement.effects.iter().filter(|e| !e.equivalents.is_empty());
-    let members: Vec<&str> = classes.clone().flat_map(|e| std::iter::once(e.name.as_str()).chain(e.equivalents.iter().map(String::as_str))).collect();
+    let members: Vec<&str> = classes
+        .clone()
+        .flat_map(|e| std::iter::once(e.name.as_str()).chain(e.equivalents.iter().map(String::as_str)))
+        .collect();
     let worth = |e: &Experiment| {
         let split = members.iter().filter(|k| e.shows.contains(k)).count();
         // An experiment that shows some of a class and not others tells them apart.

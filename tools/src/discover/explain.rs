@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::DiscoverError;
 use super::fit::Fitted;
-use super::least_squares::Basis;
+use super::least_squares::{Basis, dot};
 use super::library::{self, Proposal};
 use super::subject::Subject;
 use crate::estimate::noise::Noise;
@@ -53,6 +53,8 @@ struct Tried<'p> {
 
 /// Kinds whose gain on the grid is below this share of the best are not polished, unless they are near.
 const WORTH_POLISHING: f64 = 0.35;
+/// A term may raise the plain squared residual by this factor at most.
+const DEARER: f64 = 1.02;
 /// A gain of the deviance that is always near.
 const NEAR: f64 = 60.0;
 
@@ -75,7 +77,9 @@ impl Subject<'_> {
             let places = self.places(&start, search.base_terms);
             let steps = if near { 6 } else { 1 };
             let polished = self.fit(&start, &places, Some(&tried.noise), steps).ok()?;
-            if !proposal.accepts_fitted(&polished.model) {
+            // What only trades structure for slow noise explains nothing.
+            let worse = dot(&polished.residual, &polished.residual) > DEARER * dot(&fit.residual, &fit.residual);
+            if worse || !proposal.accepts_fitted(&polished.model) {
                 return None;
             }
             let mut gain = fit.minus_two_log_likelihood - polished.minus_two_log_likelihood;
@@ -104,9 +108,7 @@ impl Subject<'_> {
 
     /// What a delay gains by smoothing the model's own noise, not by being late: the gain of the opposite delay.
     fn smoothing_gain(&self, fit: &Fitted, delayed: &Fitted, places: &[super::parameters::Place]) -> f64 {
-        let is_delay = |place: &&super::parameters::Place| {
-            matches!(place, super::parameters::Place::Term { key, .. } if key.name == "delay_s")
-        };
+        let is_delay = |place: &&super::parameters::Place| matches!(place, super::parameters::Place::Term { key, .. } if key.name == "delay_s");
         let Some(&delay) = places.iter().find(is_delay) else { return 0.0 };
         let mut opposite = delayed.model.clone();
         let late = super::parameters::value(&opposite, delay);
@@ -151,7 +153,7 @@ impl Subject<'_> {
             let proposal = &proposals[i];
             let mut columns = base.clone();
             columns.extend(proposal.columns.iter().map(Vec::as_slice));
-            let profile = layout.profile(&columns, &fit.residual, &fit.noise, 3);
+            let profile = layout.best_profile(&columns, &fit.residual, &fit.noise);
             let weights = profile.coefficients[base.len()..].to_vec();
             let gain = fit.minus_two_log_likelihood - profile.minus_two_log_likelihood;
             proposal.accepts(&weights).then_some(Tried { proposal, weights, noise: profile.noise, gain })

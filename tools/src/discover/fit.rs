@@ -99,7 +99,10 @@ impl Subject<'_> {
             return self.fit_from(model, places, noise, most_steps);
         }
         let white = self.descend(model, places, None, WHITE_STEPS, true)?;
-        self.descend(&white.model, places, Some(&white.noise), most_steps, false)
+        let coloured = self.descend(&white.model, places, Some(&white.noise), most_steps, false)?;
+        let power = |fit: &Fitted| super::least_squares::dot(&fit.residual, &fit.residual);
+        // Structure that passes for slow noise would otherwise be left alone, and the parameters with it.
+        Ok(if power(&coloured) > DRIFTED * power(&white) { white } else { coloured })
     }
 
     /// [`fit`](Self::fit) from a first guess of the noise, and from white noise where that ends better.
@@ -197,6 +200,9 @@ impl Subject<'_> {
         left
     }
 }
+
+/// A fit against coloured noise may leave so many times the squares that one against white noise leaves.
+const DRIFTED: f64 = 1.3;
 
 /// Steps taken as if the noise were white.
 const WHITE_STEPS: usize = 4;

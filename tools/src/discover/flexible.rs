@@ -209,11 +209,8 @@ pub fn curves(subject: &Subject<'_>, see: &Coordinates, fit: &Fitted) -> Vec<Cur
         add("motor_angle", columns);
     }
     if let Some(output) = see.output.as_deref().filter(|q| turns(q) > 0.016) {
-        let mut columns = if turns(output) > 0.7 {
-            waves(output, &[1.0, 2.0, 3.0, 4.0])
-        } else {
-            hats(output, &knots(output, 10))
-        };
+        let mut columns =
+            if turns(output) > 0.7 { waves(output, &[1.0, 2.0, 3.0, 4.0]) } else { hats(output, &knots(output, 10)) };
         if let Some(sign) = &sign {
             columns.extend(times(waves(output, &[1.0, 2.0]), sign));
         }
@@ -292,7 +289,7 @@ impl Subject<'_> {
         let explain = |curve: &Curve| {
             let mut columns = base.clone();
             columns.extend(curve.columns.iter().map(Vec::as_slice));
-            let profile = layout.profile(&columns, &fit.residual, &fit.noise, 3);
+            let profile = layout.best_profile(&columns, &fit.residual, &fit.noise);
             let mut contribution = vec![0.0; self.len()];
             for (column, weight) in curve.columns.iter().zip(&profile.coefficients[base.len()..]) {
                 contribution.iter_mut().zip(column).for_each(|(c, x)| *c += weight * x);

@@ -90,14 +90,17 @@ impl Subject<'_> {
                 let richer = extra > 1.0;
                 a.kind != kind && a.polished && if richer { a.gain - own > RICHER } else { own - a.gain < CLASS }
             };
-            let mut equivalents: Vec<String> =
-                tried.iter().filter(equivalent).map(|a| a.kind.to_owned()).collect();
+            let mut equivalents: Vec<String> = tried.iter().filter(equivalent).map(|a| a.kind.to_owned()).collect();
             equivalents.dedup();
-            let weight = |gain: f64, parameters: usize| (0.5 * (gain - own - (parameters as f64 - own_parameters as f64) * n)).min(0.0).exp();
-            let others: f64 =
-                tried.iter().filter(|a| a.kind != kind).map(|a| (a.kind, weight(a.gain, a.parameters))).map(|(k, w)| {
-                    if equivalents.iter().any(|e| e == k) { 0.0 } else { w }
-                }).sum();
+            let weight = |gain: f64, parameters: usize| {
+                (0.5 * (gain - own - (parameters as f64 - own_parameters as f64) * n)).min(0.0).exp()
+            };
+            let others: f64 = tried
+                .iter()
+                .filter(|a| a.kind != kind)
+                .map(|a| (a.kind, weight(a.gain, a.parameters)))
+                .map(|(k, w)| if equivalents.iter().any(|e| e == k) { 0.0 } else { w })
+                .sum();
             let best = places.iter().max_by(|a, b| a.net().total_cmp(&b.net()));
             let unexplained = best.map_or(0.0, |c| c.net() - effect.gain + 2.0 * own_parameters as f64);
             let named = unexplained < STRUCTURE.max(LEFT * best.map_or(0.0, |c| c.gain));

@@ -114,9 +114,17 @@ impl Layout<'_> {
         let white = self.whiten(noise, residual);
         let mut sum = dot(&white, &white);
         for ((noise, marks), counted) in noise.iter().zip(self.marks).zip(self.counted()) {
-            sum += 2.0 * counted as f64 * noise.innovation_sd.max(1e-12).ln() + noise.log_determinant(runs(marks).len());
+            sum +=
+                2.0 * counted as f64 * noise.innovation_sd.max(1e-12).ln() + noise.log_determinant(runs(marks).len());
         }
         sum
+    }
+
+    /// [`profile`](Self::profile) from the given noise and from white noise, whichever ends better: a noise that has taken structure for colour holds on to it.
+    pub fn best_profile(&self, columns: &[&[f64]], y: &[f64], from: &[Noise]) -> Profile {
+        let white: Vec<Noise> = self.spans.iter().map(|_| Noise::unit()).collect();
+        let (direct, fresh) = (self.profile(columns, y, from, 3), self.profile(columns, y, &white, 3));
+        if fresh.minus_two_log_likelihood < direct.minus_two_log_likelihood { fresh } else { direct }
     }
 
     /// Fits columns to `y` with the colour of the noise fitted in turn. `from` is where the noise starts.
@@ -183,7 +191,8 @@ pub fn solve_damped(columns: &[Vec<f64>], y: &[f64], damping: &[f64]) -> Vec<Vec
     let eigen = gram.symmetric_eigen();
     let turned = eigen.eigenvectors.transpose() * rhs;
     let weights = |damping: &f64| {
-        let shares = turned.zip_map(&eigen.eigenvalues, |t, v| if v + damping > 1e-12 { t / (v + damping) } else { 0.0 });
+        let shares =
+            turned.zip_map(&eigen.eigenvalues, |t, v| if v + damping > 1e-12 { t / (v + damping) } else { 0.0 });
         let weights = &eigen.eigenvectors * shares;
         weights.iter().zip(&scales).map(|(w, s)| w / s).collect()
     };

@@ -226,12 +226,12 @@ fn prototypes(kind: &str, ranges: &Ranges, model: &Model) -> Vec<Term> {
             shapes.into_iter().flat_map(both).collect()
         }
         "stiffness_asymmetry" => ["square", "abs"].map(|s| term(kind, &[("shape", text(s))])).to_vec(),
-        "backlash" if a > 0.0 => ["clearance", "play"]
-            .map(|s| term(kind, &[("shape", text(s)), ("half_gap_rad", number(0.0))]))
-            .to_vec(),
-        "nonlocal_memory" if a > 0.0 => [0.03, 0.05, 0.08, 0.13, 0.2, 0.32, 0.5, 0.8]
-            .map(|r| term(kind, &[("radius_rad", list(r * a))]))
-            .to_vec(),
+        "backlash" if a > 0.0 => {
+            ["clearance", "play"].map(|s| term(kind, &[("shape", text(s)), ("half_gap_rad", number(0.0))])).to_vec()
+        }
+        "nonlocal_memory" if a > 0.0 => {
+            [0.03, 0.05, 0.08, 0.13, 0.2, 0.32, 0.5, 0.8].map(|r| term(kind, &[("radius_rad", list(r * a))])).to_vec()
+        }
         "creep" => {
             let mut taus = Vec::new();
             let mut tau = (30.0 * ranges.period_s).max(0.3);
@@ -264,7 +264,8 @@ fn prototypes(kind: &str, ranges: &Ranges, model: &Model) -> Vec<Term> {
                     ));
                 }
             }
-            let whole = [("shape", text("ramp")), ("start_s", number(ranges.start_s)), ("duration_s", number(duration))];
+            let whole =
+                [("shape", text("ramp")), ("start_s", number(ranges.start_s)), ("duration_s", number(duration))];
             terms.push(term(kind, &whole));
             terms
         }
@@ -404,15 +405,8 @@ impl Proposal {
 
     /// Whether weights are such that the term is of its kind.
     pub fn accepts(&self, weights: &[f64]) -> bool {
-        self.keys.iter().zip(weights).all(|((key, _), weight)| {
-            weight.is_finite()
-                && match key.range {
-                    Range::AtLeastZero | Range::Positive => *weight > 0.0,
-                    Range::Any => true,
-                }
-        }) && (dissipates(self.info.name).is_none_or(|name| {
-            self.keys.iter().zip(weights).all(|((key, _), weight)| key.name != name || *weight > 0.0)
-        }))
+        let mut pairs = self.keys.iter().zip(weights);
+        pairs.all(|((key, _), weight)| weight.is_finite() && (!positive(self.info.name, key) || *weight > 0.0))
     }
 
     /// Whether a fitted model's term of this proposal is of its kind.
@@ -424,9 +418,7 @@ impl Proposal {
             _ => Vec::new(),
         };
         let fits = |(key, _): &(&'static KeyInfo, Option<usize>)| {
-            let positive = matches!(key.range, Range::AtLeastZero | Range::Positive)
-                || dissipates(self.info.name).is_some_and(|name| name == key.name);
-            values(key).iter().all(|x| x.is_finite() && (!positive || *x > 0.0))
+            values(key).iter().all(|x| x.is_finite() && (!positive(self.info.name, key) || *x > 0.0))
         };
         self.keys.iter().all(fits) && term.check().is_ok()
     }
@@ -463,14 +455,9 @@ impl Proposal {
     }
 }
 
-/// The number of a kind that physics keeps positive, whatever the sign that model files accept.
-fn dissipates(kind: &str) -> Option<&'static str> {
-    Some(match kind {
-        "coulomb_friction" => "torque_nm",
-        "viscous_friction" | "viscous_damping" => "damping_nms_per_rad",
-        "load_dependent_friction" => "mu",
-        "stribeck_friction" => "static_nm",
-        "inertia" => "inertia_kgm2",
-        _ => return None,
-    })
+/// Whether a kind's number has to be positive to be of its kind: friction brakes, creep and slipping elements resist, windup is soft, wear weakens. Temperature
+/// may act either way.
+fn positive(kind: &str, key: &KeyInfo) -> bool {
+    let plausibly = key.plausible.0 >= 0.0 && !kind.starts_with("thermal") && key.name != "coulomb_nm" && !key.optional;
+    matches!(key.range, Range::AtLeastZero | Range::Positive) || plausibly
 }

@@ -39,7 +39,9 @@ pub enum DiscoverError {
     #[error("no recording was given")]
     NoRecording,
     /// No torque to explain.
-    #[error("{0}: column torque_nm (or current_a) is missing; name it, or map another column to it with --map torque_nm=…")]
+    #[error(
+        "{0}: column torque_nm (or current_a) is missing; name it, or map another column to it with --map torque_nm=…"
+    )]
     NoTorque(String),
     /// Too little to tell anything.
     #[error("{recording}: {rows} rows are too few for a diagnosis, at least 64 are needed")]

@@ -148,6 +148,8 @@ fn bounds(key: &KeyInfo, value: f64) -> (f64, f64) {
     let low = match key.range {
         Range::Any => f64::NEG_INFINITY,
         Range::AtLeastZero => 0.0,
+        // A memory shorter than creep is damping.
+        Range::Positive if key.unit == "s" => key.plausible.0,
         Range::Positive => (0.3 * value).max(0.01 * key.plausible.0),
     };
     match key.role {

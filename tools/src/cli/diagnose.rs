@@ -1,0 +1,70 @@
+//! `gmhm diagnose`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::Session;
+use super::common::{ReadingArgs, SeedArgs, json};
+use super::failure::Failure;
+use super::progress::Progress;
+use super::tables;
+use crate::discover::{Options, diagnose};
+use crate::model;
+use crate::output::Outputs;
+use crate::recording::Needs;
+
+/// Where recordings and a model differ, what physics was left out, and the model with it
+///
+/// Refits the base model together with every kind of physics it knows, against noise whose colour it estimates, and names only what explains all the
+/// structure there is. What the recordings cannot tell apart is one class; what they could not have shown is listed with the experiment that would.
+/// With a column torque_sim_nm the recordings are compared with that simulation instead of the model.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  gmhm diagnose gear.toml recording.csv -o extended.toml --json findings.json
+  gmhm diagnose gear.toml slow.csv fast.csv --holdout tuesday.csv -o extended.toml")]
+pub struct DiagnoseArgs {
+    /// Model file: the base model, perhaps with terms
+    #[arg(value_name = "M.toml")]
+    model: PathBuf,
+    /// Recordings of one gear or joint
+    #[arg(required = true, value_name = "RECORDING")]
+    recordings: Vec<PathBuf>,
+    /// Recordings that take no part and are predicted
+    #[arg(long, value_name = "RECORDING", num_args = 1..)]
+    holdout: Vec<PathBuf>,
+    /// Where to write the extended model
+    #[arg(short, long, value_name = "M2.toml")]
+    output: PathBuf,
+    /// Where to write the findings as JSON
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    #[command(flatten)]
+    reading: ReadingArgs,
+    #[command(flatten)]
+    seed: SeedArgs,
+}
+
+impl DiagnoseArgs {
+    pub(super) fn run(&self, session: &Session) -> Result<(), Failure> {
+        for output in [Some(&self.output), self.json.as_ref()].into_iter().flatten() {
+            Outputs::check(output)?;
+        }
+        let model = model::load(&self.model)?;
+        let recordings = self.reading.read_all(&self.recordings, &Needs::FIT, session.quiet)?;
+        let holdout = self.reading.read_all(&self.holdout, &Needs::FIT, session.quiet)?;
+        let options = Options { rated_deflection_rad: self.reading.rated_deflection, ..Options::default() };
+        let progress = Progress::new("Diagnosing", Progress::WHOLE, session.quiet);
+        let finding = diagnose(&recordings, &model, &holdout, &options, &progress)?;
+        drop(progress);
+        let mut outputs = Outputs::new();
+        outputs.add_text(&self.output, &finding.model.to_toml())?;
+        if let Some(path) = &self.json {
+            outputs.add_text(path, &json(&finding.diagnosis)?)?;
+        }
+        outputs.commit()?;
+        print!("{}", tables::diagnosis(&finding.diagnosis));
+        println!("Model written to {}; seed {}", self.output.display(), self.seed.seed);
+        Ok(())
+    }
+}
