@@ -10,6 +10,7 @@
 //! | [`elastic`] | f(θ) |
 //! | [`memory`] | the laws `masing`, `phase` and `time`, and the paper's closed form |
 //! | [`gear`] | both together: parameters and state apart, one call a sample |
+//! | [`inverse`] | from torque to deflection |
 //! | [`terms`] | physics beyond the base model: friction, ripple, backlash, creep, … |
 //! | [`scalar`] | the operations the model asks of a number |
 //!
@@ -34,6 +35,7 @@
 
 pub mod elastic;
 pub mod gear;
+pub mod inverse;
 pub mod memory;
 pub mod params;
 pub mod scalar;
@@ -41,6 +43,7 @@ pub mod terms;
 
 pub use elastic::Elastic;
 pub use gear::{Gear, Output, State, Status};
+pub use inverse::{Inverse, InverseError, Solution};
 pub use memory::closed_form;
 pub use params::{Gate, Kernel, Law, Memory, ParamError, Params};
 

@@ -10,7 +10,11 @@
 //! Every branch is evaluated from its own turning point, so nothing accumulates: the error of η is a few units in the last place
 //! after any number of samples.
 
+mod route;
+
 use heapless::Vec;
+
+pub(crate) use route::Arc;
 
 use super::glide::Glide;
 use super::{Frame, MemoryLaw, VaryingPeriod};
@@ -91,6 +95,11 @@ impl<S: Scalar, const N: usize> Path<S, N> {
     /// η at the last sample, within ±1 once both tips were reached.
     pub fn eta(&self) -> S {
         self.eta
+    }
+
+    /// The deflection after the play, input units.
+    pub fn filtered(&self) -> S {
+        self.filtered
     }
 
     /// The turning points, outermost first. On the initial curve there are none.

@@ -47,6 +47,16 @@ impl<S: Scalar> PhaseState<S> {
     fn memory(&self, law: &Phase<S>) -> S {
         law.quadrature * self.direction * self.g + law.in_phase * self.u + self.transient
     }
+
+    /// sin φ and cos φ of the last sample.
+    pub(crate) fn point(&self) -> (S, S) {
+        (self.u, self.g)
+    }
+
+    /// The transient that a movement in a direction (±1) starts from: another one where the movement turns.
+    pub(crate) fn transient_towards(&self, law: &Phase<S>, direction: S) -> S {
+        self.transient + law.quadrature * self.g * (self.direction - direction)
+    }
 }
 
 impl<S: Scalar> Phase<S> {
@@ -71,7 +81,7 @@ impl<S: Scalar> Phase<S> {
 
 /// The angle from (u_0, g_0) to (u, g) on the unit circle, in [0, π].
 #[inline]
-fn phase_step<S: Float>(u0: S, g0: S, u: S, g: S) -> S {
+pub(crate) fn phase_step<S: Float>(u0: S, g0: S, u: S, g: S) -> S {
     let sine = (u * g0 - u0 * g).abs();
     let cosine = u * u0 + g * g0;
     // Near 1 the arcsine loses digits, and past a right angle it is the wrong branch.
@@ -106,7 +116,7 @@ impl<S: Float> MemoryLaw<S> for Phase<S> {
             return;
         };
         if direction != state.direction {
-            state.transient = state.transient + self.quadrature * state.g * (state.direction - direction);
+            state.transient = state.transient_towards(self, direction);
             state.direction = direction;
         }
         let (u, g) = (frame.clamped_fraction(theta), frame.gate(theta));

@@ -52,6 +52,14 @@ pub struct TimeState<S: Scalar> {
     uncertainty: S,
 }
 
+/// m(u)/T_A one step ahead: memory + growth·(u − from).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Ahead<S> {
+    pub(crate) from: S,
+    pub(crate) memory: S,
+    pub(crate) growth: S,
+}
+
 impl<S: Scalar> TimeState<S> {
     /// m/T_A.
     pub fn memory(&self) -> S {
@@ -74,6 +82,15 @@ fn decay<S: Float>(x: S) -> (S, S, S) {
     } else {
         let phi1 = forgotten.over(x);
         (forgotten, phi1, (S::ONE - phi1).over(x))
+    }
+}
+
+impl<G: Copy> TimeStep<G> {
+    /// The increment's gain as a scalar: what it adds to an empty memory.
+    fn growth<S: Scalar<Gain = G>>(&self) -> S {
+        let (mut growth, mut carry) = (S::ZERO, S::Carry::default());
+        S::leak(&mut growth, &mut carry, self.forgotten, [(self.level, S::ZERO), (self.increment, S::ONE)]);
+        growth
     }
 }
 
@@ -118,6 +135,29 @@ impl<S: Scalar> Time<S> {
         }
     }
 
+    /// The next memory as a function of the next deflection.
+    #[inline]
+    pub(crate) fn ahead(&self, frame: &Frame<S>, state: &TimeState<S>) -> Ahead<S> {
+        Self::ahead_by(frame, state, &self.step)
+    }
+
+    fn ahead_by(frame: &Frame<S>, state: &TimeState<S>, step: &TimeStep<S::Gain>) -> Ahead<S> {
+        let from = frame.fraction(state.theta);
+        let (mut memory, mut carry) = (state.memory, state.carry);
+        S::leak(&mut memory, &mut carry, step.forgotten, [(step.level, from), (step.increment, S::ZERO)]);
+        Ahead { from, memory, growth: step.growth() }
+    }
+
+    /// dm/du of one step, over T_A.
+    pub(crate) fn growth(&self) -> S {
+        self.step.growth()
+    }
+
+    /// The factor between memory and torque.
+    pub(crate) fn gate(&self) -> Gate {
+        self.gate
+    }
+
     #[inline]
     fn advance(frame: &Frame<S>, state: &mut TimeState<S>, theta: S, step: &TimeStep<S::Gain>) {
         let level = frame.fraction(state.theta);
@@ -139,6 +179,13 @@ impl<S: Scalar> Time<S> {
 
 /// Rated torques: the bound of a memory that never forgets.
 const UNKNOWN: f64 = 4.0;
+
+impl<S: Float> Time<S> {
+    /// [`ahead`](Self::ahead), `period_s` after the last sample.
+    pub(crate) fn ahead_after(&self, frame: &Frame<S>, state: &TimeState<S>, period_s: S) -> Ahead<S> {
+        Self::ahead_by(frame, state, &self.rates.over(period_s))
+    }
+}
 
 impl<S: Float> VaryingPeriod<S> for Time<S> {
     #[inline]

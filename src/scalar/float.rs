@@ -20,6 +20,7 @@ macro_rules! scalar {
             const HALF: Self = 0.5;
             const ONE: Self = 1.0;
             const TWO: Self = 2.0;
+            const EPSILON: f64 = <$f>::EPSILON as f64;
             const SI: bool = true;
 
             type Gain = Self;
@@ -42,6 +43,10 @@ macro_rules! scalar {
             #[inline]
             fn recip(self) -> Self {
                 1.0 / self
+            }
+            #[inline]
+            fn over(self, divisor: Self) -> Self {
+                self / divisor
             }
             fn gain_from_f64(x: f64) -> Self {
                 x as $f
@@ -125,10 +130,6 @@ macro_rules! float {
             #[inline]
             fn round(self) -> Self {
                 $round(self)
-            }
-            #[inline]
-            fn over(self, divisor: Self) -> Self {
-                self / divisor
             }
         }
     };

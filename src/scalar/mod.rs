@@ -32,6 +32,8 @@ pub trait Scalar:
     const ONE: Self;
     /// 2.
     const TWO: Self;
+    /// The spacing of the numbers next to 1.
+    const EPSILON: f64;
     /// Whether input units are SI (floats) or fractions of the rated deflection and the rated torque (fixed point).
     const SI: bool;
 
@@ -50,6 +52,11 @@ pub trait Scalar:
     fn sqrt(self) -> Self;
     /// 1/x for x ≠ 0.
     fn recip(self) -> Self;
+    /// Quotient, for a divisor other than 0.
+    #[inline]
+    fn over(self, divisor: Self) -> Self {
+        self * divisor.recip()
+    }
     /// An input-unit difference as a fraction of the rated deflection.
     fn normalise(self, inverse_scale: Self) -> Self;
     /// A fraction of the rated torque in output units.
@@ -105,6 +112,4 @@ pub trait Float: Scalar<Gain = Self> {
     fn powf(self, y: Self) -> Self;
     /// The nearest integer.
     fn round(self) -> Self;
-    /// Quotient.
-    fn over(self, divisor: Self) -> Self;
 }

@@ -1,22 +1,29 @@
 //! The laws of the core, step by step.
 
+use gmhm::inverse::Invertible;
 use gmhm::memory::MemoryLaw;
 use gmhm::memory::masing::Masing;
 use gmhm::memory::phase::Phase;
 use gmhm::memory::time::Time;
-use gmhm::{Gate, Gear, Kernel, Law, ParamError, State};
+use gmhm::scalar::Float;
+use gmhm::{Gate, Gear, Inverse, Kernel, Law, Params, State};
 
-use crate::platform::gears::{self, RATED_RAD};
-use crate::{report, report_from, say};
+use crate::platform::gears::{self, RATED_NM, RATED_RAD};
+use crate::{CALLS, report, report_from, say, ticks};
 
 const POINTS: usize = 16;
 const PERIOD_S: f64 = 1e-4;
 
 /// Measures every law.
 pub fn measure() {
-    if masing().and_then(|()| phase()).and_then(|()| time()).is_err() {
+    if masing().and_then(|()| phase()).and_then(|()| time()).is_none() {
         say!("0 1 parameters refused");
     }
+}
+
+/// The published gear with another memory.
+fn published(law: Law, kernel: Kernel, gate: Gate) -> Option<Params> {
+    gears::published(law, kernel, gate, 0.0).ok()
 }
 
 /// One call as a control loop makes it: the torque alone is wanted.
@@ -25,9 +32,41 @@ fn step<L: MemoryLaw<f32>>(gear: &Gear<f32, L>, state: &mut State<f32, POINTS, L
     gear.step(state, theta).torque
 }
 
-/// A thousand samples from −0.99 A to 0.99 A.
-fn rise() -> [f32; 1000] {
-    core::array::from_fn(|k| RATED_RAD * 0.99 * (k as f32 / 500.0 - 1.0))
+/// One call of the inverse: the deflection alone is wanted.
+#[inline(never)]
+fn peek<L: Invertible<f32>>(inverse: &Inverse<f32, L>, state: &State<f32, POINTS, L>, torque: f32) -> f32 {
+    inverse.peek(state, torque).theta
+}
+
+/// The inverse along a sine of 100 samples, the gear following; the gear's own step is taken off.
+#[inline(never)]
+fn invert_sine<L: Invertible<f32>>(name: &'static str, inverse: &Inverse<f32, L>, amplitude_nm: f32) {
+    let mut state = after(inverse.gear(), [1.0, -1.0, 0.0]);
+    let sine: [f32; 100] =
+        core::array::from_fn(|k| amplitude_nm * Float::sin(core::f32::consts::TAU * k as f32 / 100.0));
+    for torque in sine {
+        inverse.commit(&mut state, torque);
+    }
+    let mut path = [(0.0, 0.0); 100];
+    for (place, torque) in path.iter_mut().zip(sine) {
+        *place = (torque, inverse.commit(&mut state, torque).0.theta);
+    }
+    let mut following = state.clone();
+    let both = ticks(&path, |(torque, theta)| {
+        let found = peek(inverse, &following, torque);
+        step(inverse.gear(), &mut following, theta) + found
+    });
+    let mut following = state.clone();
+    let steps = ticks(&path, |(torque, theta)| step(inverse.gear(), &mut following, theta) + torque);
+    say!("{} {} {}", both.saturating_sub(steps), CALLS, name);
+}
+
+/// Away from a reversal: a thousand samples from −0.99 A to 0.99 A.
+#[inline(never)]
+fn rise<L: MemoryLaw<f32>>(name: &'static str, gear: &Gear<f32, L>) {
+    let samples: [f32; 1000] = core::array::from_fn(|k| RATED_RAD * 0.99 * (k as f32 / 500.0 - 1.0));
+    let mut state = after(gear, [1.0, -1.0, -0.99]);
+    report(name, &samples, |theta| step(gear, &mut state, theta));
 }
 
 /// The state after these turning points, in A.
@@ -39,12 +78,12 @@ fn after<L: MemoryLaw<f32>>(gear: &Gear<f32, L>, turns: impl IntoIterator<Item =
     state
 }
 
-fn masing() -> Result<(), ParamError> {
-    let params = gears::published(Law::Masing, Kernel::Deflection, Gate::Cycle, 0.0)?;
+#[inline(never)]
+fn masing() -> Option<()> {
+    let params = published(Law::Masing, Kernel::Deflection, Gate::Cycle)?;
     let gear = Gear::<f32, _>::with_law(&params, Masing::new(&params));
 
-    let mut state = after(&gear, [1.0, -1.0, -0.99]);
-    report("law `masing`, away from a reversal", &rise(), |theta| step(&gear, &mut state, theta));
+    rise("law `masing`, away from a reversal", &gear);
 
     let rising = after(&gear, [1.0, -1.0, 0.0]);
     report_from("law `masing`, reversal", &rising, -0.5 * RATED_RAD, |state, theta| step(&gear, state, theta));
@@ -61,33 +100,36 @@ fn masing() -> Result<(), ParamError> {
         step(&gear, state, theta)
     });
 
+    let inverse = Inverse::of(&params, Masing::new(&params), 0.0).ok()?;
+    invert_sine("inverse of law `masing`, mean of a sine", &inverse, 0.95 * RATED_NM);
+    report("inverse of law `masing`, across a full stack", &[-0.97 * RATED_NM], |torque| peek(&inverse, &full, torque));
+
     let gear = Gear::<f32>::new(&params);
-    let mut state = after(&gear, [1.0, -1.0, -0.99]);
-    report("law `masing` chosen at run time, away from a reversal", &rise(), |theta| step(&gear, &mut state, theta));
-    Ok(())
+    rise("law `masing` chosen at run time, away from a reversal", &gear);
+    Some(())
 }
 
-fn phase() -> Result<(), ParamError> {
-    let params = gears::published(Law::Phase, Kernel::Deflection, Gate::Cycle, 0.0)?;
+#[inline(never)]
+fn phase() -> Option<()> {
+    let params = published(Law::Phase, Kernel::Deflection, Gate::Cycle)?;
     let gear = Gear::<f32, _>::with_law(&params, Phase::new(&params));
-    let mut state = after(&gear, [1.0, -1.0, -0.99]);
-    report("law `phase`, away from a reversal", &rise(), |theta| step(&gear, &mut state, theta));
+    rise("law `phase`, away from a reversal", &gear);
     let rising = after(&gear, [1.0, -1.0, 0.0]);
     report_from("law `phase`, reversal by a large step", &rising, -0.95 * RATED_RAD, |state, theta| {
         step(&gear, state, theta)
     });
-    Ok(())
+    Some(())
 }
 
-fn time() -> Result<(), ParamError> {
+#[inline(never)]
+fn time() -> Option<()> {
     for (name, kernel, gate) in [
         ("law `time`, kernel `deflection`, gate `cycle`", Kernel::Deflection, Gate::Cycle),
         ("law `time`, kernel `rate`, gate `none`", Kernel::Rate, Gate::None),
     ] {
-        let params = gears::published(Law::Time, kernel, gate, 0.0)?;
+        let params = published(Law::Time, kernel, gate)?;
         let gear = Gear::<f32, _>::with_law(&params, Time::new(&params, PERIOD_S));
-        let mut state = after(&gear, [1.0, -1.0, -0.99]);
-        report(name, &rise(), |theta| step(&gear, &mut state, theta));
+        rise(name, &gear);
     }
-    Ok(())
+    Some(())
 }

@@ -22,19 +22,24 @@ fn main() -> ! {
     platform::end()
 }
 
+/// Ticks that a thousand calls take.
+fn ticks<T: Copy, R>(inputs: &[T], call: impl FnMut(T) -> R) -> u32 {
+    counter::ticks(CALLS, inputs, call)
+}
+
 /// Measures a call over its inputs.
 fn report<T: Copy, R>(name: &'static str, inputs: &[T], call: impl FnMut(T) -> R) {
-    say!("{} {} {}", counter::ticks(CALLS, inputs, call), CALLS, name);
+    say!("{} {} {}", ticks(inputs, call), CALLS, name);
 }
 
 /// Measures a call that starts from the same state every time.
 fn report_from<S: Clone, T: Copy, R>(name: &'static str, state: &S, input: T, mut call: impl FnMut(&mut S, T) -> R) {
     let mut scratch = state.clone();
-    let restoring = counter::ticks(CALLS, &[input], |input| {
+    let restoring = ticks(&[input], |input| {
         restore(&mut scratch, state);
         input
     });
-    let all = counter::ticks(CALLS, &[input], |input| {
+    let all = ticks(&[input], |input| {
         restore(&mut scratch, state);
         call(&mut scratch, input)
     });

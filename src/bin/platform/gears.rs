@@ -5,6 +5,9 @@ use gmhm::{Elastic, Gate, Kernel, Law, Memory, ParamError, Params};
 /// Rated deflection of the published gear, rad.
 pub const RATED_RAD: f32 = 1.168e-3;
 
+/// Its rated torque, N·m.
+pub const RATED_NM: f32 = 30.23;
+
 /// The published gear with another memory.
 pub fn published(law: Law, kernel: Kernel, gate: Gate, reversal_play_rad: f64) -> Result<Params, ParamError> {
     let elastic = Elastic { c1_nm_per_rad: 2.4737e4, c2_nm_per_rad3: 1.0e9, c3_nm_per_rad5: -1.1774e14 };

@@ -1,0 +1,312 @@
+//! From torque to deflection: the θ at which the gear, moved there from its present state, transmits T* (MODEL.md section 5).
+//!
+//! | law | the equation |
+//! |---|---|
+//! | `masing` | T(θ) along the route that rises (or falls) from here, across wiping-outs, to the branch that holds T* |
+//! | `phase` | T after a step to θ in the direction that T* asks for |
+//! | `time` | T at the next sample, the memory going on in the meantime |
+//!
+//! All of them increase with θ within ±rA, the [invertible range](invertible_range) of the parameters; beyond it the solution is the edge of the range, and
+//! says so. The search is Euler's iteration within a bracket, of at most [`MOST_STEPS`] steps.
+//!
+//! **Error.** Moving the gear to the solution gives T* back within 1e-14 (`f64`) or 3e-6 (`f32`) of the torque scale, plus what the rounding of θ
+//! itself does where dz/dθ grows without bound: with δ the spacing of numbers next to 1, up to e·A·min(δ/g, √(2δ)).
+//!
+//! ```
+//! use gmhm::{Elastic, Inverse, Memory, Params};
+//!
+//! let elastic = Elastic { c1_nm_per_rad: 2.4737e4, c2_nm_per_rad3: 1.0e9, c3_nm_per_rad5: -1.1774e14 };
+//! let memory = Memory { alpha: 2.6532e6, beta_per_s: 422.68, omega_per_s: 226.31, ..Memory::default() };
+//! let params = Params::new(1.168e-3, elastic, memory)?;
+//!
+//! let inverse = Inverse::<f32>::new(&params)?;
+//! let mut state = inverse.gear().start::<16>(0.0);
+//! inverse.commit(&mut state, 20.0);
+//! inverse.commit(&mut state, 5.0); // unloads along another branch than it was loaded on
+//! let solution = inverse.peek(&state, 12.0); // what 12 N·m would take; the state stays
+//! let out = inverse.gear().step(&mut state, solution.theta);
+//! assert!((out.torque - 12.0).abs() < 1e-4);
+//! # Ok::<(), Box<dyn core::error::Error>>(())
+//! ```
+
+mod any;
+mod masing;
+mod phase;
+mod range;
+mod solve;
+mod time;
+
+pub use range::{InverseError, invertible_range};
+pub use solve::MOST_STEPS;
+
+use crate::gear::{Gear, Output, State};
+use crate::memory::{AnyLaw, Frame, MemoryLaw, VaryingPeriod};
+use crate::params::Params;
+use crate::scalar::{Float, Scalar};
+use solve::{Aim, Bracket, Root, Spring, Stretch, root};
+
+/// A residual below this many spacings of the scalar counts as none.
+const TOLERANCE: f64 = 4.0;
+
+/// Torques beyond this many rated torques are no torques.
+const REFUSED_BEYOND: f64 = 1e18;
+
+/// The inverse of a gear.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Inverse<S: Scalar, L = AnyLaw<S>> {
+    gear: Gear<S, L>,
+    spring: Spring<S>,
+    inverse_torque_scale: S,
+    limit: S,
+    longest_period: S,
+    reach: S,
+    reach_half_tangent: S,
+    tolerance: S,
+    last_step: S,
+    last_width: S,
+}
+
+/// A deflection for a torque.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Solution<S> {
+    /// θ*, input units of the gear: rad for floats.
+    pub theta: S,
+    /// The torque lies beyond the invertible range: θ* is its edge.
+    pub saturated: bool,
+    /// The torque was NaN, infinite or absurd, or the period no time: θ* is the present deflection.
+    pub refused: bool,
+    /// The search ended within its bound. It always does for parameters that have an inverse.
+    pub converged: bool,
+    /// Steps that it took.
+    pub steps: u8,
+}
+
+impl<S> Solution<S> {
+    const fn held(theta: S) -> Self {
+        Self { theta, saturated: false, refused: false, converged: true, steps: 0 }
+    }
+
+    const fn refused(theta: S) -> Self {
+        Self { theta, saturated: false, refused: true, converged: true, steps: 0 }
+    }
+}
+
+/// What a law is asked: everything of the gear but the law and its state, and the torque.
+#[derive(Debug)]
+pub struct Task<'a, S> {
+    frame: &'a Frame<S>,
+    spring: &'a Spring<S>,
+    aim: Aim<S>,
+    reach: S,
+    reach_half_tangent: S,
+}
+
+/// A law that can be inverted.
+pub trait Invertible<S: Scalar>: MemoryLaw<S> {
+    /// The deflection one step ahead of `state`, which was last moved to `theta`.
+    fn solve<const N: usize>(&self, task: &Task<S>, state: &Self::State<N>, theta: S) -> Solution<S>;
+
+    /// The deflection of a start whose past is unknown: y = 0, m = 0.
+    fn solve_start(&self, task: &Task<S>) -> Solution<S>;
+}
+
+/// A law that can be inverted with a sample period of its own. Laws `masing` and `phase` ignore it.
+pub trait InvertibleAfter<S: Float>: Invertible<S> + VaryingPeriod<S> {
+    /// The deflection `period_s` after the last sample.
+    fn solve_after<const N: usize>(
+        &self,
+        task: &Task<S>,
+        state: &Self::State<N>,
+        theta: S,
+        _period_s: S,
+    ) -> Solution<S> {
+        self.solve(task, state, theta)
+    }
+}
+
+impl<S: Float> InvertibleAfter<S> for crate::memory::masing::Masing<S> {}
+impl<S: Float> InvertibleAfter<S> for crate::memory::phase::Phase<S> {}
+
+impl<S: Float> Inverse<S> {
+    /// The inverse of the gear of these parameters. In law `time` every sample counts as simultaneous with the last.
+    ///
+    /// # Errors
+    /// Parameters without an invertible range.
+    pub fn new(params: &Params) -> Result<Self, InverseError> {
+        Self::with_period(params, 0.0)
+    }
+
+    /// The inverse of the gear at the sample period Δ, s, which is also the longest that [`peek_after`](Self::peek_after) accepts.
+    ///
+    /// # Errors
+    /// Parameters without an invertible range, a period that is no time.
+    pub fn with_period(params: &Params, period_s: f64) -> Result<Self, InverseError> {
+        Self::of(params, AnyLaw::new(params, period_s), period_s)
+    }
+}
+
+impl<S: Scalar, L: Invertible<S>> Inverse<S, L> {
+    /// The inverse of the gear with a law of one's own choice that follows the same parameters; `longest_period_s` counts in law `time` alone.
+    ///
+    /// # Errors
+    /// Parameters without an invertible range, a period that is no time.
+    pub fn of(params: &Params, law: L, longest_period_s: f64) -> Result<Self, InverseError> {
+        let reach = invertible_range(params, longest_period_s)?;
+        let (a, scale) = (params.rated_deflection_rad(), params.torque_scale_nm());
+        let elastic = params.elastic().normalised(a, scale);
+        let tolerance = TOLERANCE * S::EPSILON;
+        let [first, third] = range::derivative_bounds(params, longest_period_s);
+        let reach_half_tangent = reach / (1.0 + libm::sqrt((1.0 - reach) * (1.0 + reach)));
+        Ok(Self {
+            gear: Gear::with_law(params, law),
+            spring: Spring::new([elastic.k1, elastic.k3, elastic.k5]),
+            inverse_torque_scale: S::from_f64(if S::SI { 1.0 / scale } else { 1.0 }),
+            limit: S::from_f64(REFUSED_BEYOND * if S::SI { scale } else { 1.0 }),
+            longest_period: S::from_f64(longest_period_s),
+            reach: S::from_f64(reach),
+            reach_half_tangent: S::from_f64(reach_half_tangent),
+            tolerance: S::from_f64(tolerance),
+            last_step: S::from_f64(libm::cbrt(6.0 * tolerance / third)),
+            last_width: S::from_f64(tolerance / first),
+        })
+    }
+
+    /// The gear that is inverted.
+    pub fn gear(&self) -> &Gear<S, L> {
+        &self.gear
+    }
+
+    /// The edge rA of the invertible range ±rA, input units.
+    pub fn range(&self) -> S {
+        self.gear.frame().rated() * self.reach
+    }
+
+    /// The state of a gear whose past is unknown (y = 0, m = 0) under a torque, and how it was found.
+    pub fn start<const N: usize>(&self, torque: S) -> (State<S, N, L>, Solution<S>) {
+        let solution = self.task(torque).map_or(Solution::refused(S::ZERO), |task| self.gear.law().solve_start(&task));
+        (self.gear.start(solution.theta), solution)
+    }
+
+    /// The deflection at which the next sample gives a torque, output units. The state stays as it is.
+    #[inline]
+    pub fn peek<const N: usize>(&self, state: &State<S, N, L>, torque: S) -> Solution<S> {
+        let theta = state.theta();
+        self.task(torque).map_or(Solution::refused(theta), |task| self.gear.law().solve(&task, state.memory(), theta))
+    }
+
+    /// Moves the gear to the deflection at which it gives a torque, and returns both. A torque that is refused moves nothing.
+    #[inline]
+    pub fn commit<const N: usize>(&self, state: &mut State<S, N, L>, torque: S) -> (Solution<S>, Output<S>) {
+        let solution = self.peek(state, torque);
+        let output = if solution.refused { self.gear.output(state) } else { self.gear.step(state, solution.theta) };
+        (solution, output)
+    }
+
+    /// What the law is asked; `None` for what is no torque.
+    #[inline]
+    fn task(&self, torque: S) -> Option<Task<'_, S>> {
+        // A NaN compares false.
+        (torque.abs() <= self.limit).then(|| Task {
+            frame: self.gear.frame(),
+            spring: &self.spring,
+            aim: Aim {
+                torque: torque.normalise(self.inverse_torque_scale),
+                tolerance: self.tolerance,
+                last_step: self.last_step,
+                last_width: self.last_width,
+            },
+            reach: self.reach,
+            reach_half_tangent: self.reach_half_tangent,
+        })
+    }
+}
+
+impl<S: Float, L: InvertibleAfter<S>> Inverse<S, L> {
+    /// [`peek`](Self::peek) for a sample `period_s` after the last. A period below zero, NaN or beyond the longest that the range was computed for
+    /// is refused in law `time`.
+    #[inline]
+    pub fn peek_after<const N: usize>(&self, state: &State<S, N, L>, torque: S, period_s: S) -> Solution<S> {
+        let theta = state.theta();
+        let task = if self.is_period(period_s) { self.task(torque) } else { None };
+        task.map_or(Solution::refused(theta), |task| {
+            self.gear.law().solve_after(&task, state.memory(), theta, period_s)
+        })
+    }
+
+    /// [`commit`](Self::commit) for a sample `period_s` after the last.
+    #[inline]
+    pub fn commit_after<const N: usize>(
+        &self,
+        state: &mut State<S, N, L>,
+        torque: S,
+        period_s: S,
+    ) -> (Solution<S>, Output<S>) {
+        let solution = self.peek_after(state, torque, period_s);
+        let output = if solution.refused {
+            self.gear.output(state)
+        } else {
+            self.gear.step_after(state, solution.theta, period_s)
+        };
+        (solution, output)
+    }
+
+    fn is_period(&self, period_s: S) -> bool {
+        period_s >= S::ZERO && period_s <= self.longest_period
+    }
+}
+
+impl<S: Scalar> Task<'_, S> {
+    /// A root on a stretch that was mirrored by `sign`, the gear being at `here`. It never lies behind, whatever the rounding.
+    #[inline]
+    fn solution(&self, found: &Root<S>, sign: S, here: S) -> Solution<S> {
+        let solution = self.found(found, sign);
+        let behind = sign * solution.theta < sign * here && !found.saturated;
+        Solution { theta: if behind { here } else { solution.theta }, ..solution }
+    }
+
+    /// A root within the range.
+    #[inline]
+    fn found(&self, found: &Root<S>, sign: S) -> Solution<S> {
+        let u = found.u.clamp(-self.reach, self.reach);
+        Solution {
+            theta: sign * (self.frame.rated() * u),
+            saturated: found.saturated,
+            refused: false,
+            converged: found.converged,
+            steps: found.steps,
+        }
+    }
+
+    /// The upper (1) or lower (−1) edge of the range.
+    fn edge(&self, side: S) -> Solution<S> {
+        Solution { saturated: true, ..Solution::held(side * (self.frame.rated() * self.reach)) }
+    }
+
+    /// The root on a stretch that spans the range.
+    fn solve_anywhere(&self, stretch: &impl Stretch<S>, start: S) -> Solution<S> {
+        let edge = self.reach_half_tangent;
+        let bracket = Bracket { low: -edge, high: edge, low_is_edge: true, high_is_edge: true };
+        self.found(&root(self.spring, stretch, &self.aim, bracket, start), S::ONE)
+    }
+
+    /// The root of the spring alone.
+    fn solve_unloaded(&self) -> Solution<S> {
+        self.solve_anywhere(&Nothing, S::ZERO)
+    }
+}
+
+/// No hysteresis torque.
+struct Nothing;
+
+impl<S: Scalar> Stretch<S> for Nothing {
+    fn at(&self, _u: S, _g: S) -> [S; 3] {
+        [S::ZERO; 3]
+    }
+}
+
+/// g·m and its derivatives by φ, from those of m.
+#[inline]
+fn gated<S: Scalar>([m, slope, bend]: [S; 3], u: S, g: S) -> [S; 3] {
+    let twice = u * slope;
+    [g * m, g * slope - u * m, g * (bend - m) - (twice + twice)]
+}

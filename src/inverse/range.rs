@@ -1,0 +1,200 @@
+//! Where the torque can be inverted, computed once from the parameters.
+
+use core::fmt;
+
+use crate::elastic::Polynomial;
+use crate::gear::LONGEST_PERIOD_S;
+use crate::memory::phase::Phase;
+use crate::memory::time::Time;
+use crate::params::{Gate, Kernel, Law, Params};
+
+/// Why there is no inverse.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum InverseError {
+    /// The torque need not increase with the deflection even about θ = 0: the memory is too strong for the spring.
+    NoRange {
+        /// The law.
+        law: Law,
+        /// The least slope dT/dθ about θ = 0, N·m/rad.
+        slope_nm_per_rad: f64,
+    },
+    /// The longest sample period is no time, or beyond [`LONGEST_PERIOD_S`].
+    Period {
+        /// What it was, s.
+        period_s: f64,
+    },
+}
+
+impl fmt::Display for InverseError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NoRange { law, slope_nm_per_rad } => write!(
+                f,
+                "law {} with these parameters has no inverse: the torque can fall while the deflection rises through zero (least slope {slope_nm_per_rad} N·m/rad)",
+                law.name()
+            ),
+            Self::Period { period_s } => {
+                write!(f, "the sample period {period_s} s must be between 0 and {LONGEST_PERIOD_S} s")
+            }
+        }
+    }
+}
+
+impl core::error::Error for InverseError {}
+
+/// The largest r up to which the torque increases with the deflection for all abs(θ) ≤ rA, whatever the past (MODEL.md section 4): in both
+/// directions and at every memory that a past within ±A can leave. In law `time` at every sample period up to the longest.
+///
+/// | law, gate | the least dT/du over T_A |
+/// |---|---|
+/// | `masing` | p′ − e(1 − 2u²)/g − 2h |
+/// | `phase`, `cycle` | p′ + k − abs(u + ρg)·M/g, k = dm/du of the source alone |
+/// | `phase`, `none` | p′ + (k·g − ρM)/g |
+/// | `time`, `cycle` | p′ + i·g − abs(u)·M/g, i = dm/du within a sample |
+/// | `time`, `none` | p′ + i |
+///
+/// # Errors
+/// [`InverseError::NoRange`] where there is no such r above 0, [`InverseError::Period`].
+pub fn invertible_range(params: &Params, longest_period_s: f64) -> Result<f64, InverseError> {
+    if !(0.0..=LONGEST_PERIOD_S).contains(&longest_period_s) {
+        return Err(InverseError::Period { period_s: longest_period_s });
+    }
+    /// Steps of φ from 0 to the tip.
+    const GRID: u32 = 1000;
+    let law = Slopes::new(params, longest_period_s);
+    let increasing = |phi: f64| {
+        let (u, g) = libm::sincos(phi);
+        // A NaN compares false.
+        law.least(u, g) > 0.0 && law.least(-u, g) > 0.0
+    };
+    let at = |k: u32| core::f64::consts::FRAC_PI_2 * f64::from(k) / f64::from(GRID);
+    let Some(failing) = (0..GRID).find(|&k| !increasing(at(k))) else { return Ok(1.0) };
+    if failing == 0 {
+        let slope_nm_per_rad = law.least(0.0, 1.0) * params.torque_scale_nm() / params.rated_deflection_rad();
+        return Err(InverseError::NoRange { law: params.memory().law, slope_nm_per_rad });
+    }
+    let (mut inside, mut outside) = (at(failing - 1), at(failing));
+    for _ in 0..40 {
+        let middle = 0.5 * (inside + outside);
+        if increasing(middle) {
+            inside = middle;
+        } else {
+            outside = middle;
+        }
+    }
+    Ok(libm::sin(inside))
+}
+
+/// What the slope of the torque depends on, all over T_A and A.
+struct Slopes {
+    elastic: Polynomial<f64>,
+    memory: MemorySlopes,
+}
+
+enum MemorySlopes {
+    Masing { e: f64, h: f64 },
+    Phase { law: Phase<f64>, bound: Bound },
+    Time { increment: f64, gate: Gate, bound: Bound },
+}
+
+/// The largest abs(m) and the largest ρ·abs(m).
+struct Bound {
+    kernel: Kernel,
+    memory: f64,
+    decay: f64,
+}
+
+impl Bound {
+    fn new(params: &Params) -> Self {
+        let memory = params.memory();
+        let gain = memory.alpha * params.rated_deflection_rad() / params.torque_scale_nm();
+        match memory.kernel {
+            Kernel::Deflection => {
+                Self { kernel: memory.kernel, memory: gain / memory.beta_per_s, decay: gain / memory.omega_per_s }
+            }
+            Kernel::Rate => Self { kernel: memory.kernel, memory: gain, decay: gain * memory.rho() },
+        }
+    }
+
+    /// M and ρM at u.
+    fn at(&self, u: f64) -> (f64, f64) {
+        match self.kernel {
+            Kernel::Deflection => (self.memory, self.decay),
+            Kernel::Rate => ((1.0 + libm::fabs(u)) * self.memory, (1.0 + libm::fabs(u)) * self.decay),
+        }
+    }
+}
+
+impl Slopes {
+    fn new(params: &Params, longest_period_s: f64) -> Self {
+        let (a, scale, memory) = (params.rated_deflection_rad(), params.torque_scale_nm(), params.memory());
+        let slopes = match memory.law {
+            Law::Masing => MemorySlopes::Masing { e: memory.e() * a / scale, h: memory.h() * a / scale },
+            Law::Phase => MemorySlopes::Phase { law: Phase::new(params), bound: Bound::new(params) },
+            Law::Time => MemorySlopes::Time {
+                increment: Time::<f64>::new(params, longest_period_s).growth(),
+                gate: memory.gate,
+                bound: Bound::new(params),
+            },
+        };
+        Self { elastic: params.elastic().normalised(a, scale), memory: slopes }
+    }
+
+    /// The least dT/dφ at u = sin φ, g = cos φ > 0 on a rising path; of a falling one by symmetry.
+    fn least(&self, u: f64, g: f64) -> f64 {
+        let elastic = self.elastic.stiffness(u) * g;
+        match &self.memory {
+            MemorySlopes::Masing { e, h } => elastic - e * (g - u) * (g + u) - 2.0 * h * g,
+            MemorySlopes::Phase { law, bound } => {
+                let (m, decay) = bound.at(u);
+                let steady = law.quadrature * g + law.in_phase * u;
+                let source = law.in_phase * g - law.quadrature * u + law.rho * steady;
+                match law.gate {
+                    Gate::Cycle => elastic + g * source - libm::fabs(u * m + g * decay),
+                    Gate::None => elastic + source - decay,
+                }
+            }
+            MemorySlopes::Time { increment, gate, bound } => match gate {
+                Gate::Cycle => elastic + increment * g * g - libm::fabs(u) * bound.at(u).0,
+                Gate::None => elastic + increment * g,
+            },
+        }
+    }
+}
+
+/// Bounds of abs(dT/dt) and abs(d³T/dt³) over T_A, t = tan(φ/2), by the largest coefficients: what the last step of the search leaves is at
+/// most a sixth of the second times the step cubed. Merged branches tilt by more than this counts, and their slope changes as little.
+pub(super) fn derivative_bounds(params: &Params, longest_period_s: f64) -> [f64; 2] {
+    let (a, scale, memory) = (params.rated_deflection_rad(), params.torque_scale_nm(), params.memory());
+    let Polynomial { k1, k3, k5 } = params.elastic().normalised(a, scale);
+    let [k1, k3, k5] = [k1, k3, k5].map(libm::fabs);
+    // Of the spring by u, then by φ.
+    let by_u = [k1 + 3.0 * k3 + 5.0 * k5, 6.0 * k3 + 20.0 * k5, 6.0 * k3 + 60.0 * k5];
+    let spring = [by_u[0], by_u[1] + by_u[0], by_u[2] + 1.5 * by_u[1] + by_u[0]];
+    let gated = |m: [f64; 4]| match memory.gate {
+        Gate::Cycle => [m[1] + m[0], m[2] + 2.0 * m[1] + m[0], m[3] + 3.0 * (m[2] + m[1]) + m[0]],
+        Gate::None => [m[1], m[2], m[3]],
+    };
+    let hysteresis = match memory.law {
+        Law::Masing => {
+            let (e, h) = (memory.e() * a / scale, memory.h() * a / scale);
+            [e + 2.0 * h, 2.0 * e + 6.0 * h, 4.0 * e + 8.0 * h]
+        }
+        Law::Phase => {
+            let law = Phase::<f64>::new(params);
+            let steady = libm::fabs(law.quadrature) + libm::fabs(law.in_phase);
+            let transient = Bound::new(params).at(1.0).0 + steady;
+            let part = |power: i32| steady + transient * libm::pow(law.rho, f64::from(power));
+            gated([part(0), part(1), part(2), part(3)])
+        }
+        Law::Time => {
+            let growth = libm::fabs(Time::<f64>::new(params, longest_period_s).growth());
+            // Shorter periods let kernel rate grow faster, up to αA/T_A.
+            let growth = if memory.kernel == Kernel::Rate { memory.alpha * a / scale } else { growth };
+            gated([Bound::new(params).at(1.0).0, growth, growth, growth])
+        }
+    };
+    let [d1, d2, d3] = [0, 1, 2].map(|k| spring[k] + hysteresis[k]);
+    // dφ/dt ≤ 2, abs(d²φ/dt²) ≤ 1.3, abs(d³φ/dt³) ≤ 4.
+    [2.0 * d1, 8.0 * d3 + 7.8 * d2 + 4.0 * d1]
+}
