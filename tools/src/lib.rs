@@ -9,6 +9,7 @@ pub mod demo;
 pub mod diagnosis;
 pub mod discover;
 pub mod estimate;
+pub mod health;
 pub mod model;
 pub mod output;
 pub mod physics;

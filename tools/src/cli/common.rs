@@ -7,7 +7,7 @@ use clap::Args;
 use super::failure::Failure;
 use super::progress::Progress;
 use crate::recording::{self, ColumnMap, Mapping, Needs, Recording};
-use crate::report::page::Provenance;
+use crate::report::page::{Input, Provenance};
 
 /// How recordings are read.
 #[derive(Debug, Args)]
@@ -74,10 +74,10 @@ pub fn positive(text: &str) -> Result<f64, String> {
 }
 
 /// What a report says of where it comes from.
-pub fn provenance(recordings: &[Recording], seed: Option<u64>) -> Provenance {
+pub fn provenance(inputs: Vec<Input>, seed: Option<u64>) -> Provenance {
     let words = std::env::args().skip(1).map(|word| quoted(&word));
     let command = std::iter::once("gmhm".to_owned()).chain(words).collect::<Vec<_>>().join(" ");
-    Provenance { command, inputs: recordings.iter().map(Into::into).collect(), seed }
+    Provenance { command, inputs, seed }
 }
 
 /// A word as a shell takes it.

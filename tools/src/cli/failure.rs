@@ -9,6 +9,7 @@ use crate::bench::BenchError;
 use crate::discover::DiscoverError;
 use crate::estimate::EstimateError;
 use crate::estimate::judge::AssessError;
+use crate::health::HealthError;
 use crate::model::ModelError;
 use crate::output::OutputError;
 use crate::physics::PredictError;
@@ -44,6 +45,9 @@ pub enum Failure {
     /// Nothing could be diagnosed.
     #[error(transparent)]
     Discover(#[from] DiscoverError),
+    /// Nothing could be said of a series.
+    #[error(transparent)]
+    Health(#[from] HealthError),
     /// The system refused.
     #[error(transparent)]
     System(#[from] std::io::Error),
@@ -55,6 +59,7 @@ impl Failure {
             Failure::Recording(e) | Failure::Copy(CopyError::Recording(e)) => e.mend(),
             Failure::Model(e) => e.mend(),
             Failure::Output(e) => e.mend().map(str::to_owned),
+            Failure::Health(e) => e.mend(),
             Failure::Predict(e)
             | Failure::Assess(AssessError::Predict(e))
             | Failure::Discover(DiscoverError::Predict(e)) => e.mend(),

@@ -95,7 +95,7 @@ impl FitArgs {
             outputs.add_text(path, &json(&Everything { assessment: &assessment, fit: &fit })?)?;
         }
         if let Some(path) = &self.report {
-            let provenance = provenance(&recordings, Some(fit.seed));
+            let provenance = provenance(recordings.iter().map(Into::into).collect(), Some(fit.seed));
             outputs.add_text(path, &report::fit::page(&fit, &assessment, &recordings, provenance).to_html())?;
         }
         let plot = self.plot.clone().unwrap_or_else(|| self.output.with_extension("svg"));

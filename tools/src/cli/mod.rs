@@ -6,6 +6,7 @@ mod demo;
 mod diagnose;
 mod failure;
 mod fit;
+mod health;
 mod predict;
 mod progress;
 mod simulate;
@@ -34,6 +35,7 @@ enum Command {
     Demo(demo::DemoArgs),
     Diagnose(diagnose::DiagnoseArgs),
     Fit(fit::FitArgs),
+    Health(health::HealthArgs),
     Predict(predict::PredictArgs),
     Simulate(simulate::SimulateArgs),
 }
@@ -62,6 +64,7 @@ pub fn run() -> ExitCode {
         Some(Command::Demo(args)) => args.run(&session),
         Some(Command::Diagnose(args)) => args.run(&session),
         Some(Command::Fit(args)) => args.run(&session),
+        Some(Command::Health(args)) => args.run(&session),
         Some(Command::Predict(args)) => args.run(&session),
         Some(Command::Simulate(args)) => args.run(),
         None => demo::DemoArgs::default().run(&session),

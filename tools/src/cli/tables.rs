@@ -4,6 +4,7 @@ use crate::diagnosis::{Diagnosis, ParameterValue, Unit};
 use crate::estimate::Fit;
 use crate::estimate::rivals::Comparison;
 use crate::estimate::uncertainty::Estimated;
+use crate::health::Health;
 use crate::recording::TorqueUnit;
 
 /// A fit: structure, parameters with standard deviations, what is left.
@@ -119,4 +120,40 @@ pub(super) fn comparison(lines: &[Comparison], unit: TorqueUnit, seed: u64) -> S
         );
     }
     text
+}
+
+/// A series of states: the finding, then each quantity.
+pub(super) fn health(health: &Health) -> String {
+    let mut lines = vec![health.sentence()];
+    lines.extend(health.reasons().into_iter().map(|reason| format!("  {reason}")));
+    let rating = &health.rating;
+    let unit = health.unit.symbol();
+    lines.push(format!(
+        "Structure {}, seed {}; rated torque {:.4} {unit}, T1 {:.4} {unit}, T2 {:.4} {unit}; false alarms {} %",
+        health.structure,
+        health.seed,
+        rating.rated_torque,
+        rating.t1,
+        rating.t2,
+        100.0 * health.false_alarm_rate
+    ));
+    lines.push(format!(
+        "  {:<24} {:>13} {:>13} {:>10} {:>10} {:>10}  {}",
+        "", "first", "last", "change %", "± 2 sd %", "p-value", "unit"
+    ));
+    for change in &health.changes {
+        let percent = |sd: f64| format!("{:.3}", 200.0 * sd / change.first.abs());
+        lines.push(format!(
+            "  {:<24} {:>13.5e} {:>13.5e} {:>10.3} {:>10} {:>10}  {}{}",
+            change.name,
+            change.first,
+            change.last,
+            100.0 * change.relative,
+            change.sd.map_or("-".to_owned(), percent),
+            change.p_value.map_or("-".to_owned(), |p| if p < 1e-12 { "<1e-12".to_owned() } else { format!("{p:.1e}") }),
+            change.unit,
+            if change.moved { "  moved" } else { "" }
+        ));
+    }
+    lines.join("\n") + "\n"
 }

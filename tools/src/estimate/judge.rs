@@ -1,6 +1,6 @@
 //! Whether a fit is good enough for the drive, in one sentence with its reasons.
 
-use gmhm::{Gear, Params};
+use gmhm::inverse::invertible_range;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -128,6 +128,8 @@ const ERROR: (f64, f64) = (0.03, 0.10);
 const OVERFIT: (f64, f64) = (1.25, 2.0);
 /// Part of ±A that has to be reached.
 const REACH: f64 = 0.8;
+/// The longest sample period of a drive that the inverse is judged at, s. Matters to law `time` only.
+const DRIVE_PERIOD_S: f64 = 1e-3;
 /// Share of the residual's power that may repeat.
 const REPEATED: f64 = 0.1;
 
@@ -151,20 +153,20 @@ fn judge(fit: &Fit, evidence: &Assessment) -> Judgement {
         let times = fit.heldout_rms / rms;
         say(grade, format!("rows that took no part are predicted {times:.1} times worse than those fitted"));
     }
-    let rated = evidence.coverage.rated_deflection_rad;
-    if let Some(Ok(params)) = fit.model.params(rated) {
-        let range = increasing_share(&params);
-        if range < 0.995 {
-            let grade = if range < 0.5 { Grade::Bad } else { Grade::Caution };
-            let words = match 100.0 * range {
-                r if r < 1.0 => {
-                    "the torque does not rise with the deflection on the rated cycle: there is no inverse".to_owned()
-                }
-                r => format!(
-                    "the torque stops rising with the deflection beyond {r:.0} % of the rated one: there is no inverse there"
-                ),
-            };
-            say(grade, words);
+    if let Some(Ok(params)) = fit.model.params(evidence.coverage.rated_deflection_rad) {
+        match invertible_range(&params, DRIVE_PERIOD_S) {
+            Ok(range) if range > 0.995 => {}
+            Ok(range) => {
+                let grade = if range < 0.5 { Grade::Bad } else { Grade::Caution };
+                let percent = 100.0 * range;
+                say(
+                    grade,
+                    format!(
+                        "feed-forward has an inverse up to {percent:.0} % of the rated deflection only: beyond, the torque can fall while the deflection rises"
+                    ),
+                );
+            }
+            Err(refusal) => say(Grade::Bad, format!("feed-forward has no inverse: {refusal}")),
         }
     }
     for p in fit.uncertainty.parameters.iter().filter(|p| p.at_bound) {
@@ -215,7 +217,7 @@ fn judge(fit: &Fit, evidence: &Assessment) -> Judgement {
     if fit.stop == super::swarm::Stop::Evaluations {
         say(Grade::Caution, "the search used up its evaluations before it settled".to_owned());
     }
-    reasons.sort_by(|a, b| b.grade.cmp(&a.grade));
+    reasons.sort_by_key(|reason| std::cmp::Reverse(reason.grade));
     let grade = reasons.first().map_or(Grade::Good, |r| r.grade);
     let sentence = match (grade, reasons.first()) {
         (Grade::Bad, Some(reason)) => format!("Not good enough to flash: {}.", reason.words),
@@ -223,34 +225,6 @@ fn judge(fit: &Fit, evidence: &Assessment) -> Judgement {
         _ => format!("Good enough to flash: {error}, and nothing in the recordings speaks against it."),
     };
     Judgement { grade, sentence, reasons }
-}
-
-/// The largest part r of ±A such that the torque of the rated cycle rises with the deflection for all abs(θ) ≤ r·A, in both directions.
-///
-/// In law `masing` the slope at a deflection is least on the rated cycle, so this bounds every path (MODEL.md section 3).
-fn increasing_share(params: &Params) -> f64 {
-    const STEPS: i32 = 4000;
-    let a = params.rated_deflection_rad();
-    let gear = Gear::<f64>::new(params);
-    let mut state = gear.start::<16>(0.0);
-    let place = |k: i32| a * f64::from(k) / f64::from(STEPS);
-    let up = 0..=STEPS;
-    let around = up.clone().chain((-STEPS..STEPS).rev()).chain(-STEPS + 1..=STEPS).chain((-STEPS..STEPS).rev());
-    let mut share: f64 = 1.0;
-    let mut last: Option<(f64, f64)> = None;
-    for (row, k) in around.enumerate() {
-        let theta = place(k);
-        // A period of a second: law `time` is judged at rest.
-        let torque = gear.step_after(&mut state, theta, 1.0).torque;
-        if let Some((before, torque_before)) = last
-            && row > 3 * STEPS as usize
-            && (torque - torque_before) * (theta - before) <= 0.0
-        {
-            share = share.min(theta.abs().min(before.abs()) / a);
-        }
-        last = Some((theta, torque));
-    }
-    share
 }
 
 /// What of a residual comes back at the same deflection and direction.

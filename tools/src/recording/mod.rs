@@ -83,12 +83,19 @@ impl Recording {
     /// The first rows of it.
     #[must_use]
     pub fn beginning(&self, rows: usize) -> Self {
-        let rows = rows.min(self.len());
-        let cut = |column: &Option<Vec<f64>>| column.as_ref().map(|values| values[..rows].to_vec());
+        self.part(0..rows)
+    }
+
+    /// Some consecutive rows of it.
+    #[must_use]
+    pub fn part(&self, rows: std::ops::Range<usize>) -> Self {
+        let end = rows.end.min(self.len());
+        let rows = rows.start.min(end)..end;
+        let cut = |column: &Option<Vec<f64>>| column.as_ref().map(|values| values[rows.clone()].to_vec());
         Self {
             name: self.name.clone(),
             sha256: self.sha256.clone(),
-            time_s: self.time_s[..rows].to_vec(),
+            time_s: self.time_s[rows.clone()].to_vec(),
             torque: cut(&self.torque),
             torque_unit: self.torque_unit,
             deflection_rad: cut(&self.deflection_rad),

@@ -3,13 +3,14 @@
 //! | file | what |
 //! |---|---|
 //! | [`page`] | a page: verdict, sections, provenance |
-//! | [`fit`] | the report of a fit |
+//! | [`fit`], [`health`] | the reports of a fit and of a series of states |
 //! | [`figures`] | which curves in which units |
 //! | [`number`] | numbers as people write them |
 //! | [`plot`] | curves, bars and heat maps as SVG |
 
 pub mod figures;
 pub mod fit;
+pub mod health;
 pub mod number;
 pub mod page;
 pub mod plot;

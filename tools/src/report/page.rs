@@ -220,6 +220,19 @@ impl From<&crate::recording::Recording> for Input {
     }
 }
 
+impl Input {
+    /// A file that is no recording.
+    ///
+    /// # Errors
+    /// It cannot be read.
+    pub fn of_file(path: &std::path::Path) -> std::io::Result<Self> {
+        use sha2::Digest;
+        let digest = sha2::Sha256::digest(std::fs::read(path)?);
+        let sha256 = digest.iter().map(|byte| format!("{byte:02x}")).collect();
+        Ok(Self { name: path.display().to_string(), sha256, rows: None })
+    }
+}
+
 impl Page {
     /// The page as HTML: at most 2 MB for up to a dozen figures, whatever the length of the recordings.
     pub fn to_html(&self) -> String {

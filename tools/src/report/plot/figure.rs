@@ -134,12 +134,14 @@ impl Figure {
         head(canvas, &self.title)?;
         let (x, y) = self.ranges();
         let (_, below) = canvas.split_vertically(px(header));
+        let letters = [y.start, y.end].map(|v| tick(v, y.end - y.start).chars().count() as u32);
+        let left = (34 + 9 * letters[0].max(letters[1])).max(76);
         let mut chart = ChartBuilder::on(&below)
             .margin_left(px(16))
             .margin_right(px(20))
             .margin_bottom(px(10))
             .x_label_area_size(px(50))
-            .y_label_area_size(px(76))
+            .y_label_area_size(px(left))
             .build_cartesian_2d(x.clone(), y.clone())?;
         let name = |at: &f64| {
             let index = at.round();

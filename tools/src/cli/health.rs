@@ -1,0 +1,108 @@
+//! `gmhm health`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::Session;
+use super::common::{ReadingArgs, SeedArgs, json, positive, provenance};
+use super::failure::Failure;
+use super::progress::Progress;
+use super::tables;
+use crate::health::catalogue::Asked;
+use crate::health::{self, Health, HealthOptions};
+use crate::model;
+use crate::output::Outputs;
+use crate::recording::Needs;
+use crate::report;
+use crate::report::page::Input;
+
+/// Follow the condition of a gear: what changed between recordings or fits, against its uncertainty
+///
+/// Fits every recording with one law and rated deflection and tells which parameters moved, and the stiffness K1, K2, K3, the hysteresis loss and
+/// the lost motion as catalogues quote them. Says plainly when nothing moved.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  gmhm health 2024.csv 2025.csv 2026.csv --report health.html
+  gmhm health cold.csv warm.csv hot.csv --against temperature_c --json health.json
+  gmhm health --models 2024.toml 2026.toml --against service.csv:hours")]
+pub struct HealthArgs {
+    /// Recordings of one gear, in order
+    #[arg(required_unless_present = "models", value_name = "RECORDING")]
+    recordings: Vec<PathBuf>,
+    /// Model files of one gear, in order; with what fit --json wrote beside each (gear.toml, gear.json) they have uncertainty too
+    #[arg(long, num_args = 1.., value_name = "M.toml", conflicts_with_all = ["recordings", "model", "rated_deflection"])]
+    models: Vec<PathBuf>,
+    /// Model file whose law, kernel, gate and rated deflection all recordings are fitted with [default: chosen by all of them]
+    #[arg(long, value_name = "M.toml")]
+    model: Option<PathBuf>,
+    /// Property that the parameters are regressed on: temperature_c, or TABLE.csv:COLUMN
+    ///
+    /// The first column of the table names the recordings or models, by path, file name, or name without ending.
+    #[arg(long, value_name = "COLUMN")]
+    against: Option<String>,
+    /// Rated torque in N·m (A per ampere) [default: the smallest one at the rated deflection]
+    #[arg(long, value_name = "NM", value_parser = positive)]
+    rated_torque: Option<f64>,
+    /// Torque up to which the catalogue states K1 [default: 0.2 of the rated torque]
+    #[arg(long, value_name = "NM", value_parser = positive)]
+    t1: Option<f64>,
+    /// Torque up to which the catalogue states K2 [default: 0.7 of the rated torque]
+    #[arg(long, value_name = "NM", value_parser = positive)]
+    t2: Option<f64>,
+    /// Where to write the finding as JSON
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Where to write the report: one HTML page with trends
+    #[arg(long, value_name = "F.html")]
+    report: Option<PathBuf>,
+    #[command(flatten)]
+    reading: ReadingArgs,
+    #[command(flatten)]
+    seed: SeedArgs,
+}
+
+impl HealthArgs {
+    pub(super) fn run(&self, session: &Session) -> Result<(), Failure> {
+        for output in [self.json.as_ref(), self.report.as_ref()].into_iter().flatten() {
+            Outputs::check(output)?;
+        }
+        let options = HealthOptions {
+            seed: self.seed.seed,
+            start: self.model.as_deref().map(model::load).transpose()?,
+            rated_deflection_rad: self.reading.rated_deflection,
+            rating: Asked { rated_torque: self.rated_torque, t1: self.t1, t2: self.t2 },
+            against: self.against.clone(),
+        };
+        let (found, inputs) =
+            if self.models.is_empty() { self.of_recordings(&options, session)? } else { self.of_models(&options)? };
+        let mut outputs = Outputs::new();
+        if let Some(path) = &self.json {
+            outputs.add_text(path, &json(&found)?)?;
+        }
+        if let Some(path) = &self.report {
+            let provenance = provenance(inputs, Some(found.seed));
+            outputs.add_text(path, &report::health::page(&found, provenance).to_html())?;
+        }
+        outputs.commit()?;
+        print!("{}", tables::health(&found));
+        if let Some(path) = &self.report {
+            println!("Report written to {}", path.display());
+        }
+        Ok(())
+    }
+
+    fn of_recordings(&self, options: &HealthOptions, session: &Session) -> Result<(Health, Vec<Input>), Failure> {
+        let recordings = self.reading.read_all(&self.recordings, &Needs::FIT, session.quiet)?;
+        let progress = Progress::new("Fitting", Progress::WHOLE, session.quiet);
+        let found = health::of_recordings(&recordings, options, &progress)?;
+        Ok((found, recordings.iter().map(Into::into).collect()))
+    }
+
+    fn of_models(&self, options: &HealthOptions) -> Result<(Health, Vec<Input>), Failure> {
+        let models = self.models.iter().map(|path| Ok((path.clone(), model::load(path)?)));
+        let models = models.collect::<Result<Vec<_>, Failure>>()?;
+        let inputs = self.models.iter().map(|path| Input::of_file(path)).collect::<Result<_, _>>()?;
+        Ok((health::of_models(&models, options)?, inputs))
+    }
+}

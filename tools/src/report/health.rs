@@ -1,0 +1,178 @@
+//! The report of the condition of a gear.
+
+use super::figures::{self, TrendAxis};
+use super::number::number;
+use super::page::{Page, Provenance, Section, Table, TableRow, Tone, Verdict};
+use super::plot::Drawing;
+use crate::health::verdict::words;
+use crate::health::{Against, Health};
+
+/// The page.
+pub fn page(health: &Health, provenance: Provenance) -> Page {
+    let moved = health.changes.iter().any(|c| c.moved);
+    let tested = health.changes.iter().any(|c| c.p_value.is_some());
+    let tone = if moved || !tested { Tone::Caution } else { Tone::Good };
+    let mut sections = vec![what_moved(health), trends(health), conditions(health)];
+    sections.splice(1..1, health.against.as_ref().map(|against| beside(health, against)));
+    sections.push(definitions(health));
+    let title = format!("Condition of a gear over {} states", health.conditions.len());
+    let verdict = Verdict { tone, sentence: health.sentence(), reasons: health.reasons() };
+    Page { title, verdict, sections, provenance }
+}
+
+fn what_moved(health: &Health) -> Section {
+    let optional = |value: Option<f64>, digits| value.map_or("–".to_owned(), |v| number(v, digits));
+    let row = |c: &crate::health::change::Change| {
+        let cells = [
+            words(c.name).to_owned(),
+            number(c.first, 5),
+            number(c.last, 5),
+            number(c.change, 3),
+            optional(c.sd.map(|sd| 2.0 * sd), 2),
+            c.unit.clone(),
+            format!("{} %", number(100.0 * c.relative, 3)),
+            optional(c.detectable.map(|d| 100.0 * d / c.first.abs()), 2),
+            c.p_value.map_or("–".to_owned(), probability),
+            match (c.moved, c.p_value) {
+                (true, _) => "moved",
+                (false, Some(_)) => "",
+                (false, None) => "not tested",
+            }
+            .to_owned(),
+        ];
+        TableRow::new(cells).chosen(c.moved)
+    };
+    let table = Table {
+        caption: "From the first state to the last".into(),
+        head: ["", "first", "last", "change", "± 2 sd", "unit", "change", "visible from, %", "p-value", ""]
+            .map(Into::into)
+            .into(),
+        rows: health.changes.iter().map(row).collect(),
+    };
+    let rate = number(100.0 * health.false_alarm_rate, 2);
+    Section::new("What moved").table(table).text(format!(
+        "A quantity moved where the values of all states lie further apart than their standard deviations allow. Of a gear of which nothing moved, this table says otherwise in {rate} % of cases. \u{201c}Visible from\u{201d}: the change from first to last that would be seen nine times of ten."
+    ))
+}
+
+fn probability(p: f64) -> String {
+    if p < 1e-12 { "< 10⁻¹²".to_owned() } else { number(p, 2) }
+}
+
+fn axis(health: &Health) -> TrendAxis {
+    let stem = |name: &String| {
+        std::path::Path::new(name).file_stem().map_or_else(|| name.clone(), |stem| stem.to_string_lossy().into_owned())
+    };
+    let names = health.conditions.iter().map(|c| stem(&c.name)).collect();
+    TrendAxis { label: "state, in the order given".into(), names, values: None }
+}
+
+fn points(health: &Health, index: usize) -> Vec<(f64, Option<f64>)> {
+    health.conditions.iter().map(|c| (c.quantities[index].value, c.quantities[index].sd)).collect()
+}
+
+fn trends(health: &Health) -> Section {
+    let axis = axis(health);
+    let order = (0..health.changes.len()).rev();
+    // Catalogue figures stand last in the list and are shown first.
+    let (figures, parameters): (Vec<usize>, Vec<usize>) = order.partition(|k| is_figure(health.changes[*k].name));
+    let draw = |k: usize| -> (Drawing, String) {
+        let change = &health.changes[k];
+        let label = format!("{} in {}", words(change.name), change.unit);
+        let caption = if change.moved { "Moved." } else { "" };
+        (figures::trend(words(change.name), &axis, &label, &points(health, k), &[]), caption.to_owned())
+    };
+    Section::new("Trends").figures(figures.into_iter().rev().chain(parameters.into_iter().rev()).map(draw))
+}
+
+fn is_figure(name: &str) -> bool {
+    name.starts_with('K') || name.ends_with("_arcmin")
+}
+
+fn conditions(health: &Health) -> Section {
+    let mut head =
+        vec!["state".to_owned(), "temperature in °C".to_owned(), format!("rms left in {}", health.unit.symbol())];
+    head.extend(health.changes.iter().map(|c| format!("{} in {}", words(c.name), c.unit)));
+    let row = |c: &crate::health::condition::Condition| {
+        let fixed = [
+            c.name.clone(),
+            c.temperature_c.map_or("–".to_owned(), |t| number(t, 3)),
+            c.rms.map_or("–".to_owned(), |rms| number(rms, 3)),
+        ];
+        let values = c.quantities.iter().map(|q| match q.sd {
+            Some(sd) => format!("{} ± {}", number(q.value, 5), number(2.0 * sd, 2)),
+            None => number(q.value, 5),
+        });
+        TableRow::new(fixed.into_iter().chain(values))
+    };
+    let caption = "± are two standard deviations".into();
+    Section::new("The states").table(Table { caption, head, rows: health.conditions.iter().map(row).collect() })
+}
+
+fn beside(health: &Health, against: &Against) -> Section {
+    let name = &against.property.property;
+    let row = |r: &crate::health::against::Regression| {
+        let optional = |value: Option<f64>, digits| value.map_or("–".to_owned(), |v| number(v, digits));
+        TableRow::new([
+            words(r.name).to_owned(),
+            number(r.at_mean, 5),
+            r.unit.clone(),
+            number(r.slope, 3),
+            optional(r.sd.map(|sd| 2.0 * sd), 2),
+            format!("{} %", number(100.0 * r.relative_slope, 3)),
+            number(r.scatter, 3),
+            r.p_value.map_or("–".to_owned(), probability),
+            if r.significant { "goes with it" } else { "" }.to_owned(),
+        ])
+        .chosen(r.significant)
+    };
+    let head = [
+        String::new(),
+        format!("value at the mean of {name}"),
+        "unit".to_owned(),
+        format!("slope for a unit of {name}"),
+        "± 2 sd".to_owned(),
+        "relative slope".to_owned(),
+        "scatter beside the standard deviations".to_owned(),
+        "p-value".to_owned(),
+        String::new(),
+    ];
+    let table = Table {
+        caption: "Weighted least squares; standard deviations widened where the values scatter more about the line"
+            .into(),
+        head: head.into(),
+        rows: against.regressions.iter().map(row).collect(),
+    };
+    let axis = TrendAxis { label: name.clone(), values: Some(against.property.values.clone()), ..axis(health) };
+    let ends = against
+        .property
+        .values
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(*v), high.max(*v)));
+    let draw = |(k, r): (usize, &crate::health::against::Regression)| {
+        let line = [ends.0, ends.1].map(|x| (x, r.at_mean + r.slope * (x - r.mean)));
+        let label = format!("{} in {}", words(r.name), r.unit);
+        let caption = if r.significant { "Goes with it." } else { "No slope beyond its uncertainty." };
+        (figures::trend(words(r.name), &axis, &label, &points(health, k), &line), caption.to_owned())
+    };
+    // The parameters, whose meaning is the question; the catalogue figures follow from them.
+    let shown = against.regressions.iter().enumerate().filter(|(_, r)| r.significant || !is_figure(r.name)).map(draw);
+    Section::new(format!("Beside {name}")).table(table).figures(shown)
+}
+
+fn definitions(health: &Health) -> Section {
+    let unit = health.unit.symbol();
+    let rating = &health.rating;
+    let torque = |t: f64| format!("{} {unit}", number(t, 4));
+    Section::new("How it is meant").notes([
+        format!(
+            "All states are of the structure {}. The catalogue figures are those of the model, twisted slowly between ± the rated torque {} with the input locked; the torques of the breakpoints are T1 = {} and T2 = {}.",
+            health.structure,
+            torque(rating.rated_torque),
+            torque(rating.t1),
+            torque(rating.t2)
+        ),
+        "K1, K2 and K3 are secants of the mean of the two branches: from 0 to T1, from T1 to T2, from T2 to the rated torque.".to_owned(),
+        "Hysteresis loss is the deflection between the branches at no torque. Lost motion is the whole deflection of a closed cycle between ± 4 % of the rated torque.".to_owned(),
+    ])
+}
