@@ -6,6 +6,7 @@
 
 use std::borrow::Cow;
 
+use crate::physics::signals::rate;
 use crate::recording::Recording;
 
 /// Half-widths of the windows, samples.

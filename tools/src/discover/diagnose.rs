@@ -62,10 +62,10 @@ pub fn diagnose(
     let model = prepared(model, recordings, options)?;
     progress.report("reading", 0.0);
     let mut subject = Subject::new(recordings, &model)?;
-    let search = Search { removed: &options.removed, only: None, base_terms: model.terms.len() };
+    let search = Search { removed: &options.removed, only: None, base_terms: model.terms.len(), zero: false };
     let given = subject.about_means(&subject.total(&model)?);
     progress.report("refitting the base model", 0.05);
-    let plain = subject.fit(&model, &subject.places(&model, search.base_terms), None, 2)?;
+    let plain = subject.fit(&model, &subject.places(&model, search), None, 2)?;
     subject.mark_outliers(&plain);
     let check = || if progress.cancelled() { Err(DiscoverError::Cancelled) } else { Ok(()) };
     check()?;
@@ -73,6 +73,7 @@ pub fn diagnose(
     let outcome = subject.search(&plain.model, search)?;
     check()?;
     progress.report("judging", 0.7);
+    let search = Search { zero: outcome.free_zero, ..search };
     let judgement = subject.judge(outcome, search)?;
     check()?;
     progress.report("checking on rows held out", 0.9);

@@ -8,6 +8,7 @@ use super::least_squares::{Basis, dot};
 use super::library::{self, Proposal};
 use super::subject::Subject;
 use crate::estimate::noise::Noise;
+use crate::model::{Model, TermValue};
 
 /// A kind that was tried, at its best.
 pub struct Alternative {
@@ -34,6 +35,8 @@ pub struct Search<'r> {
     pub only: Option<&'r str>,
     /// Terms of the model handed in.
     pub base_terms: usize,
+    /// Whether the zero of the deflection is free.
+    pub zero: bool,
 }
 
 impl Search<'_> {
@@ -74,7 +77,7 @@ impl Subject<'_> {
             let proposal = tried.proposal;
             let start = proposal.applied(&fit.model, &tried.weights);
             let near = tried.gain > WORTH_POLISHING * best || tried.gain > best - NEAR;
-            let places = self.places(&start, search.base_terms);
+            let places = self.places(&start, search);
             let steps = if near { 6 } else { 1 };
             let polished = self.fit(&start, &places, Some(&tried.noise), steps).ok()?;
             // What only trades structure for slow noise explains nothing.
@@ -84,7 +87,7 @@ impl Subject<'_> {
             }
             let mut gain = fit.minus_two_log_likelihood - polished.minus_two_log_likelihood;
             if proposal.info.name == "time_skew" {
-                gain -= self.smoothing_gain(fit, &polished, &places).max(0.0);
+                gain -= self.smoothing_gain(fit, &polished.model).max(0.0);
             }
             Some(Alternative {
                 kind: proposal.info.name,
@@ -106,16 +109,23 @@ impl Subject<'_> {
         Ok(found)
     }
 
-    /// What a delay gains by smoothing the model's own noise, not by being late: the gain of the opposite delay.
-    fn smoothing_gain(&self, fit: &Fitted, delayed: &Fitted, places: &[super::parameters::Place]) -> f64 {
-        let is_delay = |place: &&super::parameters::Place| matches!(place, super::parameters::Place::Term { key, .. } if key.name == "delay_s");
-        let Some(&delay) = places.iter().find(is_delay) else { return 0.0 };
-        let mut opposite = delayed.model.clone();
-        let late = super::parameters::value(&opposite, delay);
-        super::parameters::put(&mut opposite, delay, -late);
-        let others: Vec<_> = places.iter().copied().filter(|p| *p != delay).collect();
-        let opposite = self.fit(&opposite, &others, Some(&delayed.noise), 2);
-        opposite.map_or(0.0, |o| fit.minus_two_log_likelihood - o.minus_two_log_likelihood)
+    /// What a delay gains beside a fitted model by smoothing the model's own noise between samples, not by being late: the gain of the mean of both signs of it.
+    pub fn smoothing_gain(&self, fit: &Fitted, delayed: &Model) -> f64 {
+        let Some(term) = delayed.terms.iter().find(|t| t.kind == "time_skew") else { return 0.0 };
+        let Some(TermValue::Number(delay)) = term.values.get("delay_s") else { return 0.0 };
+        let at = |delay: f64| {
+            let mut model = fit.model.clone();
+            let mut term = term.clone();
+            term.values.insert("delay_s".to_owned(), TermValue::Number(delay));
+            model.terms.push(term);
+            self.total(&model)
+        };
+        let (Ok(late), Ok(early), Ok(now)) = (at(*delay), at(-delay), self.total(&fit.model)) else { return 0.0 };
+        let smoothed: Vec<f64> =
+            (0..now.len()).map(|i| fit.residual[i] - 0.5 * (late[i] + early[i]) + now[i]).collect();
+        let base: Vec<&[f64]> = fit.columns.iter().map(Vec::as_slice).collect();
+        let profile = self.layout().best_profile(&base, &smoothed, &fit.noise);
+        fit.minus_two_log_likelihood - profile.minus_two_log_likelihood
     }
 
     /// The best of each kind on the grid.

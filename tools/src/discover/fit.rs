@@ -7,7 +7,8 @@ use gmhm::terms::{Domain, Role};
 use rayon::prelude::*;
 
 use super::DiscoverError;
-use super::least_squares::{Layout, normal_matrix, pseudo_inverse, solve_damped};
+use super::explain::Search;
+use super::least_squares::{Layout, bounded_steps, normal_matrix, pseudo_inverse};
 use super::parameters::{self, Place};
 use super::subject::Subject;
 use crate::estimate::noise::Noise;
@@ -38,9 +39,12 @@ impl Subject<'_> {
     }
 
     /// The free numbers of a model.
-    pub fn places(&self, model: &Model, base_terms: usize) -> Vec<Place> {
+    pub fn places(&self, model: &Model, search: Search<'_>) -> Vec<Place> {
         let mut places = if self.free_base { parameters::of_gear(model) } else { Vec::new() };
-        let first = if self.free_base { 0 } else { base_terms };
+        if search.zero {
+            places.push(Place::Zero);
+        }
+        let first = if self.free_base { 0 } else { search.base_terms };
         places.extend((first..model.terms.len()).flat_map(|term| parameters::of_term(model, term)));
         places
     }
@@ -146,7 +150,9 @@ impl Subject<'_> {
                 noise = layout.profile(&parts, &residual, &noise, 2).noise;
             }
             let whitened: Vec<Vec<f64>> = columns.iter().map(|c| layout.whiten(&noise, c)).collect();
-            let steps = solve_damped(&whitened, &layout.whiten(&noise, &residual), &DAMPING);
+            let mut room: Vec<f64> = places.iter().map(|&p| parameters::room(&model, p)).collect();
+            room.resize(columns.len(), f64::NEG_INFINITY);
+            let steps = bounded_steps(&whitened, &layout.whiten(&noise, &residual), &room, &DAMPING);
             let size = |residual: &[f64]| {
                 let white = layout.whiten(&noise, residual);
                 white.iter().map(|x| x * x).sum::<f64>()

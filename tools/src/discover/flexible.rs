@@ -36,8 +36,10 @@ pub struct Coordinates {
 pub struct Curve {
     /// The coordinate, in the words of MODEL.md section 7.
     pub coordinate: &'static str,
-    /// What the columns are made of, for messages.
+    /// Its columns.
     pub columns: Vec<Vec<f64>>,
+    /// How many of its waves were picked out of a spectrum.
+    pub picked: usize,
 }
 
 /// A curve fitted beside a model.
@@ -48,20 +50,19 @@ pub struct Explained {
     pub gain: f64,
     /// How many columns it has.
     pub columns: usize,
+    /// How many of its waves were picked out of a spectrum.
+    pub picked: usize,
     /// What it adds to the torque, row by row, N·m.
     pub contribution: Vec<f64>,
 }
 
+/// What the strongest of some hundred lines gains from noise, beyond a line that was not picked: 2 ln 400.
+const PICKED: f64 = 12.0;
+
 impl Explained {
     /// The gain less what as many columns gain from noise alone, on average twice.
     pub fn net(&self) -> f64 {
-        self.gain - 2.0 * self.columns as f64
-    }
-
-    /// How far the gain is beyond that of noise, in standard deviations of it.
-    pub fn significance(&self) -> f64 {
-        let columns = self.columns as f64;
-        (self.gain - columns) / (2.0 * columns).sqrt()
+        self.gain - 2.0 * self.columns as f64 - PICKED * self.picked as f64
     }
 }
 
@@ -185,7 +186,10 @@ pub fn curves(subject: &Subject<'_>, see: &Coordinates, fit: &Fitted) -> Vec<Cur
     });
     let load = see.deflection.as_deref().map(unit);
     let period = (see.time[subject.spans[0].end - 1] - see.time[0]) / (subject.spans[0].len() - 1) as f64;
-    let mut add = |coordinate: &'static str, columns: Vec<Vec<f64>>| curves.push(Curve { coordinate, columns });
+    let mut picked = 0;
+    let mut add = |coordinate: &'static str, columns: Vec<Vec<f64>>, picked: usize| {
+        curves.push(Curve { coordinate, columns, picked });
+    };
     if let Some(motor) = see.motor.as_deref().filter(|q| turns(q) > 0.16) {
         let white = subject.filtered_twice(fit);
         let plain = subject.layout().masked(&fit.residual);
@@ -197,6 +201,7 @@ pub fn curves(subject: &Subject<'_>, see: &Coordinates, fit: &Fitted) -> Vec<Cur
         for order in lines.into_iter().flatten() {
             if orders.iter().all(|o| (o - order).abs() > 0.3 / turns(motor)) {
                 orders.push(order);
+                picked += 1;
             }
         }
         let mut columns = waves(motor, &orders);
@@ -206,7 +211,7 @@ pub fn curves(subject: &Subject<'_>, see: &Coordinates, fit: &Fitted) -> Vec<Cur
         if let Some(load) = &load {
             columns.extend(times(waves(motor, &[1.0, 2.0, 3.0]), load));
         }
-        add("motor_angle", columns);
+        add("motor_angle", columns, picked);
     }
     if let Some(output) = see.output.as_deref().filter(|q| turns(q) > 0.016) {
         let mut columns =
@@ -217,17 +222,17 @@ pub fn curves(subject: &Subject<'_>, see: &Coordinates, fit: &Fitted) -> Vec<Cur
         if let Some(load) = &load {
             columns.extend(times(hats(output, &knots(output, 8)), load));
         }
-        add("output_angle", columns);
+        add("output_angle", columns, 0);
     }
     if let Some(velocity) = see.velocity.as_deref().filter(|v| largest(v) > 0.0) {
         let scale = largest(velocity);
         let positive = [0.0, 0.004, 0.012, 0.03, 0.07, 0.15, 0.3, 0.55, 1.0].map(|x| x * scale);
         let mut all: Vec<f64> = positive.iter().skip(1).rev().map(|x| -x).collect();
         all.extend(positive);
-        add("output_velocity", hats(velocity, &all));
+        add("output_velocity", hats(velocity, &all), 0);
     }
     if let Some(theta) = see.deflection.as_deref() {
-        add("deflection", hats(theta, &knots(theta, 24)));
+        add("deflection", hats(theta, &knots(theta, 24)), 0);
         let rated = fit.model.gear.rated_deflection_rad.unwrap_or_else(|| largest(theta));
         let radii = [0.02, 0.04, 0.08, 0.14, 0.25, 0.4, 0.65];
         let mut columns: Vec<Vec<f64>> = radii.iter().map(|r| slips(theta, &subject.spans, r * rated)).collect();
@@ -244,10 +249,10 @@ pub fn curves(subject: &Subject<'_>, see: &Coordinates, fit: &Fitted) -> Vec<Cur
             let slip = slips(theta, &subject.spans, 0.1 * rated);
             columns.push(slip.iter().zip(load).map(|(s, l)| s * l).collect());
         }
-        add("reversal", columns);
+        add("reversal", columns, 0);
     }
     if let Some(rate) = see.rate.as_deref().filter(|r| largest(r) > 0.0) {
-        add("deflection_rate", hats(rate, &knots(rate, 9)));
+        add("deflection_rate", hats(rate, &knots(rate, 9)), 0);
     }
     if let Some(acceleration) = see.acceleration.as_deref().filter(|a| largest(a) > 0.0) {
         let mut columns = hats(acceleration, &knots(acceleration, 9));
@@ -256,12 +261,12 @@ pub fn curves(subject: &Subject<'_>, see: &Coordinates, fit: &Fitted) -> Vec<Cur
             let direction: Vec<f64> = acceleration.iter().map(|a| (a / soft).tanh()).collect();
             columns.push(sign.iter().zip(&direction).map(|(s, d)| s * d).collect());
         }
-        add("acceleration", columns);
+        add("acceleration", columns, 0);
     }
     if let Some(sign) = &sign {
-        add("torque", times(hats(&see.torque, &knots(&see.torque, 9)), sign));
+        add("torque", times(hats(&see.torque, &knots(&see.torque, 9)), sign), 0);
     }
-    add("torque_rate", hats(&see.torque_rate, &knots(&see.torque_rate, 8)));
+    add("torque_rate", hats(&see.torque_rate, &knots(&see.torque_rate, 8)), 0);
     let along = |x: &[f64], count: usize| {
         let mut columns = hats(x, &knots(x, count + 3));
         if let Some(load) = &load {
@@ -273,11 +278,9 @@ pub fn curves(subject: &Subject<'_>, see: &Coordinates, fit: &Fitted) -> Vec<Cur
         columns
     };
     if let Some(temperature) = see.temperature.as_deref().filter(|t| range(t) > 0.1) {
-        add("temperature", along(temperature, 4));
+        add("temperature", along(temperature, 4), 0);
     }
-    add("time", along(&see.time, 9));
-    let lines = spectrum::spectrum(&see.time, &subject.layout().masked(&fit.residual), |_| 1.0);
-    let _ = lines;
+    add("time", along(&see.time, 9), 0);
     curves
 }
 
@@ -298,6 +301,7 @@ impl Subject<'_> {
                 coordinate: curve.coordinate,
                 gain: fit.minus_two_log_likelihood - profile.minus_two_log_likelihood,
                 columns: curve.columns.len(),
+                picked: curve.picked,
                 contribution,
             }
         };

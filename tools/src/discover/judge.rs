@@ -125,7 +125,7 @@ impl Subject<'_> {
             if let Some(curve) = self.curve_term(&without, &effect.places)? {
                 let mut with = extended.model.clone();
                 with.terms[at] = curve;
-                let fitted = self.fit(&with, &self.places(&with, search.base_terms), None, 4)?;
+                let fitted = self.fit(&with, &self.places(&with, search), None, 4)?;
                 if fitted.minus_two_log_likelihood < extended.minus_two_log_likelihood {
                     extended = fitted;
                     effect.closest = None;
@@ -143,7 +143,7 @@ impl Subject<'_> {
             if let Some(curve) = self.curve_term(&extended.model, &left)? {
                 let mut with = extended.model.clone();
                 with.terms.push(curve);
-                let fitted = self.fit(&with, &self.places(&with, search.base_terms), None, 4)?;
+                let fitted = self.fit(&with, &self.places(&with, search), None, 4)?;
                 let numbers = parameters::of_term(&fitted.model, fitted.model.terms.len() - 1).len();
                 let gain = extended.minus_two_log_likelihood - fitted.minus_two_log_likelihood;
                 if gain > 2.0 * numbers as f64 + 20.0 {

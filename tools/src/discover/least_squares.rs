@@ -184,19 +184,39 @@ pub fn solve(columns: &[Vec<f64>], y: &[f64]) -> Vec<f64> {
     weights.iter().zip(&scales).map(|(w, s)| w / s).collect()
 }
 
-/// Weights of least squares with each column's weight held back by `damping`, in units of its own length (Levenberg, Marquardt).
-pub fn solve_damped(columns: &[Vec<f64>], y: &[f64], damping: &[f64]) -> Vec<Vec<f64>> {
+/// Steps of least squares that none of the lower bounds forbids, one for each damping (Levenberg, Marquardt): a weight that would pass its bound is put on it
+/// and the others are solved anew.
+pub fn bounded_steps(columns: &[Vec<f64>], y: &[f64], lowest: &[f64], damping: &[f64]) -> Vec<Vec<f64>> {
     let (gram, scales) = normal_matrix(columns);
-    let rhs = DVector::from_iterator(columns.len(), columns.iter().zip(&scales).map(|(c, s)| dot(c, y) / s));
-    let eigen = gram.symmetric_eigen();
-    let turned = eigen.eigenvectors.transpose() * rhs;
-    let weights = |damping: &f64| {
-        let shares =
-            turned.zip_map(&eigen.eigenvalues, |t, v| if v + damping > 1e-12 { t / (v + damping) } else { 0.0 });
-        let weights = &eigen.eigenvectors * shares;
-        weights.iter().zip(&scales).map(|(w, s)| w / s).collect()
-    };
-    damping.iter().map(weights).collect()
+    let rhs: Vec<f64> = columns.iter().zip(&scales).map(|(c, s)| dot(c, y) / s).collect();
+    damping.iter().map(|&damping| bounded_step(&gram, &scales, &rhs, lowest, damping)).collect()
+}
+
+fn bounded_step(gram: &DMatrix<f64>, scales: &[f64], rhs: &[f64], lowest: &[f64], damping: f64) -> Vec<f64> {
+    let count = rhs.len();
+    let mut step = vec![0.0; count];
+    let mut held = vec![false; count];
+    loop {
+        let free: Vec<usize> = (0..count).filter(|&i| !held[i]).collect();
+        let known = |i: usize| (0..count).filter(|&j| held[j]).map(|j| gram[(i, j)] * step[j]).sum::<f64>();
+        let right = DVector::from_iterator(free.len(), free.iter().map(|&i| rhs[i] - known(i)));
+        let eigen = gram.select_rows(&free).select_columns(&free).symmetric_eigen();
+        let turned = eigen.eigenvectors.transpose() * right;
+        let share = |t: f64, v: f64| if v + damping > 1e-12 { t / (v + damping) } else { 0.0 };
+        let solved = &eigen.eigenvectors * turned.zip_map(&eigen.eigenvalues, share);
+        for (&i, value) in free.iter().zip(solved.iter()) {
+            step[i] = *value;
+        }
+        let forbidden: Vec<usize> = free.into_iter().filter(|&i| step[i] < lowest[i] * scales[i] - 1e-12).collect();
+        if forbidden.is_empty() {
+            break;
+        }
+        for i in forbidden {
+            held[i] = true;
+            step[i] = lowest[i] * scales[i];
+        }
+    }
+    step.iter().zip(scales).map(|(w, s)| w / s).collect()
 }
 
 /// The inverse of a Gram matrix on the directions that it tells apart.

@@ -32,7 +32,7 @@ pub enum Place {
     },
 }
 
-/// The free numbers of the gear.
+/// The free numbers of the gear; the zero of the deflection is apart.
 pub fn of_gear(model: &Model) -> Vec<Place> {
     let mut places = Vec::new();
     if model.elastic.is_some() {
@@ -40,7 +40,6 @@ pub fn of_gear(model: &Model) -> Vec<Place> {
     }
     if model.memory.is_some() {
         places.extend((0..2).map(Place::Memory));
-        places.push(Place::Zero);
     }
     places
 }
@@ -117,6 +116,17 @@ pub fn put(model: &mut Model, place: Place, value: f64) {
             model.terms[term] = set(&model.terms[term], key, index, value.clamp(low, high));
         }
     }
+}
+
+/// How far a place may be lowered: the difference to its lowest value, not above 0.
+pub fn room(model: &Model, place: Place) -> f64 {
+    let value = value(model, place);
+    let low = match place {
+        Place::Memory(_) => 0.0,
+        Place::Term { key, .. } => bounds(key, value).0,
+        _ => f64::NEG_INFINITY,
+    };
+    (low - value).min(0.0)
 }
 
 /// How far from the value a derivative is taken on both sides.

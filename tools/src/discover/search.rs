@@ -32,6 +32,8 @@ pub struct Outcome {
     pub effects: Vec<Explained>,
     /// The best gain over the base model, penalty taken off, by any kind.
     pub best_gain: f64,
+    /// How the search was done.
+    pub free_zero: bool,
     /// What was tried beside the final model, and found wanting.
     pub rejected: Vec<Alternative>,
 }
@@ -49,12 +51,28 @@ impl Subject<'_> {
         parameters as f64 * (self.counted() as f64).ln() + 2.0 * (KINDS.len() as f64).ln()
     }
 
+    /// The base model with the zero of the deflection free, where that explains more than any kind does: encoder zeros are arbitrary.
+    fn with_zero<'r>(&self, base: Fitted, search: Search<'r>) -> Result<(Fitted, Search<'r>), DiscoverError> {
+        if base.model.memory.is_none() || !self.free_base {
+            return Ok((base, search));
+        }
+        let free = Search { zero: true, ..search };
+        let zeroed = self.fit(&base.model, &self.places(&base.model, free), Some(&base.noise), 12)?;
+        let gain = base.minus_two_log_likelihood - zeroed.minus_two_log_likelihood;
+        if gain < self.penalty(1) + MARGIN {
+            return Ok((base, search));
+        }
+        let best = self.explain(&base, search, 6.0)?.iter().map(|a| a.gain).fold(0.0, f64::max);
+        Ok(if gain > best + SWAP { (zeroed, free) } else { (base, search) })
+    }
+
     /// Searches for what was left out of a model.
     ///
     /// # Errors
     /// A model that cannot be evaluated.
     pub fn search(&self, model: &Model, search: Search<'_>) -> Result<Outcome, DiscoverError> {
-        let base = self.fit(model, &self.places(model, search.base_terms), None, 12)?;
+        let base = self.fit(model, &self.places(model, search), None, 12)?;
+        let (base, search) = self.with_zero(base, search)?;
         let mut extended = base.clone();
         let rejected;
         let mut best_gain = f64::NEG_INFINITY;
@@ -84,9 +102,12 @@ impl Subject<'_> {
         while term < extended.model.terms.len() {
             let mut without = extended.model.clone();
             without.terms.remove(term);
-            let places = self.places(&without, search.base_terms);
+            let places = self.places(&without, search);
             let rest = self.fit(&without, &places, Some(&extended.noise), 6)?;
-            let gain = rest.minus_two_log_likelihood - extended.minus_two_log_likelihood;
+            let mut gain = rest.minus_two_log_likelihood - extended.minus_two_log_likelihood;
+            if extended.model.terms[term].kind == "time_skew" {
+                gain -= self.smoothing_gain(&rest, &extended.model).max(0.0);
+            }
             let parameters = super::parameters::of_term(&extended.model, term).len();
             if gain < self.penalty(parameters) + MARGIN && extended.model.terms.len() > search.base_terms + 1 {
                 extended = rest;
@@ -110,7 +131,7 @@ impl Subject<'_> {
             effects.push(Explained { term, gain, parameters, rest, alternatives });
             term += 1;
         }
-        Ok(Outcome { base, extended, effects, best_gain, rejected })
+        Ok(Outcome { base, extended, effects, best_gain, free_zero: search.zero, rejected })
     }
 }
 
