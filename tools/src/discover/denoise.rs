@@ -6,6 +6,7 @@
 
 use std::borrow::Cow;
 
+use crate::estimate::noise::quantisation_step;
 use crate::physics::signals::rate;
 use crate::recording::Recording;
 
@@ -26,8 +27,17 @@ pub fn denoised(recording: &Recording, ratio: Option<f64>) -> Cow<'_, Recording>
     let deflection = derived.as_deref().and_then(|x| smoothed(x, &recording.time_s));
     let deflection = deflection.or(derived.filter(|_| recording.deflection_rad.is_none()));
     let smooth = |channel: &Option<Vec<f64>>| channel.as_deref().and_then(|x| whittaker(x, &recording.time_s));
-    let (input, output, velocity) =
+    let (input, output, mut velocity) =
         (smooth(&recording.theta_in_rad), smooth(&recording.theta_out_rad), smooth(&recording.velocity_out_rad_per_s));
+    let angle = output.as_deref().or(recording.theta_out_rad.as_deref());
+    if let (Some(angle), Some(recorded)) = (angle, recording.velocity_out_rad_per_s.as_deref()) {
+        let derived = rate(angle, &recording.time_s);
+        let apart = derived.iter().zip(recorded).map(|(a, b)| (a - b).powi(2)).sum::<f64>() / derived.len() as f64;
+        // A recorded velocity that differs from that of the angle by its own noise alone adds nothing but that noise.
+        if apart.sqrt() < 1.5 * noise_sd(recorded) {
+            velocity = Some(derived);
+        }
+    }
     if deflection.is_none() && input.is_none() && output.is_none() && velocity.is_none() {
         return Cow::Borrowed(recording);
     }
@@ -53,8 +63,14 @@ pub fn noise_sd(x: &[f64]) -> f64 {
     moving * median / (0.6745 * 20.0_f64.sqrt())
 }
 
+/// The standard deviation of a channel's noise, that of its resolution included.
+fn channel_sd(x: &[f64]) -> f64 {
+    let resolution = quantisation_step(x).unwrap_or(0.0) / 12.0_f64.sqrt();
+    noise_sd(x).max(resolution)
+}
+
 fn smoothed(x: &[f64], time_s: &[f64]) -> Option<Vec<f64>> {
-    let sd = noise_sd(x);
+    let sd = channel_sd(x);
     let range = x.iter().fold(f64::NEG_INFINITY, |m, x| m.max(*x)) - x.iter().fold(f64::INFINITY, |m, x| m.min(*x));
     if sd <= 1e-9 * range {
         return None;
@@ -90,7 +106,7 @@ const FEWEST_ROWS: usize = 32;
 /// The smoothest signal that differs from the recorded one by no more than its noise: Whittaker's graduation with third differences (1923), its weight by
 /// Morozov's discrepancy principle. For angles and speeds, whose derivatives count and whose corners are of no consequence.
 fn whittaker(x: &[f64], time_s: &[f64]) -> Option<Vec<f64>> {
-    let sd = noise_sd(x);
+    let sd = channel_sd(x);
     let range = x.iter().fold(f64::NEG_INFINITY, |m, x| m.max(*x)) - x.iter().fold(f64::INFINITY, |m, x| m.min(*x));
     if sd <= 1e-9 * range {
         return None;
@@ -98,13 +114,19 @@ fn whittaker(x: &[f64], time_s: &[f64]) -> Option<Vec<f64>> {
     let mut periods: Vec<f64> = time_s.windows(2).map(|w| w[1] - w[0]).collect();
     let middle = periods.len() / 2;
     let usual = *periods.select_nth_unstable_by(middle, f64::total_cmp).1;
+    // Where counts are all the noise there is, it is bounded.
+    let resolution = quantisation_step(x).filter(|step| noise_sd(x) < 0.45 * step);
     let mut smooth = x.to_vec();
     let mut from = 0;
     for to in 1..=x.len() {
         let gap = to == x.len() || time_s[to] - time_s[to - 1] > 2.5 * usual;
         if gap {
             if to - from >= FEWEST_ROWS {
-                graduate(&x[from..to], sd, &mut smooth[from..to]);
+                let (rows, out) = (&x[from..to], &mut smooth[from..to]);
+                match resolution {
+                    Some(step) => unround(rows, 0.5 * step, sd, out),
+                    None => graduate(rows, sd, out),
+                }
             }
             from = to;
         }
@@ -115,55 +137,93 @@ fn whittaker(x: &[f64], time_s: &[f64]) -> Option<Vec<f64>> {
 fn graduate(x: &[f64], sd: f64, out: &mut [f64]) {
     let mean = x.iter().sum::<f64>() / x.len() as f64;
     let centred: Vec<f64> = x.iter().map(|x| x - mean).collect();
-    let misfit = |smooth: &[f64]| {
-        (smooth.iter().zip(&centred).map(|(a, b)| (a - b).powi(2)).sum::<f64>() / x.len() as f64).sqrt()
-    };
-    let (mut low, mut high) = (-2.0_f64, 12.0_f64);
-    for _ in 0..18 {
-        let middle = 0.5 * (low + high);
-        if misfit(&penalised(&centred, 10.0_f64.powf(middle))) > sd { high = middle } else { low = middle }
-    }
-    for (out, smooth) in out.iter_mut().zip(penalised(&centred, 10.0_f64.powf(low))) {
+    let weight = discrepant_weight(&centred, TIGHT * sd);
+    for (out, smooth) in out.iter_mut().zip(Graduation::new(x.len(), weight).smooth(&centred)) {
         *out = mean + smooth;
     }
 }
 
-/// Minimises Σ (s − x)² + weight·Σ (Δ³s)²: a system of seven diagonals, by Cholesky.
-fn penalised(x: &[f64], weight: f64) -> Vec<f64> {
-    const DIFFERENCE: [f64; 4] = [-1.0, 3.0, -3.0, 1.0];
-    let n = x.len();
-    // Lower band: band[i][k] is the element (i, i − k).
-    let mut band = vec![[0.0_f64; 4]; n];
-    band.iter_mut().for_each(|b| b[0] = 1.0);
-    for row in 0..n - 3 {
-        for a in 0..4 {
-            for b in 0..=a {
-                band[row + a][a - b] += weight * DIFFERENCE[a] * DIFFERENCE[b];
-            }
+/// The graduated signal takes up some of the noise, so it lies closer to the record than the truth does.
+const TIGHT: f64 = 0.9;
+
+/// The weight at which a graduation differs from the record by `misfit`.
+fn discrepant_weight(centred: &[f64], misfit: f64) -> f64 {
+    let rms = |smooth: &[f64]| {
+        (smooth.iter().zip(centred).map(|(a, b)| (a - b).powi(2)).sum::<f64>() / centred.len() as f64).sqrt()
+    };
+    let (mut low, mut high) = (-2.0_f64, 12.0_f64);
+    for _ in 0..18 {
+        let middle = 0.5 * (low + high);
+        let smooth = Graduation::new(centred.len(), 10.0_f64.powf(middle)).smooth(centred);
+        if rms(&smooth) > misfit { high = middle } else { low = middle }
+    }
+    10.0_f64.powf(low)
+}
+
+/// Steps of the method of multipliers.
+const ROUNDS: usize = 150;
+
+/// The smoothest signal that rounds to the recorded one: least Σ (Δ³s)² with abs(s − x) ≤ half a count, by the alternating direction method of multipliers
+/// (Boyd and others 2011). Standstill stays standstill, and corners stay within half a count.
+fn unround(x: &[f64], half: f64, sd: f64, out: &mut [f64]) {
+    let mean = x.iter().sum::<f64>() / x.len() as f64;
+    let centred: Vec<f64> = x.iter().map(|x| x - mean).collect();
+    let graduation = Graduation::new(x.len(), discrepant_weight(&centred, sd));
+    let mut inside = centred.clone();
+    let mut multiplier = vec![0.0; x.len()];
+    let mut smooth = centred.clone();
+    for _ in 0..ROUNDS {
+        let aim: Vec<f64> = inside.iter().zip(&multiplier).map(|(z, u)| z - u).collect();
+        smooth = graduation.smooth(&aim);
+        for (((z, u), s), x) in inside.iter_mut().zip(&mut multiplier).zip(&smooth).zip(&centred) {
+            *z = (s + *u).clamp(x - half, x + half);
+            *u += s - *z;
         }
     }
-    let mut y = x.to_vec();
-    for i in 0..n {
-        for k in (1..=3.min(i)).rev() {
-            let j = i - k;
-            let mut value = band[i][k];
-            for l in k + 1..=3.min(i) {
-                if l - k <= 3 {
-                    value -= band[i][l] * band[j][l - k];
+    out.iter_mut().zip(&smooth).for_each(|(out, s)| *out = mean + s);
+}
+
+/// Minimises Σ (s − x)² + weight·Σ (Δ³s)²: a system of seven diagonals, by Cholesky.
+struct Graduation {
+    /// Lower band of the factor: `band[i][k]` is the element (i, i − k).
+    band: Vec<[f64; 4]>,
+}
+
+impl Graduation {
+    fn new(n: usize, weight: f64) -> Self {
+        const DIFFERENCE: [f64; 4] = [-1.0, 3.0, -3.0, 1.0];
+        let mut band = vec![[1.0, 0.0, 0.0, 0.0]; n];
+        for row in 0..n.saturating_sub(3) {
+            for a in 0..4 {
+                for b in 0..=a {
+                    band[row + a][a - b] += weight * DIFFERENCE[a] * DIFFERENCE[b];
                 }
             }
-            band[i][k] = value / band[j][0];
         }
-        let squares: f64 = (1..=3.min(i)).map(|k| band[i][k] * band[i][k]).sum();
-        band[i][0] = (band[i][0] - squares).max(1e-300).sqrt();
-        let known: f64 = (1..=3.min(i)).map(|k| band[i][k] * y[i - k]).sum();
-        y[i] = (y[i] - known) / band[i][0];
+        for i in 0..n {
+            for k in (1..=3.min(i)).rev() {
+                let known: f64 = (k + 1..=3.min(i)).map(|l| band[i][l] * band[i - k][l - k]).sum();
+                band[i][k] = (band[i][k] - known) / band[i - k][0];
+            }
+            let squares: f64 = (1..=3.min(i)).map(|k| band[i][k] * band[i][k]).sum();
+            band[i][0] = (band[i][0] - squares).max(1e-300).sqrt();
+        }
+        Self { band }
     }
-    for i in (0..n).rev() {
-        let known: f64 = (1..=3.min(n - 1 - i)).map(|k| band[i + k][k] * y[i + k]).sum();
-        y[i] = (y[i] - known) / band[i][0];
+
+    fn smooth(&self, x: &[f64]) -> Vec<f64> {
+        let (band, n) = (&self.band, x.len());
+        let mut y = x.to_vec();
+        for i in 0..n {
+            let known: f64 = (1..=3.min(i)).map(|k| band[i][k] * y[i - k]).sum();
+            y[i] = (y[i] - known) / band[i][0];
+        }
+        for i in (0..n).rev() {
+            let known: f64 = (1..=3.min(n - 1 - i)).map(|k| band[i + k][k] * y[i + k]).sum();
+            y[i] = (y[i] - known) / band[i][0];
+        }
+        y
     }
-    y
 }
 
 /// Whether samples are evenly spaced.
@@ -206,7 +266,7 @@ mod tests {
     #[test]
     fn graduation_solves_its_equations_and_keeps_parabolas() {
         let x: Vec<f64> = (0..40).map(|k| ((k * 37) % 17) as f64).collect();
-        let s = penalised(&x, 7.0);
+        let s = Graduation::new(40, 7.0).smooth(&x);
         let third = |k: usize| s[k + 3] - 3.0 * s[k + 2] + 3.0 * s[k + 1] - s[k];
         for i in 0..40_usize {
             let gradient: f64 = (0..4)
@@ -215,7 +275,7 @@ mod tests {
             assert!((s[i] - x[i] + 7.0 * gradient).abs() < 1e-9);
         }
         let parabola: Vec<f64> = (0..40).map(|k| 0.5 * (k * k) as f64 - 3.0).collect();
-        let kept = penalised(&parabola, 1e6);
+        let kept = Graduation::new(40, 1e6).smooth(&parabola);
         assert!(kept.iter().zip(&parabola).all(|(a, b)| (a - b).abs() < 1e-4));
     }
 

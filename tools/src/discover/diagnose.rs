@@ -181,8 +181,15 @@ impl Subject<'_> {
 
     /// Marks isolated rows that stand out of a fit's residual.
     fn mark_outliers(&mut self, fit: &Fitted) {
-        for (span, marks) in self.spans.iter().zip(&mut self.marks) {
+        for ((span, marks), recording) in self.spans.iter().zip(&mut self.marks).zip(&self.recordings) {
+            let before = marks.clone();
             mark_outliers(&fit.residual[span.clone()], marks);
+            // What stands out where the motion turns is physics, not a fault of a sample.
+            let motion = recording.deflection_rad.as_deref().or(recording.theta_out_rad.as_deref());
+            for row in motion.map(turns).unwrap_or_default() {
+                let near = row.saturating_sub(3)..(row + 4).min(marks.len());
+                marks[near.clone()].copy_from_slice(&before[near]);
+            }
         }
     }
 
@@ -330,6 +337,15 @@ impl Subject<'_> {
         };
         judgement.effects.iter().map(effect).collect()
     }
+}
+
+/// Rows at which a signal turns round or its slope breaks.
+fn turns(x: &[f64]) -> Vec<usize> {
+    let mut breaks: Vec<f64> = x.windows(3).map(|w| (w[2] - 2.0 * w[1] + w[0]).abs()).collect();
+    let middle = breaks.len() / 2;
+    let usual = breaks.select_nth_unstable_by(middle, f64::total_cmp).1.max(f64::MIN_POSITIVE);
+    let turned = |w: &[f64]| (w[2] - w[1]) * (w[1] - w[0]) <= 0.0 || (w[2] - 2.0 * w[1] + w[0]).abs() > 8.0 * usual;
+    x.windows(3).enumerate().filter(|(_, w)| turned(w)).map(|(row, _)| row + 1).collect()
 }
 
 /// What is seen at a place, in words.

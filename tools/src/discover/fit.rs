@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::DiscoverError;
 use super::explain::Search;
-use super::least_squares::{Layout, bounded_steps, normal_matrix, pseudo_inverse};
+use super::least_squares::{Layout, bounded_steps, normal_matrix, pseudo_inverse, solve};
 use super::parameters::{self, Place};
 use super::subject::Subject;
 use crate::estimate::noise::Noise;
@@ -66,11 +66,7 @@ impl Subject<'_> {
             Ok(above.iter().zip(&below).map(|(a, b)| (a - b) / (high - low)).collect())
         };
         let mut columns: Vec<Vec<f64>> = places.par_iter().map(one).collect::<Result<_, _>>()?;
-        for span in &self.spans {
-            let mut ones = vec![0.0; self.len()];
-            ones[span.clone()].fill(1.0);
-            columns.push(ones);
-        }
+        columns.extend(self.nuisances.iter().cloned());
         Ok(columns)
     }
 
@@ -191,17 +187,14 @@ impl Subject<'_> {
         Ok(Fitted { model, places: places.to_vec(), residual, columns, noise, minus_two_log_likelihood })
     }
 
-    /// A residual with the offset of each recording taken out as the noise asks.
+    /// A residual with the nuisances of each recording taken out as the noise asks.
     fn without_offsets(&self, noise: &[Noise], residual: &[f64]) -> Vec<f64> {
         let layout = self.layout();
-        let white = layout.whiten(noise, residual);
-        let ones = layout.whiten(noise, &vec![1.0; residual.len()]);
+        let columns: Vec<Vec<f64>> = self.nuisances.iter().map(|c| layout.whiten(noise, c)).collect();
+        let weights = solve(&columns, &layout.whiten(noise, residual));
         let mut left = residual.to_vec();
-        for span in &self.spans {
-            let (y, x) = (&white[span.clone()], &ones[span.clone()]);
-            let power = super::least_squares::dot(x, x);
-            let offset = if power > 0.0 { super::least_squares::dot(x, y) / power } else { 0.0 };
-            left[span.clone()].iter_mut().for_each(|r| *r -= offset);
+        for (column, weight) in self.nuisances.iter().zip(&weights) {
+            left.iter_mut().zip(column).for_each(|(r, x)| *r -= weight * x);
         }
         left
     }

@@ -7,8 +7,8 @@ use gmhm::Law;
 
 use super::DiscoverError;
 use super::denoise::denoised;
-use crate::estimate::columns::{Mark, Past, Rows};
-use crate::estimate::{decide_start, prepare};
+use crate::estimate::columns::Mark;
+use crate::estimate::prepare;
 use crate::model::Model;
 use crate::physics::{Evaluation, PredictError, Signals};
 use crate::recording::Recording;
@@ -23,6 +23,8 @@ pub struct Subject<'a> {
     pub marks: Vec<Vec<Mark>>,
     /// The torque to be explained, N·m or A. Where another simulator's prediction is recorded: what it leaves, plus the base model handed in.
     pub target: Vec<f64>,
+    /// What each recording adds that is no property of the gear: its offset, what the gear remembers from before the first row.
+    pub nuisances: Vec<Vec<f64>>,
     /// Whether the base model may be refitted; not where another simulator stands in for it.
     pub free_base: bool,
 }
@@ -53,9 +55,10 @@ impl<'a> Subject<'a> {
         if simulated != 0 && simulated != recordings.len() {
             return Err(DiscoverError::SomeSimulated);
         }
-        let marks = marks(recordings, model)?;
+        let marks = recordings.iter().map(|r| prepare::gaps(&r.time_s)).collect();
         let recordings: Vec<Cow<'a, Recording>> = recordings.iter().map(|r| denoised(r, model.gear.ratio)).collect();
-        let mut subject = Self { recordings, spans, marks, target, free_base: simulated == 0 };
+        let nuisances = nuisances(&recordings, &spans, model)?;
+        let mut subject = Self { recordings, spans, marks, target, nuisances, free_base: simulated == 0 };
         if simulated > 0 {
             let base = subject.total(model)?;
             let simulated: Vec<f64> =
@@ -123,20 +126,35 @@ impl<'a> Subject<'a> {
 /// Fewest rows of a recording.
 const FEWEST_ROWS: usize = 64;
 
-/// What each row may be used for: those before the loop has settled, where the gear did not start from rest, do not count.
-fn marks(recordings: &[Recording], model: &Model) -> Result<Vec<Vec<Mark>>, DiscoverError> {
-    let masing = model.memory.is_some_and(|m| m.law == Law::Masing);
-    let Some(rated) = model.gear.rated_deflection_rad.filter(|_| masing) else {
-        return Ok(recordings.iter().map(|r| prepare::gaps(&r.time_s)).collect());
-    };
-    let mut rows: Vec<Rows<'_>> = prepare::rows(recordings, &model.gear)?;
-    decide_start(&mut rows, rated)?;
-    for rows in rows.iter_mut().filter(|r| r.past != Past::Rest) {
-        let settled = prepare::settled_row(&rows.deflection_rad, rated).unwrap_or(0);
-        // A prediction starts from rest; where all would be left out, it has to do.
-        if settled * 10 < rows.len() * 8 {
-            rows.marks[..settled].fill(Mark::Skipped);
+/// What each recording adds to the torque that is no property of the gear: a constant offset and, where the gear remembers its way, what it may still
+/// remember from before the first row.
+///
+/// Of the elementary relays of which law `masing` is the continuum, those that switch beyond the deflections seen so far are as the unknown past has left
+/// them. Their torque is a function of the highest and the lowest deflection so far that vanishes when either reaches its tip: a polynomial here.
+fn nuisances(
+    recordings: &[Cow<'_, Recording>],
+    spans: &[Range<usize>],
+    model: &Model,
+) -> Result<Vec<Vec<f64>>, DiscoverError> {
+    let rows = spans.last().map_or(0, |s| s.end);
+    let mut columns = Vec::new();
+    for (recording, span) in recordings.iter().zip(spans) {
+        let mut ones = vec![0.0; rows];
+        ones[span.clone()].fill(1.0);
+        columns.push(ones);
+        let masing = model.memory.is_some_and(|m| m.law == Law::Masing);
+        let Some(rated) = model.gear.rated_deflection_rad.filter(|_| masing) else { continue };
+        let evaluation = Evaluation::new(model, None, recording)?;
+        let theta = evaluation.followed().deflection_rad.as_slice();
+        let (mut highest, mut lowest) = (theta[0], theta[0]);
+        let mut own = vec![vec![0.0; rows]; 4];
+        for (row, theta) in span.clone().zip(theta) {
+            (highest, lowest) = (highest.max(*theta), lowest.min(*theta));
+            let (above, below) = ((1.0 - highest / rated).max(0.0), (1.0 + lowest / rated).max(0.0));
+            let powers = [above * below, above * above * below, above * below * below, (above * below).powi(2)];
+            own.iter_mut().zip(powers).for_each(|(column, power)| column[row] = power);
         }
+        columns.extend(own);
     }
-    Ok(rows.into_iter().map(|r| r.marks).collect())
+    Ok(columns)
 }

@@ -396,7 +396,7 @@ pub(crate) struct Start {
 }
 
 /// Leaves out the rows before the loop has settled, unless a start from rest, or from a branch of the rated cycle, explains them.
-pub(crate) fn decide_start(rows: &mut [Rows<'_>], rated_deflection_rad: f64) -> Result<Start, EstimateError> {
+fn decide_start(rows: &mut [Rows<'_>], rated_deflection_rad: f64) -> Result<Start, EstimateError> {
     let settled: Vec<usize> = rows
         .iter()
         .map(|r| {
