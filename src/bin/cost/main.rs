@@ -8,6 +8,7 @@ mod laws;
 #[path = "../platform/mod.rs"]
 mod platform;
 mod rivals;
+mod yardsticks;
 
 use core::hint::black_box;
 
@@ -19,6 +20,7 @@ fn main() -> ! {
     counter::start();
     laws::measure();
     rivals::measure();
+    yardsticks::measure();
     platform::end()
 }
 

@@ -1,19 +1,20 @@
-//! What else a drive could compute: the paper's closed form, and the customary models of hysteresis.
+//! What else a drive could compute: the paper's closed form, and an inverse by operators.
 
 use gmhm::closed_form::ClosedForm;
 use gmhm::scalar::Scalar;
 use gmhm::{Gate, Kernel, Law, Params};
 
 use crate::platform::gears::{self, RATED_RAD};
+use crate::yardsticks::ClampTo;
 use crate::{report, say};
 
-/// Elements of Maxwell slip and of the play-operator inverse.
+/// Elements of the play-operator inverse.
 const ELEMENTS: usize = 10;
 
 /// How far the tuned closed form may be from that of `libm`, both in `f32`, N·m.
 const TUNED_ERROR_NM: f32 = 1e-5;
 
-/// Measures every rival.
+/// Measures every one.
 pub fn measure() {
     let Ok(params) = gears::published(Law::Masing, Kernel::Deflection, Gate::Cycle, 0.0) else {
         return say!("0 1 parameters refused");
@@ -27,10 +28,6 @@ pub fn measure() {
         say!("0 1 the tuned closed form is not the closed form");
     }
     report("closed form of the paper, tuned sine, exponential and arcsine", &path, |theta| tuned.torque(theta));
-    let mut bouc_wen = BoucWen { deflection: 0.0, z: 0.0 };
-    report("Bouc–Wen, one Heun step", &path, |theta| bouc_wen.step(theta));
-    let mut maxwell = MaxwellSlip::new();
-    report("Maxwell slip, 10 elements", &path, |theta| maxwell.step(theta));
     let mut inverse = PlayInverse::new();
     report("Prandtl–Ishlinskii inverse, 10 elements", &path, |torque| inverse.step(torque));
 }
@@ -121,57 +118,6 @@ fn arcsine(x: f32) -> f32 {
     if x < 0.0 { -angle } else { angle }
 }
 
-/// ż = A·ẋ − β·abs(ẋ)·z − γ·ẋ·abs(z), exponent one, one Heun step over the increment; T = k·θ + z.
-struct BoucWen {
-    deflection: f32,
-    z: f32,
-}
-
-impl BoucWen {
-    #[inline(never)]
-    fn step(&mut self, theta: f32) -> f32 {
-        const STIFFNESS: f32 = 2.3e4;
-        const INITIAL_SLOPE: f32 = 6.0e3;
-        const BETA: f32 = 1.2e3;
-        const GAMMA: f32 = 4.0e2;
-        let increment = theta - self.deflection;
-        let path = Scalar::abs(increment);
-        let slope = |z: f32| INITIAL_SLOPE * increment - BETA * path * z - GAMMA * increment * Scalar::abs(z);
-        let first = slope(self.z);
-        let second = slope(self.z + first);
-        self.z += 0.5 * (first + second);
-        self.deflection = theta;
-        STIFFNESS * theta + self.z
-    }
-}
-
-/// Elastic-slip elements side by side; T = Σ stiffness·stop.
-struct MaxwellSlip {
-    deflection: f32,
-    limits: [f32; ELEMENTS],
-    stiffness: [f32; ELEMENTS],
-    stops: [f32; ELEMENTS],
-}
-
-impl MaxwellSlip {
-    fn new() -> Self {
-        let limits = core::array::from_fn(|k| RATED_RAD * (k + 1) as f32 / ELEMENTS as f32);
-        Self { deflection: 0.0, limits, stiffness: [2.5e3; ELEMENTS], stops: [0.0; ELEMENTS] }
-    }
-
-    #[inline(never)]
-    fn step(&mut self, theta: f32) -> f32 {
-        let increment = theta - self.deflection;
-        self.deflection = theta;
-        let mut torque = 0.0;
-        for ((stop, limit), stiffness) in self.stops.iter_mut().zip(&self.limits).zip(&self.stiffness) {
-            *stop = (*stop + increment).clamp_to(*limit);
-            torque += stiffness * *stop;
-        }
-        torque
-    }
-}
-
 /// The inverse of a Prandtl–Ishlinskii operator is again one: θ = Σ weight·play.
 struct PlayInverse {
     radii: [f32; ELEMENTS],
@@ -193,23 +139,5 @@ impl PlayInverse {
             deflection += weight * *play;
         }
         deflection
-    }
-}
-
-trait ClampTo {
-    /// Limited to ±`limit`.
-    fn clamp_to(self, limit: Self) -> Self;
-}
-
-impl ClampTo for f32 {
-    #[inline]
-    fn clamp_to(self, limit: f32) -> f32 {
-        if self > limit {
-            limit
-        } else if self < -limit {
-            -limit
-        } else {
-            self
-        }
     }
 }

@@ -3,7 +3,6 @@
 use gmhm::Gear;
 
 use super::Demo;
-use super::rivals::{linear_spring, two_lines};
 use crate::recording::TorqueUnit;
 use crate::report::figures;
 use crate::report::plot::{Drawing, Role};
@@ -15,12 +14,12 @@ impl Demo {
         let recording = &self.built_in.recording;
         let deflection = recording.deflection_rad.as_deref().unwrap_or_default();
         let torque = recording.torque.as_deref().unwrap_or_default();
-        let (spring, lines) = (linear_spring(deflection, torque), two_lines(deflection, torque));
         let gear = Gear::<f64>::new(&self.params);
         let mut state = gear.start::<16>(deflection.first().copied().unwrap_or(0.0));
         let (elastic, hysteresis): (Vec<f64>, Vec<f64>) =
             deflection.iter().map(|x| gear.step(&mut state, *x)).map(|out| (out.elastic, out.hysteresis)).unzip();
-        let rivals = [("linear spring", Role::Third, &spring[..]), ("two lines", Role::Second, &lines[..])];
+        let rivals =
+            [("linear spring", Role::Third, &self.spring_nm[..]), ("two lines", Role::Second, &self.lines_nm[..])];
         let models = [rivals[0], rivals[1], ("GMHM, core in f32", Role::Model, &self.drive_nm[..])];
         [
             (

@@ -119,7 +119,7 @@ mod tests {
         let fastest = 1e-3 * std::f64::consts::TAU / 20.0;
         assert!(coverage.rate_rad_per_s.1 < fastest && coverage.rate_rad_per_s.1 > 0.9 * fastest);
         assert_eq!(coverage.cells.iter().flatten().sum::<usize>(), 6000);
-        let beyond = |row: &Vec<usize>| row[..4].iter().chain(&row[36..]).sum::<usize>();
+        let beyond = |row: &Vec<usize>| row[..3].iter().chain(&row[37..]).sum::<usize>();
         assert_eq!(coverage.cells.iter().map(beyond).sum::<usize>(), 0, "nothing beyond 1 mrad");
     }
 

@@ -337,6 +337,7 @@ pub fn comparison_table(lines: &[crate::estimate::rivals::Comparison], unit: Tor
             number(line.rms, 4),
             number(line.heldout_rms, 4),
             line.unseen_recording_rms.map_or("–".to_owned(), |rms| number(rms, 4)),
+            line.instructions.map_or("–".to_owned(), |count| count.to_string()),
         ])
         .chosen(index == 0)
     };
@@ -348,6 +349,7 @@ pub fn comparison_table(lines: &[crate::estimate::rivals::Comparison], unit: Tor
             format!("rms fitted in {symbol}"),
             format!("rms held out in {symbol}"),
             format!("rms in a recording not seen in {symbol}"),
+            "instructions a sample, Cortex-M4F, f32".into(),
         ],
         rows: lines.iter().enumerate().map(row).collect(),
     }

@@ -1,12 +1,12 @@
-//! Bouc–Wen beside a spring: T = kθ + F·w, dw/dθ = \[1 − abs(w)^n (β sgn(θ̇ w) + 1 − β)\]/θ_c (Bouc 1967; Wen, J. Eng. Mech. Div. ASCE 102, 1976),
+//! Bouc–Wen beside the elastic torque: T = f(θ) + F·w, dw/dθ = \[1 − abs(w)^n (β sgn(θ̇ w) + 1 − β)\]/θ_c (Bouc 1967; Wen, J. Eng. Mech. Div. ASCE 102, 1976),
 //! w scaled to end at ±1.
 
-use super::super::bounded::Bound::{Free, NonNegative};
-use super::{Direction, Rival};
+use super::super::bounded::Bound::NonNegative;
+use super::{Direction, ELASTIC, Rival, elastic};
 
 /// θ_c is searched from a hundredth to ten rated deflections, n from 1 to 5, β from 0.5 (thermodynamically admissible) to 1.
 pub fn bouc_wen(rated_deflection_rad: f64) -> Rival {
-    let rival = Rival::new("Bouc–Wen", &[("k", Free), ("F", NonNegative)], move |nonlinear| {
+    let rival = Rival::new("Bouc–Wen", &[&ELASTIC[..], &[("F", NonNegative)]].concat(), move |nonlinear| {
         let (length, beta, power) = (rated_deflection_rad * nonlinear[0].exp(), nonlinear[1], nonlinear[2]);
         let mut direction = Direction::default();
         let mut w: f64 = 0.0;
@@ -23,8 +23,8 @@ pub fn bouc_wen(rated_deflection_rad: f64) -> Rival {
                 let first = slope(w);
                 w = (w + 0.5 * step * (first + slope(w + step * first))).clamp(-1.0, 1.0);
             }
-            out[0] = theta;
-            out[1] = w;
+            elastic(theta, out);
+            out[3] = w;
         })
     });
     let rival = rival.searching("ln(length/A)", 1e-2_f64.ln(), 10.0_f64.ln());

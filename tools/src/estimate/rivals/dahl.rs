@@ -1,11 +1,11 @@
-//! Dahl's friction beside a spring: T = kθ + F·w, dw/dθ = (1 − w·sgn θ̇)/θ_c (P. R. Dahl, *A solid friction model*, Aerospace Corp., 1968).
+//! Dahl's friction beside the elastic torque: T = f(θ) + F·w, dw/dθ = (1 − w·sgn θ̇)/θ_c (P. R. Dahl, *A solid friction model*, Aerospace Corp., 1968).
 
-use super::super::bounded::Bound::{Free, NonNegative};
-use super::{Direction, Rival};
+use super::super::bounded::Bound::NonNegative;
+use super::{Direction, ELASTIC, Rival, elastic};
 
 /// θ_c is searched from a thousandth to ten rated deflections.
 pub fn dahl(rated_deflection_rad: f64) -> Rival {
-    let rival = Rival::new("Dahl", &[("k", Free), ("F", NonNegative)], move |nonlinear| {
+    let rival = Rival::new("Dahl", &[&ELASTIC[..], &[("F", NonNegative)]].concat(), move |nonlinear| {
         let length = rated_deflection_rad * nonlinear[0].exp();
         let mut direction = Direction::default();
         let mut w = 0.0;
@@ -13,8 +13,8 @@ pub fn dahl(rated_deflection_rad: f64) -> Rival {
             let change = direction.step(theta);
             // The equation solved exactly over a monotone step.
             w = direction.sign + (w - direction.sign) * (-change.abs() / length).exp();
-            out[0] = theta;
-            out[1] = w;
+            elastic(theta, out);
+            out[3] = w;
         })
     });
     rival.searching("ln(length/A)", 1e-3_f64.ln(), 10.0_f64.ln())

@@ -1,12 +1,12 @@
-//! Maxwell slip beside a spring: T = kθ + Σ w_i·s_i, each s_i an elastic slip element (stop operator) of reach r_i, w_i ≥ 0 (Iwan 1966; Lampaert,
+//! Maxwell slip beside the elastic torque: T = f(θ) + Σ w_i·s_i, each s_i an elastic slip element (stop operator) of reach r_i, w_i ≥ 0 (Iwan 1966; Lampaert,
 //! Al-Bender, Swevers, *A generalized Maxwell-slip friction model*, 2003).
 
-use super::super::bounded::Bound::{Free, NonNegative};
-use super::{Direction, Rival};
+use super::super::bounded::Bound::NonNegative;
+use super::{Direction, ELASTIC, Rival, elastic};
 
-/// Reaches spread evenly up to twice the rated deflection, where a stroke from tip to tip slips the last element; with the weights that makes n + 1 parameters.
+/// Reaches spread evenly up to twice the rated deflection, where a stroke from tip to tip slips the last element; with the weights that makes n + 3 parameters.
 pub fn maxwell_slip(rated_deflection_rad: f64, count: usize) -> Rival {
-    let mut columns = vec![("k", Free)];
+    let mut columns = ELASTIC.to_vec();
     columns.extend((0..count).map(|_| ("w", NonNegative)));
     Rival::new(format!("Maxwell slip, {count} elements"), &columns, move |_| {
         let reach = |i: usize| 2.0 * rated_deflection_rad * (i + 1) as f64 / (count + 1) as f64;
@@ -15,8 +15,8 @@ pub fn maxwell_slip(rated_deflection_rad: f64, count: usize) -> Rival {
         let mut direction = Direction::default();
         Box::new(move |theta, out| {
             let change = direction.step(theta);
-            out[0] = theta;
-            for ((s, r), out) in stretched.iter_mut().zip(&reaches).zip(&mut out[1..]) {
+            elastic(theta, out);
+            for ((s, r), out) in stretched.iter_mut().zip(&reaches).zip(&mut out[3..]) {
                 *s = (*s + change).clamp(-r, *r);
                 *out = *s;
             }

@@ -1,13 +1,17 @@
 //! Foreign models of hysteresis, as yardsticks: the same recordings, estimator and held-out blocks as the gear's own model.
 //!
 //! One file a model. Each is its textbook equation with the linear parameters eliminated and the others searched, so that no model loses by a
-//! bad search. All start with an empty memory, as the gear's model does.
+//! bad search; models of hysteresis stand beside the gear's own elastic polynomial, so that none loses by its spring. All start with an empty
+//! memory, as the gear's model does.
 
 mod bouc_wen;
+mod cost;
 mod dahl;
 mod lines;
 mod maxwell_slip;
 mod polynomial;
+
+pub use lines::{spring, two as two_lines};
 
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
@@ -20,7 +24,8 @@ use super::columns::{Column, Columns, Contribution, Evaluate, Nonlinear, Offset,
 use super::polish::polish;
 use super::problem::{Problem, Sweep};
 use super::select::{self, heldout, search};
-use super::{EstimateError, FitOptions, Prepared, Progress, base};
+use super::{EstimateError, FitOptions, Prepared, Progress, base, prepare};
+use crate::model::GearSection;
 use crate::recording::Recording;
 
 /// A model whose columns follow from the deflection path alone.
@@ -103,17 +108,31 @@ impl Direction {
     }
 }
 
+/// Columns of the elastic torque f(θ).
+const ELASTIC: [(&str, Bound); 3] = [("c1", Bound::Free), ("c2", Bound::Free), ("c3", Bound::Free)];
+
+/// Fills them.
+fn elastic(theta: f64, out: &mut [f64]) {
+    out[..3].copy_from_slice(&gmhm::elastic::basis(theta));
+}
+
+/// The torque of a yardstick fitted to a recording, row by row, the offset included.
+///
+/// # Errors
+/// As [`fit`](super::fit).
+pub fn fitted(rival: &Rival, recording: &Recording, seed: u64) -> Result<Vec<f64>, EstimateError> {
+    let rows = prepare::rows(std::slice::from_ref(recording), &GearSection::default())?;
+    let problem = Problem { rows: &rows, corrections: Vec::new(), contributions: vec![&Offset, rival] };
+    let found = polish(&problem, &search(&problem, seed, &()).0, Sweep::PLAIN, &());
+    let residual = problem.residuals(&found.nonlinear, &found.linear).swap_remove(0);
+    Ok(rows[0].torque.iter().zip(residual).map(|(torque, left)| torque - left).collect())
+}
+
 /// All yardsticks for a rated deflection.
 pub fn all(rated_deflection_rad: f64) -> Vec<Rival> {
     let a = rated_deflection_rad;
-    let mut rivals = vec![
-        lines::spring(),
-        lines::two(),
-        lines::four(),
-        polynomial::with_coulomb(),
-        dahl::dahl(a),
-        bouc_wen::bouc_wen(a),
-    ];
+    let mut rivals =
+        vec![spring(), lines::two(), lines::four(), polynomial::with_coulomb(), dahl::dahl(a), bouc_wen::bouc_wen(a)];
     rivals.extend([2, 4, 8, 16].map(|count| maxwell_slip::maxwell_slip(a, count)));
     rivals
 }
@@ -125,6 +144,8 @@ pub struct Comparison {
     pub model: String,
     /// Number of its parameters, without the offset of each recording.
     pub parameters: usize,
+    /// Instructions a sample on a Cortex-M4F in `f32`, from `docs/cost.md`: of GMHM away from a reversal, of the others the mean over a cycle.
+    pub instructions: Option<u32>,
     /// Residual sum of squares of the counted rows, N²·m² (A² where current stands in).
     pub rss: f64,
     /// Root mean square of the residual, N·m.
@@ -176,7 +197,8 @@ fn line(model: String, parameters: usize, problem: &Problem<'_>, seed: u64, prog
     let rms = (rss / system.rows.max(1) as f64).sqrt();
     let heldout_rms = heldout(problem, &nonlinear).0;
     let unseen_recording_rms = (problem.rows.len() > 1).then(|| unseen(problem, &nonlinear));
-    Comparison { model, parameters, rss, rms, heldout_rms, unseen_recording_rms }
+    let instructions = cost::instructions(&model);
+    Comparison { model, parameters, instructions, rss, rms, heldout_rms, unseen_recording_rms }
 }
 
 /// Each recording held out whole in turn.
