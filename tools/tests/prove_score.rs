@@ -129,7 +129,7 @@ fn a_blind_detector_has_no_false_alarm_and_no_hit() {
     assert_eq!((row.false_alarms.hits, row.found.hits, row.exact.hits, row.class_hits.hits), (0, 0, 0, 0));
     assert_eq!((row.wrong_names, row.located.hits, row.failed), (0, 0, row.cases));
     assert_eq!((row.f1, row.explained_median), (Some(0.0), Some(0.0)));
-    assert!(report.confusion.values().all(|names| names.keys().all(String::is_empty)));
+    assert!(report.confusion.values().all(|row| row.names.keys().all(String::is_empty)));
 }
 
 #[test]

@@ -9,6 +9,7 @@ mod fit;
 mod health;
 mod predict;
 mod progress;
+mod prove;
 mod simulate;
 mod tables;
 
@@ -37,6 +38,7 @@ enum Command {
     Fit(fit::FitArgs),
     Health(health::HealthArgs),
     Predict(predict::PredictArgs),
+    Prove(prove::ProveArgs),
     Simulate(simulate::SimulateArgs),
 }
 
@@ -66,6 +68,7 @@ pub fn run() -> ExitCode {
         Some(Command::Fit(args)) => args.run(&session),
         Some(Command::Health(args)) => args.run(&session),
         Some(Command::Predict(args)) => args.run(&session),
+        Some(Command::Prove(args)) => args.run(&session),
         Some(Command::Simulate(args)) => args.run(),
         None => demo::DemoArgs::default().run(&session),
     };

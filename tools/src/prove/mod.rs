@@ -25,6 +25,7 @@
 //! that only a loaded gear shows, a dead spot, a one-sided loop, cubic drift, a resonance met at one speed, a burst of
 //! interference, a detent in the twist, friction that differs between speeding up and slowing down.
 
+pub mod answers;
 pub mod export;
 pub mod generator;
 pub mod key;
@@ -40,7 +41,7 @@ use rayon::prelude::*;
 use crate::diagnosis::Diagnosis;
 use crate::model::Model;
 use crate::recording::Recording;
-use generator::{CaseSpec, case, case_seed};
+use generator::{Case, CaseSpec, Unseen, case, case_seed};
 use score::CaseScore;
 use table::ProveReport;
 
@@ -92,6 +93,15 @@ pub enum Progress<'a> {
     },
 }
 
+/// What is said of a case, with the recordings that nobody saw predicted.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Answer {
+    /// The diagnosis.
+    pub diagnosis: Diagnosis,
+    /// The torque of each recording of [`generator::Case::unseen`], N·m, up to a constant; or why there is none.
+    pub unseen: Result<Vec<Vec<f64>>, String>,
+}
+
 /// Runs the proof: `cases` cases from `seed` through `detector`, in parallel. `real` holds residuals of real recordings
 /// ([`generator::real_residuals`]); without any, the cases that need one are left out, and the report says so.
 pub fn run(
@@ -101,12 +111,30 @@ pub fn run(
     detector: &dyn Detector,
     progress: &(dyn Fn(Progress) + Sync),
 ) -> ProveReport {
+    let answer = |_: usize, case: &Case| {
+        let found = detector.diagnose(&case.recordings, &case.base, &case.removed)?;
+        let predict = |unseen: &Unseen| detector.predict(&found.model, &unseen.recording);
+        Ok(Answer { unseen: case.unseen.iter().map(predict).collect(), diagnosis: found.diagnosis })
+    };
+    score(seed, cases, real, &answer, progress)
+}
+
+/// Scores what `answer` says of each case, given its number. The key is sealed before `answer` is asked.
+///
+/// An error of `answer` is scored as a case in which nothing was found.
+pub fn score(
+    seed: u64,
+    cases: usize,
+    real: &[Vec<f64>],
+    answer: &(dyn Fn(usize, &Case) -> Result<Answer, String> + Sync),
+    progress: &(dyn Fn(Progress) + Sync),
+) -> ProveReport {
     let specs = mix::suite(seed, cases, real);
     let done = AtomicUsize::new(0);
     let scores: Vec<CaseScore> = specs
         .par_iter()
         .map(|(index, spec)| {
-            let score = score_one(case_seed(seed, *index as u64), *index, spec, detector, progress);
+            let score = score_one(case_seed(seed, *index as u64), *index, spec, answer, progress);
             progress(Progress::Scored { done: done.fetch_add(1, Ordering::Relaxed) + 1, of: specs.len() });
             score
         })
@@ -118,20 +146,20 @@ fn score_one(
     seed: u64,
     index: usize,
     spec: &CaseSpec,
-    detector: &dyn Detector,
+    answer: &(dyn Fn(usize, &Case) -> Result<Answer, String> + Sync),
     progress: &(dyn Fn(Progress) + Sync),
 ) -> CaseScore {
     let case = case(seed, spec);
     let key_sha256 = case.key.sha256();
     progress(Progress::Sealed { index, key_sha256: &key_sha256 });
     let begun = Instant::now();
-    let found = detector.diagnose(&case.recordings, &case.base, &case.removed);
+    let answered = answer(index, &case);
     let seconds = begun.elapsed().as_secs_f64();
     let mut score = CaseScore { index, key_sha256, seconds, ..CaseScore::default() };
-    match found {
-        Ok(found) => {
-            score.judge(&case.key, &found.diagnosis);
-            score.judge_prediction(&case, &|recording| detector.predict(&found.model, recording));
+    match answered {
+        Ok(answer) => {
+            score.judge(&case.key, &answer.diagnosis);
+            score.judge_prediction(&case, &answer.unseen);
         }
         Err(why) => score.judge_failure(&case.key, why),
     }

@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 
 use super::generator::{Case, Unseen, deviation};
 use super::key::{HiddenEffect, Key, Role};
+use super::table::Rate;
 use crate::diagnosis::{Diagnosis, Effect, ParameterValue, UNKNOWN};
-use crate::recording::Recording;
 
 /// How a detector did on one case.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -130,21 +130,24 @@ impl CaseScore {
     }
 
     /// Judges the prediction of the recordings that nobody saw, against the torque without noise.
-    pub fn judge_prediction(&mut self, case: &Case, predict: &dyn Fn(&Recording) -> Result<Vec<f64>, String>) {
-        let rms = |x: &dyn Fn(&Unseen) -> Result<f64, String>| -> Result<f64, String> {
-            let squares: Result<Vec<f64>, String> = case.unseen.iter().map(|u| x(u).map(|x| x * x)).collect();
-            squares.map(|s| (s.iter().sum::<f64>() / s.len() as f64).sqrt())
-        };
-        self.base_leaves_nm = rms(&|u| Ok(u.base_leaves_nm)).unwrap_or(0.0);
-        let error = rms(&|unseen| {
-            let predicted = predict(&unseen.recording)?;
+    pub fn judge_prediction(&mut self, case: &Case, predicted: &Result<Vec<Vec<f64>>, String>) {
+        let rms = |squares: &[f64]| (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
+        self.base_leaves_nm = rms(&case.unseen.iter().map(|u| u.base_leaves_nm.powi(2)).collect::<Vec<f64>>());
+        let wrong = |(unseen, predicted): (&Unseen, &Vec<f64>)| {
             if predicted.len() != unseen.torque_nm.len() || predicted.iter().any(|x| !x.is_finite()) {
                 return Err("the prediction has other rows than the recording, or is not finite".to_owned());
             }
-            Ok(deviation(&unseen.torque_nm.iter().zip(&predicted).map(|(t, p)| t - p).collect::<Vec<f64>>()))
+            let left: Vec<f64> = unseen.torque_nm.iter().zip(predicted).map(|(t, p)| t - p).collect();
+            Ok(deviation(&left).powi(2))
+        };
+        let squares: Result<Vec<f64>, String> = predicted.as_ref().map_err(Clone::clone).and_then(|predicted| {
+            if predicted.len() != case.unseen.len() {
+                return Err("not every unseen recording was predicted".to_owned());
+            }
+            case.unseen.iter().zip(predicted).map(wrong).collect()
         });
-        match error {
-            Ok(error) => self.unseen_error_nm = Some(error),
+        match squares {
+            Ok(squares) => self.unseen_error_nm = Some(rms(&squares)),
             Err(why) => self.failed = Some(why),
         }
     }
@@ -212,17 +215,35 @@ fn parameters(hidden: &HiddenEffect, found: &Effect) -> Vec<ParameterScore> {
     scores
 }
 
-/// How often each name was given for each kind hidden alone; `""` stands for nothing found.
-pub fn confusion(scores: &[CaseScore]) -> BTreeMap<String, BTreeMap<String, usize>> {
-    let mut table: BTreeMap<String, BTreeMap<String, usize>> = BTreeMap::new();
-    for score in scores.iter().filter(|s| s.hidden.len() + s.invisible.len() == 1 && !s.hidden.is_empty()) {
-        let row = table.entry(score.hidden[0].clone()).or_default();
-        if score.named.is_empty() {
-            *row.entry(String::new()).or_default() += 1;
-        }
-        for name in &score.named {
-            *row.entry(name.clone()).or_default() += 1;
-        }
+/// What was said of one kind, over the cases in which it was hidden alone and anybody could see it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct KindRow {
+    /// Its cases in which that very name was given.
+    pub named: Rate,
+    /// Its cases in which it was in a class found.
+    pub in_class: Rate,
+    /// Every name given, and how often; `""` stands for nothing found.
+    pub names: BTreeMap<String, usize>,
+}
+
+/// The confusion table. Kinds that the detector's library lacked stand apart, as `KIND (not in the library)`.
+pub fn confusion(scores: &[CaseScore]) -> BTreeMap<String, KindRow> {
+    let mut cases: BTreeMap<String, Vec<&CaseScore>> = BTreeMap::new();
+    for score in scores.iter().filter(|s| s.hidden.len() == 1 && s.invisible.is_empty()) {
+        let apart = if score.listed { "" } else { " (not in the library)" };
+        cases.entry(format!("{}{apart}", score.hidden[0])).or_default().push(score);
     }
-    table
+    let row = |scores: Vec<&CaseScore>| {
+        let mut names = BTreeMap::new();
+        for score in &scores {
+            if score.named.is_empty() {
+                *names.entry(String::new()).or_default() += 1;
+            }
+            score.named.iter().for_each(|name| *names.entry(name.clone()).or_default() += 1);
+        }
+        let count =
+            |test: &dyn Fn(&CaseScore) -> bool| Rate::new(scores.iter().filter(|s| test(s)).count(), scores.len());
+        KindRow { named: count(&|s| s.named.contains(&s.hidden[0])), in_class: count(&|s| s.class_hits > 0), names }
+    };
+    cases.into_iter().map(|(kind, scores)| (kind, row(scores))).collect()
 }
