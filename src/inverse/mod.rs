@@ -41,9 +41,9 @@ pub use solve::MOST_STEPS;
 
 use crate::gear::{Gear, Output, State};
 use crate::memory::{AnyLaw, Frame, MemoryLaw, VaryingPeriod};
-use crate::params::Params;
+use crate::params::{Gate, Params};
 use crate::scalar::{Float, Scalar};
-use solve::{Aim, Bracket, Root, Spring, Stretch, root};
+use solve::{Aim, Bracket, Point, Root, Spring, Stretch, root};
 
 /// A residual below this many spacings of the scalar counts as none.
 const TOLERANCE: f64 = 4.0;
@@ -63,7 +63,9 @@ pub struct Inverse<S: Scalar, L = AnyLaw<S>> {
     reach_half_tangent: S,
     tolerance: S,
     last_step: S,
+    last_chord: S,
     last_width: S,
+    softness: S,
 }
 
 /// A deflection for a torque.
@@ -97,6 +99,8 @@ pub struct Task<'a, S> {
     frame: &'a Frame<S>,
     spring: &'a Spring<S>,
     aim: Aim<S>,
+    /// The most that u = θ/A rises per rise of T/T_A, within the range.
+    softness: S,
     reach: S,
     reach_half_tangent: S,
 }
@@ -155,8 +159,10 @@ impl<S: Scalar, L: Invertible<S>> Inverse<S, L> {
         let (a, scale) = (params.rated_deflection_rad(), params.torque_scale_nm());
         let elastic = params.elastic().normalised(a, scale);
         let tolerance = TOLERANCE * S::EPSILON;
-        let [first, third] = range::derivative_bounds(params, longest_period_s);
-        let reach_half_tangent = reach / (1.0 + libm::sqrt((1.0 - reach) * (1.0 + reach)));
+        let [first, second, third] = range::derivative_bounds(params, longest_period_s);
+        // Short of the edge by its rounding, so that no solution lies beyond.
+        let inner = if reach < 1.0 { reach * (1.0 - 4.0 * S::EPSILON) } else { reach };
+        let reach_half_tangent = inner / (1.0 + libm::sqrt((1.0 - inner) * (1.0 + inner)));
         Ok(Self {
             gear: Gear::with_law(params, law),
             spring: Spring::new([elastic.k1, elastic.k3, elastic.k5]),
@@ -166,7 +172,9 @@ impl<S: Scalar, L: Invertible<S>> Inverse<S, L> {
             reach: S::from_f64(reach),
             reach_half_tangent: S::from_f64(reach_half_tangent),
             tolerance: S::from_f64(tolerance),
+            softness: S::from_f64(1.0 / range::least_slope(params, longest_period_s, reach)),
             last_step: S::from_f64(libm::cbrt(6.0 * tolerance / third)),
+            last_chord: S::from_f64(2.0 * tolerance / second.max(third)),
             last_width: S::from_f64(tolerance / first),
         })
     }
@@ -213,8 +221,10 @@ impl<S: Scalar, L: Invertible<S>> Inverse<S, L> {
                 torque: torque.normalise(self.inverse_torque_scale),
                 tolerance: self.tolerance,
                 last_step: self.last_step,
+                last_chord: self.last_chord,
                 last_width: self.last_width,
             },
+            softness: self.softness,
             reach: self.reach,
             reach_half_tangent: self.reach_half_tangent,
         })
@@ -259,22 +269,17 @@ impl<S: Scalar> Task<'_, S> {
     /// A root on a stretch that was mirrored by `sign`, the gear being at `here`. It never lies behind, whatever the rounding.
     #[inline]
     fn solution(&self, found: &Root<S>, sign: S, here: S) -> Solution<S> {
-        let solution = self.found(found, sign);
-        let behind = sign * solution.theta < sign * here && !found.saturated;
-        Solution { theta: if behind { here } else { solution.theta }, ..solution }
+        let ahead = self.frame.rated() * found.u;
+        let theta = if ahead < sign * here { here } else { sign * ahead };
+        self.found(found, sign, theta)
     }
 
-    /// A root within the range.
     #[inline]
-    fn found(&self, found: &Root<S>, sign: S) -> Solution<S> {
-        let u = found.u.clamp(-self.reach, self.reach);
-        Solution {
-            theta: sign * (self.frame.rated() * u),
-            saturated: found.saturated,
-            refused: false,
-            converged: found.converged,
-            steps: found.steps,
+    fn found(&self, found: &Root<S>, sign: S, theta: S) -> Solution<S> {
+        if found.saturated {
+            return Solution { steps: found.steps, ..self.edge(sign * found.u) };
         }
+        Solution { converged: found.converged, steps: found.steps, ..Solution::held(theta) }
     }
 
     /// The upper (1) or lower (−1) edge of the range.
@@ -283,30 +288,26 @@ impl<S: Scalar> Task<'_, S> {
     }
 
     /// The root on a stretch that spans the range.
-    fn solve_anywhere(&self, stretch: &impl Stretch<S>, start: S) -> Solution<S> {
+    fn solve_anywhere(&self, stretch: &impl Stretch<S>, start: Point<S>) -> Solution<S> {
         let edge = self.reach_half_tangent;
         let bracket = Bracket { low: -edge, high: edge, low_is_edge: true, high_is_edge: true };
-        self.found(&root(self.spring, stretch, &self.aim, bracket, start), S::ONE)
+        let start = if start.t.abs() <= edge { start } else { Point::ZERO };
+        let found = root(stretch, &self.aim, bracket, start, stretch.torque(start.u, start.g));
+        self.found(&found, S::ONE, self.frame.rated() * found.u)
     }
 
     /// The root of the spring alone.
     fn solve_unloaded(&self) -> Solution<S> {
-        self.solve_anywhere(&Nothing, S::ZERO)
+        self.solve_anywhere(self.spring, Point::ZERO)
     }
 }
 
-/// No hysteresis torque.
-struct Nothing;
-
-impl<S: Scalar> Stretch<S> for Nothing {
-    fn at(&self, _u: S, _g: S) -> [S; 3] {
-        [S::ZERO; 3]
-    }
-}
-
-/// g·m and its derivatives by φ, from those of m.
+/// z and its first two derivatives by φ from those of m; u = sin φ, g = cos φ.
 #[inline]
-fn gated<S: Scalar>([m, slope, bend]: [S; 3], u: S, g: S) -> [S; 3] {
+fn gated<S: Scalar>(gate: Gate, [m, slope, bend]: [S; 3], u: S, g: S) -> [S; 3] {
+    if gate == Gate::None {
+        return [m, slope, bend];
+    }
     let twice = u * slope;
     [g * m, g * slope - u * m, g * (bend - m) - (twice + twice)]
 }

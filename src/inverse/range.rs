@@ -59,21 +59,18 @@ pub fn invertible_range(params: &Params, longest_period_s: f64) -> Result<f64, I
     if !(0.0..=LONGEST_PERIOD_S).contains(&longest_period_s) {
         return Err(InverseError::Period { period_s: longest_period_s });
     }
-    /// Steps of φ from 0 to the tip.
-    const GRID: u32 = 1000;
     let law = Slopes::new(params, longest_period_s);
     let increasing = |phi: f64| {
         let (u, g) = libm::sincos(phi);
         // A NaN compares false.
         law.least(u, g) > 0.0 && law.least(-u, g) > 0.0
     };
-    let at = |k: u32| core::f64::consts::FRAC_PI_2 * f64::from(k) / f64::from(GRID);
-    let Some(failing) = (0..GRID).find(|&k| !increasing(at(k))) else { return Ok(1.0) };
+    let Some(failing) = (0..GRID).find(|&k| !increasing(grid(k))) else { return Ok(1.0) };
     if failing == 0 {
         let slope_nm_per_rad = law.least(0.0, 1.0) * params.torque_scale_nm() / params.rated_deflection_rad();
         return Err(InverseError::NoRange { law: params.memory().law, slope_nm_per_rad });
     }
-    let (mut inside, mut outside) = (at(failing - 1), at(failing));
+    let (mut inside, mut outside) = (grid(failing - 1), grid(failing));
     for _ in 0..40 {
         let middle = 0.5 * (inside + outside);
         if increasing(middle) {
@@ -83,6 +80,21 @@ pub fn invertible_range(params: &Params, longest_period_s: f64) -> Result<f64, I
         }
     }
     Ok(libm::sin(inside))
+}
+
+/// Steps of φ from 0 to the tip.
+const GRID: u32 = 1000;
+
+fn grid(k: u32) -> f64 {
+    core::f64::consts::FRAC_PI_2 * f64::from(k) / f64::from(GRID)
+}
+
+/// A bound from below of d(T/T_A)/du within ±`reach`, less a part for what lies between the points of the grid; may be 0.
+pub(super) fn least_slope(params: &Params, longest_period_s: f64, reach: f64) -> f64 {
+    let law = Slopes::new(params, longest_period_s);
+    let slopes = (0..GRID).map(|k| libm::sincos(grid(k))).take_while(|&(u, _)| u <= reach);
+    let least = slopes.map(|(u, g)| law.least(u, g).min(law.least(-u, g)) / g).fold(f64::INFINITY, f64::min);
+    (0.9 * least).max(0.0)
 }
 
 /// What the slope of the torque depends on, all over T_A and A.
@@ -162,23 +174,31 @@ impl Slopes {
     }
 }
 
-/// Bounds of abs(dT/dt) and abs(d³T/dt³) over T_A, t = tan(φ/2), by the largest coefficients: what the last step of the search leaves is at
-/// most a sixth of the second times the step cubed. Merged branches tilt by more than this counts, and their slope changes as little.
-pub(super) fn derivative_bounds(params: &Params, longest_period_s: f64) -> [f64; 2] {
+/// Bounds of the first three derivatives of T/T_A by t = tan(φ/2), by the largest coefficients: what the last step of the search leaves is at
+/// most a sixth of the third times the step cubed. Merged branches tilt by more than this counts, and their slope changes as little.
+pub(super) fn derivative_bounds(params: &Params, longest_period_s: f64) -> [f64; 3] {
     let (a, scale, memory) = (params.rated_deflection_rad(), params.torque_scale_nm(), params.memory());
-    let Polynomial { k1, k3, k5 } = params.elastic().normalised(a, scale);
-    let [k1, k3, k5] = [k1, k3, k5].map(libm::fabs);
-    // Of the spring by u, then by φ.
-    let by_u = [k1 + 3.0 * k3 + 5.0 * k5, 6.0 * k3 + 20.0 * k5, 6.0 * k3 + 60.0 * k5];
-    let spring = [by_u[0], by_u[1] + by_u[0], by_u[2] + 1.5 * by_u[1] + by_u[0]];
+    let elastic = params.elastic().normalised(a, scale);
+    let masing = memory.law == Law::Masing;
+    let e = if masing { memory.e() * a / scale } else { 0.0 };
+    // What has no memory is known; by oddness half the range tells all.
+    let mut bounds = [0.0_f64; 3];
+    for k in 0..=GRID {
+        let (u, g) = libm::sincos(grid(k));
+        for (bound, derivative) in bounds.iter_mut().zip(single_valued(&elastic, e, u, g)) {
+            *bound = bound.max(1.05 * libm::fabs(derivative));
+        }
+    }
     let gated = |m: [f64; 4]| match memory.gate {
         Gate::Cycle => [m[1] + m[0], m[2] + 2.0 * m[1] + m[0], m[3] + 3.0 * (m[2] + m[1]) + m[0]],
         Gate::None => [m[1], m[2], m[3]],
     };
     let hysteresis = match memory.law {
         Law::Masing => {
-            let (e, h) = (memory.e() * a / scale, memory.h() * a / scale);
-            [e + 2.0 * h, 2.0 * e + 6.0 * h, 4.0 * e + 8.0 * h]
+            let h = memory.h() * a / scale;
+            // η′ ≤ 2 and −η″ ≤ 4 by u; du/dt ≤ 2, d²u/dt² ≤ 3, their product ≤ 4.2, d³u/dt³ ≤ 12.
+            let loops = [4.0 * h, 22.0 * h, 75.0 * h];
+            return [0, 1, 2].map(|k| bounds[k] + loops[k]);
         }
         Law::Phase => {
             let law = Phase::<f64>::new(params);
@@ -194,7 +214,26 @@ pub(super) fn derivative_bounds(params: &Params, longest_period_s: f64) -> [f64;
             gated([Bound::new(params).at(1.0).0, growth, growth, growth])
         }
     };
-    let [d1, d2, d3] = [0, 1, 2].map(|k| spring[k] + hysteresis[k]);
+    let [d1, d2, d3] = hysteresis;
     // dφ/dt ≤ 2, abs(d²φ/dt²) ≤ 1.3, abs(d³φ/dt³) ≤ 4.
-    [2.0 * d1, 8.0 * d3 + 7.8 * d2 + 4.0 * d1]
+    let hysteresis = [2.0 * d1, 4.0 * d2 + 1.3 * d1, 8.0 * d3 + 7.8 * d2 + 4.0 * d1];
+    [0, 1, 2].map(|k| bounds[k] + hysteresis[k])
+}
+
+/// The first three derivatives of f − e·u·g by t = tan(φ/2), at u = sin φ, g = cos φ.
+fn single_valued(elastic: &Polynomial<f64>, e: f64, u: f64, g: f64) -> [f64; 3] {
+    let Polynomial { k3, k5, .. } = *elastic;
+    let by_u = [elastic.stiffness(u), u * (6.0 * k3 + 20.0 * k5 * u * u), 6.0 * k3 + 60.0 * k5 * u * u];
+    let by_phi = [
+        by_u[0] * g - e * (g * g - u * u),
+        by_u[1] * g * g - by_u[0] * u + 4.0 * e * u * g,
+        by_u[2] * g * g * g - 3.0 * by_u[1] * u * g - by_u[0] * g + 4.0 * e * (g * g - u * u),
+    ];
+    let (t, q) = (u / (1.0 + g), 0.5 * (1.0 + g));
+    let phi = [2.0 * q, -4.0 * t * q * q, (16.0 * t * t * q - 4.0) * q * q];
+    [
+        by_phi[0] * phi[0],
+        by_phi[1] * phi[0] * phi[0] + by_phi[0] * phi[1],
+        by_phi[2] * phi[0] * phi[0] * phi[0] + 3.0 * by_phi[1] * phi[0] * phi[1] + by_phi[0] * phi[2],
+    ]
 }

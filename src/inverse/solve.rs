@@ -13,8 +13,9 @@
 //! Δt = r/(a + √(a² + 2rb))
 //! ```
 //!
-//! It converges with the third order, also where dT/dt vanishes (the tips of a gear without e). A bracket guards it: a step that leaves the bracket is
-//! replaced by its middle.
+//! It converges with the third order, also where dT/dt vanishes (the tips of a gear without e). Its root is the slope that the parabola predicts where
+//! it leads, 2√(a² + 2rb): often good enough to finish by a chord, without derivatives. A bracket guards it all: a step that leaves the bracket
+//! is replaced by its middle.
 
 use crate::scalar::Scalar;
 
@@ -37,29 +38,66 @@ impl<S: Scalar> Spring<S> {
             bend: [6.0 * k3, 20.0 * k5].map(S::from_f64),
         }
     }
+}
 
-    /// f/T_A.
+/// A torque T/T_A along a stretch, as a function of φ: u = sin φ, g = cos φ.
+pub(super) trait Stretch<S> {
+    /// What the torque and its slopes share.
+    type Work: Copy;
+
+    /// T.
+    fn torque(&self, u: S, g: S) -> (S, Self::Work);
+
+    /// Its first two derivatives by φ.
+    fn slopes(&self, u: S, g: S, work: Self::Work) -> [S; 2];
+}
+
+impl<S: Scalar> Stretch<S> for Spring<S> {
+    type Work = ();
+
     #[inline]
-    pub(super) fn torque(&self, u: S) -> S {
+    fn torque(&self, u: S, _g: S) -> (S, ()) {
         let [k1, k3, k5] = self.torque;
         let square = u * u;
-        u * (k1 + square * (k3 + square * k5))
+        (u * (k1 + square * (k3 + square * k5)), ())
     }
 
-    /// f/T_A and its first two derivatives by φ.
     #[inline]
-    fn at(&self, u: S, g: S) -> [S; 3] {
+    fn slopes(&self, u: S, g: S, (): ()) -> [S; 2] {
         let square = u * u;
         let slope = self.torque[0] + square * (self.slope[0] + square * self.slope[1]);
         let bend = u * (self.bend[0] + square * self.bend[1]);
-        [self.torque(u), slope * g, bend * g * g - slope * u]
+        [slope * g, bend * (g * g) - slope * u]
     }
 }
 
-/// A hysteresis torque z/T_A along a stretch, as a function of φ.
-pub(super) trait Stretch<S> {
-    /// z and its first two derivatives by φ, at u = sin φ and g = cos φ.
-    fn at(&self, u: S, g: S) -> [S; 3];
+/// A point of the half circle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Point<S> {
+    /// tan(φ/2).
+    pub(super) t: S,
+    /// sin φ.
+    pub(super) u: S,
+    /// cos φ.
+    pub(super) g: S,
+    /// 1/(1 + t²) = (1 + g)/2.
+    q: S,
+}
+
+impl<S: Scalar> Point<S> {
+    pub(super) const ZERO: Self = Self { t: S::ZERO, u: S::ZERO, g: S::ONE, q: S::ONE };
+
+    #[inline]
+    pub(super) fn of(u: S, g: S) -> Self {
+        let one_and_g = S::ONE + g;
+        Self { t: u.over(one_and_g), u, g, q: S::HALF * one_and_g }
+    }
+
+    #[inline]
+    pub(super) fn at(t: S) -> Self {
+        let q = (S::ONE + t * t).recip();
+        Self { t, u: (t + t) * q, g: (q + q) - S::ONE, q }
+    }
 }
 
 /// Where the root may lie, t. The ends of the range are edges; the other ends are known to hold the root between them.
@@ -80,6 +118,8 @@ pub(super) struct Aim<S> {
     pub(super) tolerance: S,
     /// A step after which the residual is below the tolerance, by the bound on d³T/dt³.
     pub(super) last_step: S,
+    /// The largest (Δ² + abs(δ))·abs(δ) of a chord δ after a step Δ that leaves a residual below the tolerance, by the bounds on both derivatives.
+    pub(super) last_chord: S,
     /// A bracket within which the torque changes by less than the tolerance, by the bound on dT/dt.
     pub(super) last_width: S,
 }
@@ -102,80 +142,75 @@ pub(super) struct Root<S> {
     pub(super) steps: u8,
 }
 
-/// tan(φ/2) from sin φ and cos φ ≥ 0.
+/// The point of the bracket at which a stretch meets the aim, from a start on at which its torque is known.
 #[inline]
-pub(super) fn half_tangent<S: Scalar>(u: S, g: S) -> S {
-    u.over(S::ONE + g)
-}
-
-/// sin φ from tan(φ/2).
-#[inline]
-fn sine<S: Scalar>(t: S) -> S {
-    (t + t).over(S::ONE + t * t)
-}
-
-/// The t in the bracket at which f + z meets the aim, from `start` on.
-#[inline]
-pub(super) fn root<S: Scalar>(
-    spring: &Spring<S>,
-    stretch: &impl Stretch<S>,
+pub(super) fn root<S: Scalar, C: Stretch<S>>(
+    stretch: &C,
     aim: &Aim<S>,
     bracket: Bracket<S>,
-    start: S,
+    start: Point<S>,
+    first: (S, C::Work),
 ) -> Root<S> {
     let Bracket { mut low, mut high, .. } = bracket;
     // An end is tried at most once: from then on its torque is known.
     let (mut low_tried, mut high_tried) = (false, false);
-    let mut t = start.clamp(low, high);
-    let mut found = Root { u: S::ZERO, saturated: false, converged: true, steps: 0 };
-    while found.steps < MOST_STEPS {
-        found.steps += 1;
-        let q = (S::ONE + t * t).recip();
-        let (u, g) = ((t + t) * q, (q + q) - S::ONE);
-        let (f, z) = (spring.at(u, g), stretch.at(u, g));
-        let residual = aim.torque - (f[0] + z[0]);
-        found.u = u;
+    let (mut point, (mut torque, mut work)) = (start, first);
+    // The slope that the last step predicted, and its length squared.
+    let (mut chord, mut squared) = (S::ZERO, S::ZERO);
+    let mut steps = 0;
+    let found = |u, steps, saturated| Root { u, saturated, converged: true, steps };
+    loop {
+        let Point { t, u, g, q } = point;
+        let residual = aim.torque - torque;
         if residual.abs() <= aim.tolerance {
-            return found;
+            return found(u, steps, false);
         }
         if residual > S::ZERO {
             if t >= high {
-                found.saturated = bracket.high_is_edge;
-                found.u = if found.saturated { S::ONE } else { u };
-                return found;
+                return found(if bracket.high_is_edge { S::ONE } else { u }, steps, bracket.high_is_edge);
             }
             (low, low_tried) = (t, true);
         } else {
             if t <= low {
-                found.saturated = bracket.low_is_edge;
-                found.u = if found.saturated { -S::ONE } else { u };
-                return found;
+                return found(if bracket.low_is_edge { -S::ONE } else { u }, steps, bracket.low_is_edge);
             }
             (high, high_tried) = (t, true);
         }
-        let slope = f[1] + z[1];
+        if chord > S::ZERO {
+            let step = residual.over(chord);
+            let next = t + step;
+            if (squared + step.abs()) * step.abs() <= aim.last_chord && next > low && next < high {
+                return found(Point::at(next).u, steps, false);
+            }
+        }
+        if steps == MOST_STEPS {
+            return Root { converged: false, ..found(u, steps, false) };
+        }
+        steps += 1;
+        let [slope, bend] = stretch.slopes(u, g, work);
         let a = q * slope;
-        let b = q * q * (f[2] + z[2] - t * slope);
-        let next = t + residual.over(a + (a * a + (residual + residual) * b).sqrt());
+        let b = q * q * (bend - t * slope);
+        let predicted = (a * a + (residual + residual) * b).sqrt();
+        let step = residual.over(a + predicted);
+        let next = t + step;
         // A NaN compares false.
         let rising = a > S::ZERO;
-        if rising && next > low && next < high {
-            let step = (next - t).abs();
-            t = next;
-            if step <= aim.last_step {
-                found.u = sine(t);
-                return found;
+        chord = S::ZERO;
+        point = Point::at(if rising && next > low && next < high {
+            if step.abs() <= aim.last_step {
+                return found(Point::at(next).u, steps, false);
             }
+            (chord, squared) = (predicted + predicted, step * step);
+            next
         } else if rising && next >= high && !high_tried {
-            t = high;
+            high
         } else if rising && next <= low && !low_tried {
-            t = low;
+            low
         } else if high - low <= aim.last_width {
-            return found;
+            return found(u, steps, false);
         } else {
-            t = S::HALF * (low + high);
-        }
+            S::HALF * (low + high)
+        });
+        (torque, work) = stretch.torque(point.u, point.g);
     }
-    found.converged = false;
-    found
 }

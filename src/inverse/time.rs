@@ -1,29 +1,39 @@
 //! The inverse of law `time`: one step ahead, the memory being a known part and one that grows with the deflection.
 
-use super::solve::{Stretch, half_tangent};
+use super::solve::{Point, Spring, Stretch};
 use super::{Invertible, InvertibleAfter, Solution, Task, gated};
 use crate::memory::time::{Ahead, Time, TimeState};
 use crate::params::Gate;
 use crate::scalar::{Float, Scalar};
 
-/// m = memory + growth·(u − from).
-struct Growing<S> {
+/// f + z with m = memory + growth·(u − from).
+struct Growing<'a, S> {
+    spring: &'a Spring<S>,
     ahead: Ahead<S>,
     gate: Gate,
 }
 
-impl<S: Scalar> Stretch<S> for Growing<S> {
+impl<S: Scalar> Stretch<S> for Growing<'_, S> {
+    type Work = [S; 3];
+
     #[inline]
-    fn at(&self, u: S, g: S) -> [S; 3] {
+    fn torque(&self, u: S, g: S) -> (S, [S; 3]) {
         let Ahead { from, memory, growth } = self.ahead;
-        let memory = [memory + growth * (u - from), growth * g, -(growth * u)];
-        if self.gate == Gate::Cycle { gated(memory, u, g) } else { memory }
+        let z = gated(self.gate, [memory + growth * (u - from), growth * g, -(growth * u)], u, g);
+        (self.spring.torque(u, g).0 + z[0], z)
+    }
+
+    #[inline]
+    fn slopes(&self, u: S, g: S, z: [S; 3]) -> [S; 2] {
+        let [slope, bend] = self.spring.slopes(u, g, ());
+        [slope + z[1], bend + z[2]]
     }
 }
 
 fn solve<S: Scalar>(law: &Time<S>, task: &Task<S>, ahead: Ahead<S>, theta: S) -> Solution<S> {
     let u = task.frame.clamped_fraction(theta);
-    task.solve_anywhere(&Growing { ahead, gate: law.gate() }, half_tangent(u, task.frame.gate(theta)))
+    let curve = Growing { spring: task.spring, ahead, gate: law.gate() };
+    task.solve_anywhere(&curve, Point::of(u, task.frame.gate(theta)))
 }
 
 impl<S: Scalar> Invertible<S> for Time<S> {

@@ -14,7 +14,7 @@ mod route;
 
 use heapless::Vec;
 
-pub(crate) use route::Arc;
+pub(crate) use route::{Arc, Knot};
 
 use super::glide::Glide;
 use super::{Frame, MemoryLaw, VaryingPeriod};

@@ -44,12 +44,14 @@ fn invert_sine<L: Invertible<f32>>(name: &'static str, inverse: &Inverse<f32, L>
     let mut state = after(inverse.gear(), [1.0, -1.0, 0.0]);
     let sine: [f32; 100] =
         core::array::from_fn(|k| amplitude_nm * Float::sin(core::f32::consts::TAU * k as f32 / 100.0));
-    for torque in sine {
-        inverse.commit(&mut state, torque);
-    }
     let mut path = [(0.0, 0.0); 100];
-    for (place, torque) in path.iter_mut().zip(sine) {
-        *place = (torque, inverse.commit(&mut state, torque).0.theta);
+    // Twice, so that the loop is closed.
+    for _ in 0..2 {
+        for (place, torque) in path.iter_mut().zip(sine) {
+            let theta = peek(inverse, &state, torque);
+            step(inverse.gear(), &mut state, theta);
+            *place = (torque, theta);
+        }
     }
     let mut following = state.clone();
     let both = ticks(&path, |(torque, theta)| {
@@ -114,6 +116,11 @@ fn phase() -> Option<()> {
     let params = published(Law::Phase, Kernel::Deflection, Gate::Cycle)?;
     let gear = Gear::<f32, _>::with_law(&params, Phase::new(&params));
     rise("law `phase`, away from a reversal", &gear);
+    invert_sine(
+        "inverse of law `phase`, mean of a sine",
+        &Inverse::of(&params, *gear.law(), 0.0).ok()?,
+        0.5 * RATED_NM,
+    );
     let rising = after(&gear, [1.0, -1.0, 0.0]);
     report_from("law `phase`, reversal by a large step", &rising, -0.95 * RATED_RAD, |state, theta| {
         step(&gear, state, theta)
@@ -123,13 +130,24 @@ fn phase() -> Option<()> {
 
 #[inline(never)]
 fn time() -> Option<()> {
-    for (name, kernel, gate) in [
-        ("law `time`, kernel `deflection`, gate `cycle`", Kernel::Deflection, Gate::Cycle),
-        ("law `time`, kernel `rate`, gate `none`", Kernel::Rate, Gate::None),
+    for (name, inverse_name, kernel, gate) in [
+        (
+            "law `time`, kernel `deflection`, gate `cycle`",
+            "inverse of law `time`, kernel `deflection`, gate `cycle`, mean of a sine",
+            Kernel::Deflection,
+            Gate::Cycle,
+        ),
+        (
+            "law `time`, kernel `rate`, gate `none`",
+            "inverse of law `time`, kernel `rate`, gate `none`, mean of a sine",
+            Kernel::Rate,
+            Gate::None,
+        ),
     ] {
         let params = published(Law::Time, kernel, gate)?;
         let gear = Gear::<f32, _>::with_law(&params, Time::new(&params, PERIOD_S));
         rise(name, &gear);
+        invert_sine(inverse_name, &Inverse::of(&params, *gear.law(), PERIOD_S).ok()?, 0.8 * RATED_NM);
     }
     Some(())
 }

@@ -13,6 +13,8 @@ pub(crate) struct Arc<S> {
     eta: S,
     slope: S,
     bend: S,
+    /// The length after which the loop is fully open.
+    span: S,
 }
 
 /// A point of the route.
@@ -29,13 +31,13 @@ pub(crate) struct Stage<S> {
     pub(crate) end: Option<Knot<S>>,
 }
 
-/// The stages of a route beyond the present one.
+/// What a route holds beyond its first stage: the loops that it would close, outermost first.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Route<'a, S> {
     view: View<'a, S>,
     origin: S,
-    merging: bool,
-    outer: &'a [TurningPoint<S>],
+    pub(crate) merging: bool,
+    loops: &'a [[TurningPoint<S>; 2]],
 }
 
 /// How turning points become knots.
@@ -48,15 +50,15 @@ struct View<'a, S> {
 impl<S: Scalar> Arc<S> {
     /// η = const, as within the input play and before the start.
     pub(crate) fn constant(eta: S) -> Self {
-        Self { from: S::ZERO, eta, slope: S::ZERO, bend: S::ZERO }
+        Self { from: S::ZERO, eta, slope: S::ZERO, bend: S::ZERO, span: S::TWO + S::TWO }
     }
 
     fn branch(anchor: Knot<S>) -> Self {
-        Self { from: anchor.u, eta: anchor.eta, slope: S::TWO, bend: S::ONE }
+        Self { from: anchor.u, eta: anchor.eta, slope: S::TWO, bend: S::ONE, span: S::TWO }
     }
 
     fn initial(origin: S) -> Self {
-        Self { from: origin, eta: S::ZERO, slope: S::TWO, bend: S::TWO }
+        Self { from: origin, eta: S::ZERO, slope: S::TWO, bend: S::TWO, span: S::ONE }
     }
 
     /// η and its first two derivatives by u.
@@ -70,7 +72,7 @@ impl<S: Scalar> Arc<S> {
     /// Where a loop is fully open; it then keeps the η of its turning point.
     #[inline]
     pub(crate) fn flat_from(&self) -> S {
-        self.from + if self.bend > S::ONE { S::ONE } else { S::TWO }
+        self.from + self.span
     }
 
     /// What follows there.
@@ -105,8 +107,12 @@ impl<S: Scalar> Arc<S> {
 }
 
 impl<S: Scalar> View<'_, S> {
+    fn u(&self, theta: S) -> S {
+        self.sign * self.frame.fraction(theta)
+    }
+
     fn knot(&self, point: TurningPoint<S>) -> Knot<S> {
-        Knot { u: self.sign * self.frame.fraction(point.theta), eta: self.sign * point.eta }
+        Knot { u: self.u(point.theta), eta: self.sign * point.eta }
     }
 }
 
@@ -116,17 +122,22 @@ impl<S: Scalar, const N: usize> Path<S, N> {
         let view = View { frame, sign };
         let direction = if sign > S::ZERO { Direction::Rising } else { Direction::Falling };
         let points: &[TurningPoint<S>] = &self.turning_points;
-        let route = |outer, merging| Route { view, origin: sign * frame.fraction(self.origin), merging, outer };
+        let route = |outer: &'a [TurningPoint<S>], merging| Route {
+            view,
+            origin: self.origin,
+            merging,
+            loops: outer.as_rchunks::<2>().1,
+        };
         if self.direction == direction || self.direction == Direction::Unknown {
-            let Some((&[target, _], outer)) = points.split_last_chunk().map(|(outer, pair)| (pair, outer)) else {
-                return (Stage { arc: Arc::initial(sign * frame.fraction(self.origin)), end: None }, route(&[], false));
+            let Some((outer, &[target, _])) = points.split_last_chunk::<2>() else {
+                return (Stage { arc: Arc::initial(view.u(self.origin)), end: None }, route(&[], false));
             };
             let arc = Arc::branch(view.knot(self.anchor));
             let arc = match self.blend {
                 None => arc,
                 Some(blend) => {
                     let growth = sign * blend.gap_growth * (blend.inverse_length * frame.rated());
-                    arc.tilted(sign * frame.fraction(blend.entry_theta), sign * blend.entry_gap, growth)
+                    arc.tilted(view.u(blend.entry_theta), sign * blend.entry_gap, growth)
                 }
             };
             return (Stage { arc, end: Some(view.knot(target)) }, route(outer, self.merging));
@@ -143,7 +154,7 @@ impl<S: Scalar, const N: usize> Path<S, N> {
                 (Stage { arc, end: Some(target) }, route(outer, merging))
             }
             None => {
-                let origin = sign * frame.fraction(self.origin);
+                let origin = view.u(self.origin);
                 let mirrored = Knot { u: origin + (origin - here.u), eta: -here.eta };
                 (Stage { arc, end: Some(mirrored) }, route(&[], false))
             }
@@ -152,16 +163,19 @@ impl<S: Scalar, const N: usize> Path<S, N> {
 }
 
 impl<S: Scalar> Route<'_, S> {
-    /// The stage that resumes where the one before ended.
-    pub(crate) fn resume(&mut self, entry: Knot<S>) -> Stage<S> {
-        match self.outer.split_last_chunk::<2>() {
-            Some((outer, &[target, anchor])) => {
-                self.outer = outer;
+    /// Where the first stage ended, the route closes one loop after the other until it comes to a turning point that `holds`. Returns the stage
+    /// that leads there and the turning point where that is entered. The further out, the more they hold.
+    pub(crate) fn beyond(&self, end: Knot<S>, holds: impl Fn(Knot<S>) -> bool) -> (Stage<S>, Knot<S>) {
+        let left = self.loops.partition_point(|&[target, _]| holds(self.view.knot(target)));
+        let entry = self.loops.get(left).map_or(end, |&[target, _]| self.view.knot(target));
+        let stage = match left.checked_sub(1).and_then(|i| self.loops.get(i)) {
+            Some(&[target, anchor]) => {
                 let target = self.view.knot(target);
                 let arc = Arc::branch(self.view.knot(anchor));
                 Stage { arc: if self.merging { arc.blended(entry, target) } else { arc }, end: Some(target) }
             }
-            None => Stage { arc: Arc::initial(self.origin), end: None },
-        }
+            None => Stage { arc: Arc::initial(self.view.u(self.origin)), end: None },
+        };
+        (stage, entry)
     }
 }
