@@ -1,10 +1,10 @@
-//! The core over 100,000 samples a law, as a running hash: every machine must print the same lines to the bit.
+//! The core and its inverse over 100,000 samples a law, as a running hash: every machine must print the same lines to the bit.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 mod journey;
 mod platform;
 
-use gmhm::{Gate, Gear, Kernel, Law};
+use gmhm::{Gate, Inverse, Kernel, Law};
 use journey::{Hash, Journey};
 use platform::gears;
 
@@ -43,17 +43,30 @@ fn walk(name: &'static str, law: Law, (kernel, gate): (Kernel, Gate), play_rad: 
     let Ok(params) = gears::published(law, kernel, gate, play_rad) else {
         return say!("{}: parameters refused", name);
     };
-    let gear = Gear::<f32>::with_period(&params, f64::from(PERIOD_S));
+    let longest_s = f64::from(PERIOD_S) * if varying { 4.0 } else { 1.0 };
+    let Ok(inverse) = Inverse::<f32>::with_period(&params, longest_s) else {
+        return say!("{}: no inverse", name);
+    };
+    let gear = inverse.gear();
     let mut state = gear.start::<16>(0.0);
     let mut journey = Journey::new(gears::RATED_RAD);
+    let mut loads = Journey::new(gears::RATED_NM);
     let mut hash = Hash::new();
     for k in 1..=SAMPLES {
-        let theta = journey.next_deflection();
-        let out = if varying {
-            gear.step_after(&mut state, theta, PERIOD_S * journey.uneven())
+        let (theta, load) = (journey.next_deflection(), loads.next_deflection());
+        let (solution, out) = if varying {
+            let period_s = PERIOD_S * journey.uneven();
+            (inverse.peek_after(&state, load, period_s), gear.step_after(&mut state, theta, period_s))
         } else {
-            gear.step(&mut state, theta)
+            (inverse.peek(&state, load), gear.step(&mut state, theta))
         };
+        hash.add(solution.theta.to_bits());
+        hash.add(
+            u32::from(solution.saturated)
+                + 2 * u32::from(solution.refused)
+                + 4 * u32::from(solution.converged)
+                + 8 * u32::from(solution.steps),
+        );
         let status = state.status();
         hash.add(out.torque.to_bits());
         hash.add(out.elastic.to_bits());

@@ -88,7 +88,7 @@ struct Search<'a, S> {
     half_play: S,
     reach: S,
     /// By this u it is met unless turning points were merged: the torque rises that steeply at least within the range.
-    sure: Option<S>,
+    sure: S,
 }
 
 impl<S: Scalar> Search<'_, S> {
@@ -120,7 +120,7 @@ impl<S: Scalar> Search<'_, S> {
         let (mut stage, route) = state.ahead(task.frame, sign);
         let mut high = None;
         if let Some(end) = stage.end
-            && (route.merging || self.sure.is_none_or(|sure| end.u <= sure))
+            && (end.u <= self.sure || route.merging)
             && inside(end)
         {
             high = Some(place(end));
@@ -165,7 +165,7 @@ impl<S: Scalar> Invertible<S> for Masing<S> {
             torque: aim.torque,
             half_play: task.frame.fraction(self.half_play),
             reach: task.reach,
-            sure: if outside { None } else { Some(here.u + missing * task.softness) },
+            sure: if outside { task.reach } else { here.u + missing * task.softness },
         };
         let Section { arc, low, high } = search.section(task, state, sign, here.u);
         let from = low.unwrap_or(here);
@@ -181,7 +181,7 @@ impl<S: Scalar> Invertible<S> for Masing<S> {
             low_is_edge: below,
             high_is_edge: high.is_none(),
         };
-        let (start, first) = if low.is_none() && !outside && missing < S::from_f64(NEAR) {
+        let (start, first) = if missing < S::from_f64(NEAR) && low.is_none() && !outside {
             (from_point, (sign * now, sign * eug))
         } else {
             // Over A and T_A, the mean stiffness is about one.

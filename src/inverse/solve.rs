@@ -155,8 +155,6 @@ pub(super) fn root<S: Scalar, C: Stretch<S>>(
     // An end is tried at most once: from then on its torque is known.
     let (mut low_tried, mut high_tried) = (false, false);
     let (mut point, (mut torque, mut work)) = (start, first);
-    // The slope that the last step predicted, and its length squared.
-    let (mut chord, mut squared) = (S::ZERO, S::ZERO);
     let mut steps = 0;
     let found = |u, steps, saturated| Root { u, saturated, converged: true, steps };
     loop {
@@ -165,24 +163,20 @@ pub(super) fn root<S: Scalar, C: Stretch<S>>(
         if residual.abs() <= aim.tolerance {
             return found(u, steps, false);
         }
-        if residual > S::ZERO {
+        let up = residual > S::ZERO;
+        let room = if up {
             if t >= high {
                 return found(if bracket.high_is_edge { S::ONE } else { u }, steps, bracket.high_is_edge);
             }
             (low, low_tried) = (t, true);
+            high - t
         } else {
             if t <= low {
                 return found(if bracket.low_is_edge { -S::ONE } else { u }, steps, bracket.low_is_edge);
             }
             (high, high_tried) = (t, true);
-        }
-        if chord > S::ZERO {
-            let step = residual.over(chord);
-            let next = t + step;
-            if (squared + step.abs()) * step.abs() <= aim.last_chord && next > low && next < high {
-                return found(Point::at(next).u, steps, false);
-            }
-        }
+            t - low
+        };
         if steps == MOST_STEPS {
             return Root { converged: false, ..found(u, steps, false) };
         }
@@ -192,20 +186,25 @@ pub(super) fn root<S: Scalar, C: Stretch<S>>(
         let b = q * q * (bend - t * slope);
         let predicted = (a * a + (residual + residual) * b).sqrt();
         let step = residual.over(a + predicted);
-        let next = t + step;
         // A NaN compares false.
         let rising = a > S::ZERO;
-        chord = S::ZERO;
-        point = Point::at(if rising && next > low && next < high {
+        if rising && step.abs() < room {
+            point = Point::at(t + step);
             if step.abs() <= aim.last_step {
-                return found(Point::at(next).u, steps, false);
+                return found(point.u, steps, false);
             }
-            (chord, squared) = (predicted + predicted, step * step);
-            next
-        } else if rising && next >= high && !high_tried {
-            high
-        } else if rising && next <= low && !low_tried {
-            low
+            (torque, work) = stretch.torque(point.u, point.g);
+            if predicted > S::ZERO {
+                let chord = (aim.torque - torque).over(predicted + predicted);
+                let (size, end) = (chord.abs(), point.t + chord);
+                if (step * step + size) * size <= aim.last_chord && low < end && end < high {
+                    return found(Point::at(end).u, steps, false);
+                }
+            }
+            continue;
+        }
+        point = Point::at(if rising && !(if up { high_tried } else { low_tried }) {
+            if up { high } else { low }
         } else if high - low <= aim.last_width {
             return found(u, steps, false);
         } else {

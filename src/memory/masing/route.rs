@@ -88,6 +88,8 @@ impl<S: Scalar> Arc<S> {
     }
 
     /// The arc between two points that both need not lie on it, because their past was merged.
+    #[cold]
+    #[inline(never)]
     fn blended(self, entry: Knot<S>, target: Knot<S>) -> Self {
         let length = target.u - entry.u;
         if length > S::ZERO {

@@ -15,8 +15,10 @@ const TABLE: &str = "docs/cost.md";
 const TOLERANCE: f64 = 1.0;
 
 /// What a control loop can afford, instructions on the Cortex-M4F. Exceeding one fails.
-const LIMITS: [(&str, f64); 4] = [
+const LIMITS: [(&str, f64); 6] = [
     ("law `masing`, away from a reversal", 60.0),
+    ("inverse of law `masing`, mean of a sine", 350.0),
+    ("inverse of law `masing`, across a full stack", 700.0),
     ("law `phase`, away from a reversal", 250.0),
     ("law `time`, kernel `deflection`, gate `cycle`", 60.0),
     ("law `time`, kernel `rate`, gate `none`", 60.0),
