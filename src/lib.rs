@@ -12,6 +12,7 @@
 //! | [`gear`] | both together: parameters and state apart, one call a sample |
 //! | [`inverse`] | from torque to deflection |
 //! | [`terms`] | physics beyond the base model: friction, ripple, backlash, creep, … |
+//! | [`drive`] | the control tick over encoders and a torque command, by `embedded-hal` |
 //! | [`scalar`] | the operations the model asks of a number |
 //!
 //! ```
@@ -33,6 +34,7 @@
 //! ```
 #![no_std]
 
+pub mod drive;
 pub mod elastic;
 pub mod gear;
 pub mod inverse;

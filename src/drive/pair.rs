@@ -1,0 +1,314 @@
+//! Counts of the motor's and the output's encoder to the torsional deflection.
+//!
+//! θ = 2π·(n_m/(N·C_m) − n_o/C_o) − θ_zero for n counts at C counts a turn. Both are brought to the common unit 2π/L, L a common multiple of
+//! N·C_m and C_o, and subtracted there in integers: the difference is exact after any number of turns, where a difference of two angles in `f32` would keep
+//! nothing of a millirad. Only the small difference becomes a scalar, within two roundings; the zero is kept to 2e-8 of the rated deflection.
+//!
+//! The output's encoder is absolute, the motor's within one turn: the motor's turn is chosen so that the deflection is the least, which is right as
+//! long as deflection and encoder errors stay below π/N.
+
+use core::f64::consts::TAU;
+use core::fmt;
+
+use crate::scalar::{Float, Scalar};
+
+/// The deflection must reach this many rated deflections without leaving 32 bits.
+const HEADROOM: f64 = 64.0;
+
+/// A scalar that counts can be turned into without arithmetic of another precision.
+pub trait FromCounts: Scalar {
+    /// A factor of any size.
+    type Factor: Copy + fmt::Debug + PartialEq;
+
+    /// The nearest factor.
+    fn factor(x: f64) -> Self::Factor;
+
+    /// counts·factor; saturates.
+    fn from_counts(counts: i32, factor: Self::Factor) -> Self;
+
+    /// self·factor, rounded to whole counts; saturates.
+    fn to_counts(self, factor: Self::Factor) -> i32;
+}
+
+macro_rules! from_counts {
+    ($float:ty) => {
+        impl FromCounts for $float {
+            type Factor = Self;
+
+            fn factor(x: f64) -> Self {
+                x as Self
+            }
+
+            #[inline]
+            fn from_counts(counts: i32, factor: Self) -> Self {
+                counts as Self * factor
+            }
+
+            #[inline]
+            fn to_counts(self, factor: Self) -> i32 {
+                let counts = self * factor;
+                (if counts < 0.0 { counts - 0.5 } else { counts + 0.5 }) as i32
+            }
+        }
+    };
+}
+
+from_counts!(f32);
+from_counts!(f64);
+
+/// An encoder as it is mounted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Mounting {
+    /// Counts of one turn of its shaft.
+    pub counts_per_turn: u32,
+    /// It counts down where the angle of the model grows. Motor and output must both grow the same way along the gear.
+    pub reversed: bool,
+}
+
+/// Two encoders on a gear.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Setup {
+    /// On the motor.
+    pub motor: Mounting,
+    /// On the output.
+    pub output: Mounting,
+    /// N as a fraction: (100, 1).
+    pub ratio: (u32, u32),
+    /// What the encoders show at θ = 0, rad: `deflection_zero_rad` of the model file.
+    pub deflection_zero_rad: f64,
+    /// A, rad.
+    pub rated_deflection_rad: f64,
+}
+
+/// Why two encoders do not make a deflection.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum SetupError {
+    /// An encoder without counts, or beyond 2^30 a turn.
+    Counts,
+    /// A ratio that is not above zero, or beyond 2^20.
+    Ratio,
+    /// The rated deflection or the zero is no deflection below half a turn.
+    Deflection,
+    /// The least common multiple is so fine that the deflection leaves 32 bits: fewer counts on one of them will do.
+    TooFine,
+}
+
+impl fmt::Display for SetupError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Counts => "counts_per_turn must lie within 1 and 2^30",
+            Self::Ratio => "ratio must be a fraction of two numbers within 1 and 2^20",
+            Self::Deflection => {
+                "rated_deflection_rad must be positive, and both it and deflection_zero_rad below half a turn"
+            }
+            Self::TooFine => "the encoders have no common unit that is coarse enough: drop bits of one of them",
+        })
+    }
+}
+
+impl core::error::Error for SetupError {}
+
+/// Two encoders on a gear, ready to be read.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EncoderPair<S: FromCounts> {
+    motor: Shaft<S>,
+    output: Shaft<S>,
+    zero: i64,
+    deflection: S::Factor,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Shaft<S: FromCounts> {
+    counts_per_turn: u32,
+    reversed: bool,
+    /// Common units in a count.
+    weight: i64,
+    /// rad of its own in a count (floats), or turns (fixed point).
+    angle: S::Factor,
+}
+
+/// Where one shaft has come to, in the sense of the model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Place {
+    /// Counts over all its turns.
+    pub counts: i64,
+    /// Counts within a turn.
+    pub within_turn: i32,
+    /// Counts since the last reading.
+    pub change: i32,
+}
+
+/// What both encoders say.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Reading<S> {
+    /// θ: rad for floats, a fraction of the rated deflection for fixed point.
+    pub deflection: S,
+    /// The motor's shaft.
+    pub motor: Place,
+    /// The output's shaft.
+    pub output: Place,
+}
+
+impl<S: FromCounts> EncoderPair<S> {
+    /// Checks a pair of encoders and finds their common unit.
+    ///
+    /// # Errors
+    /// [`SetupError`].
+    pub fn new(setup: &Setup) -> Result<Self, SetupError> {
+        const MOST_COUNTS: u32 = 1 << 30;
+        const MOST_RATIO: u32 = 1 << 20;
+        const MOST_UNITS: f64 = (1_u64 << 60) as f64;
+        let Setup { motor, output, ratio: (numerator, denominator), deflection_zero_rad, rated_deflection_rad } =
+            *setup;
+        let counts = |mounting: Mounting| (1..=MOST_COUNTS).contains(&mounting.counts_per_turn);
+        if !counts(motor) || !counts(output) {
+            return Err(SetupError::Counts);
+        }
+        if !(1..=MOST_RATIO).contains(&numerator) || !(1..=MOST_RATIO).contains(&denominator) {
+            return Err(SetupError::Ratio);
+        }
+        let half_turn = 0.5 * TAU;
+        if !(rated_deflection_rad > 0.0
+            && rated_deflection_rad < half_turn
+            && libm::fabs(deflection_zero_rad) < half_turn)
+        {
+            return Err(SetupError::Deflection);
+        }
+        // Counts of the motor a turn of the output, as a fraction in lowest terms.
+        let (per_turn, parts) = (u64::from(motor.counts_per_turn) * u64::from(numerator), u64::from(denominator));
+        let common = gcd(per_turn, parts);
+        let (per_turn, parts) = (per_turn / common, parts / common);
+        let output_counts = u64::from(output.counts_per_turn);
+        let units = (per_turn / gcd(per_turn, output_counts)).checked_mul(output_counts).ok_or(SetupError::TooFine)?;
+        let most_units = (f64::from(i32::MAX) / (HEADROOM * rated_deflection_rad) * TAU).min(MOST_UNITS);
+        if units as f64 > most_units {
+            return Err(SetupError::TooFine);
+        }
+        // As fine as 32 bits bear, for the sake of the zero.
+        let finer = libm::floor(most_units / units as f64) as u64;
+        let units = units * finer;
+        let unit_rad = TAU / units as f64;
+        let motor_weight = (units / per_turn).checked_mul(parts).and_then(|weight| i64::try_from(weight).ok());
+        let output_weight = i64::try_from(units / output_counts).ok();
+        let (Some(motor_weight), Some(output_weight)) = (motor_weight, output_weight) else {
+            return Err(SetupError::TooFine);
+        };
+        let scale = if S::SI { 1.0 } else { 1.0 / rated_deflection_rad };
+        Ok(Self {
+            motor: Shaft::new(motor, motor_weight),
+            output: Shaft::new(output, output_weight),
+            zero: libm::round(deflection_zero_rad / unit_rad) as i64,
+            deflection: S::factor(unit_rad * scale),
+        })
+    }
+
+    /// The first reading: the motor is taken to be in the turn that makes the deflection least.
+    pub fn start(&self, motor: u32, output: u32) -> Reading<S> {
+        let (mut motor, output) = (self.motor.start(motor), self.output.start(output));
+        let counts_per_turn = i64::from(self.motor.counts_per_turn);
+        let turn = self.motor.weight.wrapping_mul(counts_per_turn);
+        motor.counts -= nearest(self.units(motor.counts, output.counts), turn) * counts_per_turn;
+        self.reading(motor, output)
+    }
+
+    /// The next reading. Either shaft may have moved by less than half a turn of its own.
+    #[inline]
+    pub fn follow(&self, last: &Reading<S>, motor: u32, output: u32) -> Reading<S> {
+        self.reading(self.motor.follow(&last.motor, motor), self.output.follow(&last.output, output))
+    }
+
+    /// The deflection at counts over all turns: rad for floats, a fraction of the rated deflection for fixed point; saturates.
+    #[inline]
+    pub fn deflection(&self, motor_counts: i64, output_counts: i64) -> S {
+        let units = self.units(motor_counts, output_counts);
+        let within = if units > i64::from(i32::MAX) {
+            i32::MAX
+        } else if units < i64::from(i32::MIN) {
+            i32::MIN
+        } else {
+            units as i32
+        };
+        S::from_counts(within, self.deflection)
+    }
+
+    /// θ in common units. The products may overflow after very many turns; their difference is right all the same.
+    #[inline]
+    fn units(&self, motor_counts: i64, output_counts: i64) -> i64 {
+        let (motor, output) =
+            (motor_counts.wrapping_mul(self.motor.weight), output_counts.wrapping_mul(self.output.weight));
+        motor.wrapping_sub(output).wrapping_sub(self.zero)
+    }
+
+    #[inline]
+    fn reading(&self, motor: Place, output: Place) -> Reading<S> {
+        Reading { deflection: self.deflection(motor.counts, output.counts), motor, output }
+    }
+}
+
+impl<S: FromCounts + Float> EncoderPair<S> {
+    /// q_m within one turn, rad, for terms that depend on it.
+    #[inline]
+    pub fn motor_angle(&self, reading: &Reading<S>) -> S {
+        S::from_counts(reading.motor.within_turn, self.motor.angle)
+    }
+
+    /// q_o within one turn, rad.
+    #[inline]
+    pub fn output_angle(&self, reading: &Reading<S>) -> S {
+        S::from_counts(reading.output.within_turn, self.output.angle)
+    }
+
+    /// The mean of q̇_o over the last period, rad/s.
+    #[inline]
+    pub fn output_velocity(&self, reading: &Reading<S>, rate_hz: S) -> S {
+        S::from_counts(reading.output.change, self.output.angle) * rate_hz
+    }
+}
+
+impl<S: FromCounts> Shaft<S> {
+    fn new(mounting: Mounting, weight: i64) -> Self {
+        let counts_per_turn = mounting.counts_per_turn;
+        let turn = if S::SI { TAU } else { 1.0 };
+        let angle = S::factor(turn / f64::from(counts_per_turn));
+        Self { counts_per_turn, reversed: mounting.reversed, weight, angle }
+    }
+
+    /// A raw angle in the sense of the model. Encoders of this crate give at most 2^30; what is more cannot be an angle.
+    #[inline]
+    fn directed(&self, raw: u32) -> i32 {
+        let raw = raw.min(self.counts_per_turn) as i32;
+        if self.reversed { -raw } else { raw }
+    }
+
+    fn start(&self, raw: u32) -> Place {
+        let within_turn = self.directed(raw);
+        Place { counts: i64::from(within_turn), within_turn, change: 0 }
+    }
+
+    /// Moves to a raw angle by the shorter way.
+    #[inline]
+    fn follow(&self, last: &Place, raw: u32) -> Place {
+        let within_turn = self.directed(raw);
+        let turn = self.counts_per_turn as i32;
+        let mut change = within_turn - last.within_turn;
+        if change > turn / 2 {
+            change -= turn;
+        } else if change < -(turn / 2) {
+            change += turn;
+        }
+        Place { counts: last.counts.wrapping_add(i64::from(change)), within_turn, change }
+    }
+}
+
+const fn gcd(mut a: u64, mut b: u64) -> u64 {
+    while b != 0 {
+        (a, b) = (b, a % b);
+    }
+    a
+}
+
+/// a/b to the nearest integer, b > 0.
+const fn nearest(a: i64, b: i64) -> i64 {
+    (a + b / 2).div_euclid(b)
+}
