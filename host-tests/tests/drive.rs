@@ -27,7 +27,7 @@ fn frames(exchanges: &[(u16, u16)]) -> Vec<Frame<u8>> {
 
 /// An answer with its parity.
 fn answer(word: u16) -> u16 {
-    word | if word.count_ones() % 2 == 0 { 0 } else { 1 << 15 }
+    word | if word.count_ones().is_multiple_of(2) { 0 } else { 1 << 15 }
 }
 
 /// Command words of the data sheet: the read of ANGLECOM is 0xFFFF, of NOP 0xC000, of ERRFL 0x4001.

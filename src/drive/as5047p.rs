@@ -80,12 +80,12 @@ impl<D: SpiDevice> As5047p<D> {
     fn read(&mut self, register: u16) -> Result<u16, As5047pError<D::Error>> {
         self.exchange(register)?;
         let answer = self.exchange(NOP)?;
-        if answer.count_ones() % 2 != 0 { Err(As5047pError::Parity) } else { Ok(answer) }
+        if answer.count_ones().is_multiple_of(2) { Ok(answer) } else { Err(As5047pError::Parity) }
     }
 
     fn exchange(&mut self, register: u16) -> Result<u16, As5047pError<D::Error>> {
         let command = register | READ;
-        let parity = if command.count_ones() % 2 == 0 { 0 } else { 1 << 15 };
+        let parity = if command.count_ones().is_multiple_of(2) { 0 } else { 1 << 15 };
         let mut frame = (command | parity).to_be_bytes();
         self.device.transfer_in_place(&mut frame).map_err(As5047pError::Bus)?;
         Ok(u16::from_be_bytes(frame))

@@ -76,7 +76,7 @@ pub fn undecidable(
     let evaluations = subject.evaluate(&fit.model)?;
     let proposals = library::proposals(subject, &evaluations, fit, search);
     let layout = subject.layout();
-    let mut basis = Basis::new();
+    let mut basis = Basis::default();
     for column in &fit.columns {
         basis.add(&layout.whiten(&fit.noise, column));
     }

@@ -134,7 +134,7 @@ impl Subject<'_> {
         let plain: Vec<Noise> = self.spans.iter().map(|_| Noise::unit()).collect();
         let mut chosen: Vec<usize> = Vec::new();
         for (noise, most) in [(&fit.noise, 2), (&plain, 1)] {
-            let mut basis = Basis::new();
+            let mut basis = Basis::default();
             for column in &fit.columns {
                 basis.add(&layout.whiten(noise, column));
             }

@@ -16,7 +16,8 @@ pub struct Layout<'a> {
     pub marks: &'a [Vec<Mark>],
 }
 
-/// An orthonormal basis of whitened columns.
+/// An orthonormal basis of whitened columns; at first the span of nothing.
+#[derive(Default)]
 pub struct Basis {
     columns: Vec<Vec<f64>>,
 }
@@ -30,11 +31,6 @@ pub fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 impl Basis {
-    /// The span of nothing.
-    pub fn new() -> Self {
-        Self { columns: Vec::new() }
-    }
-
     /// Takes a column in; false where it is in the span already.
     pub fn add(&mut self, column: &[f64]) -> bool {
         let before = dot(column, column).sqrt();
@@ -59,14 +55,9 @@ impl Basis {
         }
     }
 
-    /// Its dimension.
-    pub fn len(&self) -> usize {
-        self.columns.len()
-    }
-
     /// How much of the squared length of `y`, which has nothing in this basis, the columns explain beyond it, and by how many of them.
     pub fn gain(&self, columns: &[Vec<f64>], y: &[f64]) -> (f64, usize) {
-        let mut own = Self::new();
+        let mut own = Self::default();
         for column in columns {
             let before = dot(column, column).sqrt();
             let mut rest = column.clone();
@@ -76,7 +67,7 @@ impl Basis {
                 own.add(&rest);
             }
         }
-        (own.columns.iter().map(|q| dot(q, y).powi(2)).sum(), own.len())
+        (own.columns.iter().map(|q| dot(q, y).powi(2)).sum(), own.columns.len())
     }
 }
 

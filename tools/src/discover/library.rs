@@ -329,7 +329,7 @@ pub fn proposals(
     let made = wanted.into_par_iter().filter_map(|(info, term, extends)| {
         let (keys, columns) = columns(evaluations, &term, info, &ranges, model)?;
         let finite = columns.iter().all(|c| c.iter().all(|x| x.is_finite()));
-        (finite && torque_nm > 0.0).then(|| Proposal { info, term, extends, keys, columns })
+        (finite && torque_nm > 0.0).then_some(Proposal { info, term, extends, keys, columns })
     });
     made.collect()
 }

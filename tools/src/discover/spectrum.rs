@@ -26,7 +26,7 @@ pub fn spectrum(angle: &[f64], u: &[f64], gain: impl Fn(f64) -> f64) -> Vec<Line
     let low = angle.iter().copied().fold(f64::INFINITY, f64::min);
     let high = angle.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let turns = (high - low) / TAU;
-    if turns.is_nan() || turns < 0.5 || turns > 1e5 {
+    if !(0.5..=1e5).contains(&turns) {
         return Vec::new();
     }
     let bins = ((turns * BINS as f64).ceil() as usize + 1) * FINER;

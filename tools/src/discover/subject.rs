@@ -73,6 +73,11 @@ impl<'a> Subject<'a> {
         self.target.len()
     }
 
+    /// No rows at all.
+    pub fn is_empty(&self) -> bool {
+        self.target.is_empty()
+    }
+
     /// Rows that count.
     pub fn counted(&self) -> usize {
         self.marks.iter().flatten().filter(|m| matches!(m, Mark::Used | Mark::First)).count()
