@@ -2,11 +2,12 @@
 
 use gmhm::terms::compensated::CompensatedState;
 use gmhm::terms::{Compensated, Domain, Sample};
-use gmhm::{Gear, Params, State};
+use gmhm::{Gear, Params};
 
 use super::BenchError;
 use super::plan::{Drive, Plan};
 use crate::model::Model;
+use crate::physics::invert::crossing;
 use crate::physics::term::{MOST_TERMS, no_terms};
 use crate::physics::{CAPACITY, predict};
 
@@ -41,70 +42,21 @@ pub(super) fn deflections(
     };
     // Beyond ±A on the encoders the gear may still be within.
     let reach_rad = if stack.terms().is_empty() { 1.0 } else { 2.0 } * params.rated_deflection_rad();
+    let scale_nm = params.torque_scale_nm();
     let gear = Compensated { gear: Gear::new(params), stack };
     let unreached = |row: usize| BenchError::LoadNotReached { time_s: plan.time_s[row], load_nm: load[row] };
     let at_start = |theta: f64| -> CompensatedState<f64, CAPACITY, _, MOST_TERMS> { gear.start(&sample(0, theta)) };
     let excess = |theta: f64| at_start(theta).last().base.torque - load[0];
-    let mut theta = crossing(excess, 0.0, reach_rad, params).ok_or_else(|| unreached(0))?;
+    let mut theta = crossing(excess, 0.0, reach_rad, scale_nm).ok_or_else(|| unreached(0))?;
     let mut state = at_start(theta);
     let mut deflection = vec![theta];
     for (row, load_nm) in load.iter().enumerate().skip(1) {
         let excess = |theta: f64| gear.step(&mut state.clone(), &sample(row, theta)).base.torque - load_nm;
-        theta = crossing(excess, theta, reach_rad, params).ok_or_else(|| unreached(row))?;
+        theta = crossing(excess, theta, reach_rad, scale_nm).ok_or_else(|| unreached(row))?;
         gear.step(&mut state, &sample(row, theta));
         deflection.push(theta);
     }
     Ok(deflection)
-}
-
-/// The deflection nearest to the present one at which the gear, `period_s` later, carries the load. `None` where there is none within ±A.
-pub(super) fn under_load(
-    params: &Params,
-    gear: &Gear<f64>,
-    state: &State<f64, CAPACITY>,
-    load_nm: f64,
-    period_s: f64,
-) -> Option<f64> {
-    let excess = |theta: f64| gear.step_after(&mut state.clone(), theta, period_s).torque - load_nm;
-    crossing(excess, state.theta(), params.rated_deflection_rad(), params)
-}
-
-/// Where an excess of torque that grows with the deflection is zero, next to `from_rad` and within ±`reach_rad`.
-///
-/// A bracket that doubles, then false position (Illinois), until the torque is met within 1e-12 of the rated torque.
-fn crossing(excess: impl Fn(f64) -> f64, from_rad: f64, reach_rad: f64, params: &Params) -> Option<f64> {
-    let scale_nm = params.torque_scale_nm();
-    let tolerance_nm = 1e-12 * scale_nm;
-    let mut near = (from_rad, excess(from_rad));
-    if near.1.abs() <= tolerance_nm {
-        return Some(near.0);
-    }
-    let direction = -near.1.signum();
-    let mut step = near.1.abs() * params.rated_deflection_rad() / scale_nm;
-    let mut far = near;
-    while far.1 * near.1 > 0.0 {
-        if direction * far.0 >= reach_rad {
-            return (far.1.abs() <= 1e-9 * scale_nm).then_some(far.0);
-        }
-        near = far;
-        let theta = (far.0 + direction * step).clamp(-reach_rad, reach_rad);
-        far = (theta, excess(theta));
-        step *= 2.0;
-    }
-    for _ in 0..200 {
-        let theta = far.0 - far.1 * (far.0 - near.0) / (far.1 - near.1);
-        let here = (theta, excess(theta));
-        if here.1.abs() <= tolerance_nm || theta == far.0 || theta == near.0 {
-            return Some(theta);
-        }
-        if here.1 * far.1 < 0.0 {
-            near = far;
-        } else {
-            near.1 *= 0.5;
-        }
-        far = here;
-    }
-    Some(far.0)
 }
 
 /// The derivative of samples by time: central differences, one-sided at the ends.

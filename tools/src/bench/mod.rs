@@ -106,6 +106,9 @@ pub enum BenchError {
     /// The torque could not be computed.
     #[error(transparent)]
     Predict(#[from] PredictError),
+    /// The gear of the joint cannot be inverted.
+    #[error(transparent)]
+    NoInverse(#[from] gmhm::InverseError),
     /// An effect could not be hidden.
     #[error(transparent)]
     Hide(#[from] HideError),

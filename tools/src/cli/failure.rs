@@ -13,6 +13,7 @@ use crate::health::HealthError;
 use crate::model::ModelError;
 use crate::output::OutputError;
 use crate::physics::PredictError;
+use crate::physics::invert::InvertError;
 use crate::recording::{CopyError, RecordingError};
 
 /// Whatever may end a command.
@@ -36,6 +37,9 @@ pub enum Failure {
     /// Nothing could be predicted.
     #[error(transparent)]
     Predict(#[from] PredictError),
+    /// Nothing could be inverted.
+    #[error(transparent)]
+    Invert(#[from] InvertError),
     /// Nothing could be fitted.
     #[error(transparent)]
     Estimate(#[from] EstimateError),
@@ -63,6 +67,7 @@ impl Failure {
             Failure::Predict(e)
             | Failure::Assess(AssessError::Predict(e))
             | Failure::Discover(DiscoverError::Predict(e)) => e.mend(),
+            Failure::Invert(e) => e.mend(),
             Failure::Bench(_)
             | Failure::Copy(_)
             | Failure::Estimate(_)

@@ -7,6 +7,7 @@ mod diagnose;
 mod failure;
 mod fit;
 mod health;
+mod invert;
 mod predict;
 mod progress;
 mod prove;
@@ -37,6 +38,7 @@ enum Command {
     Diagnose(diagnose::DiagnoseArgs),
     Fit(fit::FitArgs),
     Health(health::HealthArgs),
+    Invert(invert::InvertArgs),
     Predict(predict::PredictArgs),
     Prove(prove::ProveArgs),
     Simulate(simulate::SimulateArgs),
@@ -67,6 +69,7 @@ pub fn run() -> ExitCode {
         Some(Command::Diagnose(args)) => args.run(&session),
         Some(Command::Fit(args)) => args.run(&session),
         Some(Command::Health(args)) => args.run(&session),
+        Some(Command::Invert(args)) => args.run(&session),
         Some(Command::Predict(args)) => args.run(&session),
         Some(Command::Prove(args)) => args.run(&session),
         Some(Command::Simulate(args)) => args.run(),

@@ -6,6 +6,7 @@
 //! | [`term`] | terms of model files as terms of the core |
 //! | [`evaluate`] | one pass of the gear, one of the terms |
 //! | [`predict`](mod@predict) | the columns of `gmhm predict` |
+//! | [`invert`] | the deflection for a torque |
 //! | [`columns`] | what a term would add to a model, per linear parameter |
 //!
 //! No equation stands here: all of them are those of `gmhm::terms`.
@@ -13,6 +14,7 @@
 pub mod columns;
 mod error;
 pub mod evaluate;
+pub mod invert;
 pub mod predict;
 pub mod signals;
 pub mod term;

@@ -1,9 +1,9 @@
 //! From the torque that the link needs to the offset of the motor.
 
 use clap::ValueEnum;
-use gmhm::{Gear, Memory, ParamError, Params, State};
+use gmhm::{Inverse, Memory, Params, State};
 
-use super::super::machine::under_load;
+use super::super::BenchError;
 use super::drive::DEFLECTION_RESOLUTION_RAD;
 use crate::physics::CAPACITY;
 
@@ -44,7 +44,7 @@ pub(super) struct Knowledge {
 
 impl Knowledge {
     /// The same with the elastic stiffness and the hysteresis multiplied by these.
-    pub fn scaled(&self, elastic_factor: f64, memory_factor: f64) -> Result<Self, ParamError> {
+    pub fn scaled(&self, elastic_factor: f64, memory_factor: f64) -> Result<Self, gmhm::ParamError> {
         let mut elastic = self.params.elastic();
         elastic.c1_nm_per_rad *= elastic_factor;
         elastic.c2_nm_per_rad3 *= elastic_factor;
@@ -61,44 +61,34 @@ impl Knowledge {
 #[derive(Debug, Clone)]
 pub(super) struct Compensator {
     kind: Compensation,
-    knowledge: Knowledge,
-    gear: Gear<f64>,
+    spring_nm_per_rad: f64,
+    inverse: Inverse<f64>,
     state: State<f64, CAPACITY>,
 }
 
 impl Compensator {
     /// At rest, unloaded. Along the measurement an input play of four counts of the link's encoder keeps its flicker from turning the memory.
-    pub fn new(kind: Compensation, mut knowledge: Knowledge) -> Result<Self, ParamError> {
+    pub fn new(kind: Compensation, mut knowledge: Knowledge) -> Result<Self, BenchError> {
         if kind == Compensation::Measurement {
             let p = knowledge.params;
             let play = p.memory().reversal_play_rad.max(4.0 * DEFLECTION_RESOLUTION_RAD);
             let memory = Memory { reversal_play_rad: play, ..p.memory() };
             knowledge.params = Params::new(p.rated_deflection_rad(), p.elastic(), memory)?;
         }
-        let gear = Gear::new(&knowledge.params);
-        Ok(Self { kind, knowledge, gear, state: gear.start(0.0) })
+        let inverse = Inverse::new(&knowledge.params)?;
+        Ok(Self { kind, spring_nm_per_rad: knowledge.spring_nm_per_rad, inverse, state: inverse.gear().start(0.0) })
     }
 
-    /// The motor-side offset for a torque, rad. `deflection_rad` is what the encoders show.
+    /// The motor-side offset for a torque, rad; beyond the range of the model its edge. `deflection_rad` is what the encoders show.
     pub fn offset_rad(&mut self, torque_nm: f64, deflection_rad: f64) -> f64 {
         match self.kind {
             Compensation::Off => 0.0,
-            Compensation::Spring => torque_nm / self.knowledge.spring_nm_per_rad,
-            Compensation::Reference => {
-                let offset = self.inverse(torque_nm);
-                self.gear.step(&mut self.state, offset);
-                offset
-            }
+            Compensation::Spring => torque_nm / self.spring_nm_per_rad,
+            Compensation::Reference => self.inverse.commit(&mut self.state, torque_nm).0.theta,
             Compensation::Measurement => {
-                self.gear.step(&mut self.state, deflection_rad);
-                self.inverse(torque_nm)
+                self.inverse.gear().step(&mut self.state, deflection_rad);
+                self.inverse.peek(&self.state, torque_nm).theta
             }
         }
-    }
-
-    /// Beyond the range of the model the offset saturates at ±A.
-    fn inverse(&self, torque_nm: f64) -> f64 {
-        let a = self.knowledge.params.rated_deflection_rad();
-        under_load(&self.knowledge.params, &self.gear, &self.state, torque_nm, 0.0).unwrap_or(a.copysign(torque_nm))
     }
 }

@@ -19,7 +19,7 @@ pub use compensator::Compensation;
 pub use report::{JointReport, Line};
 
 use clap::ValueEnum;
-use gmhm::{Memory, ParamError, Params};
+use gmhm::{Memory, Params};
 
 use super::noise::Noise;
 use super::plan;
@@ -150,7 +150,7 @@ fn run_task(
     compensation: Compensation,
     knowledge: Knowledge,
     mut watch: impl FnMut(usize, f64, &Joint),
-) -> Result<Errors, ParamError> {
+) -> Result<Errors, BenchError> {
     let rated_nm = params.rated_torque_nm();
     let mut joint = Joint::at_rest(*masses, task.output(), plant.gear(params, STEP_S));
     let mut cascade = Cascade::new(masses, rated_nm);

@@ -1,0 +1,69 @@
+//! `gmhm invert`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::Session;
+use super::common::ReadingArgs;
+use super::failure::Failure;
+use crate::model;
+use crate::output::Outputs;
+use crate::physics::invert;
+use crate::recording::copy_with_columns;
+
+/// Find the deflection that each torque takes, row by row
+///
+/// Writes the rows plus deflection_rad, and saturated: 1 where the torque lies beyond the range in which the model can be inverted (the deflection is then
+/// the edge of the range), else 0. The order of the rows is the path of the gear. The first row is the start: the hysteresis memory is empty there, so that
+/// gmhm predict of the result gives the torque back. Law time, and models with terms, need the column time_s.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example:\n  gmhm invert gear.toml torque.csv -o deflection.csv\n  gmhm predict gear.toml deflection.csv -o check.csv"
+)]
+pub struct InvertArgs {
+    /// Model file
+    #[arg(value_name = "M.toml")]
+    model: PathBuf,
+    /// Torques, in order
+    #[arg(value_name = "TORQUE.csv")]
+    torque: PathBuf,
+    /// Where to write the rows
+    #[arg(short, long, value_name = "OUT.csv")]
+    output: PathBuf,
+    #[command(flatten)]
+    reading: ReadingArgs,
+}
+
+impl InvertArgs {
+    pub(super) fn run(&self, session: &Session) -> Result<(), Failure> {
+        Outputs::check(&self.output)?;
+        let model = model::load(&self.model)?;
+        let needs = invert::needs(&model);
+        let recording = self.reading.read(&self.torque, &needs, session.quiet)?;
+        let found = invert::invert(&model, self.reading.rated_deflection, &recording)?;
+        let saturated: Vec<f64> = found.saturated.iter().map(|&saturated| f64::from(u8::from(saturated))).collect();
+        let columns = [("deflection_rad", found.deflection_rad.as_slice()), ("saturated", saturated.as_slice())];
+
+        let mut outputs = Outputs::new();
+        outputs.add(&self.output, |out| -> Result<(), Failure> {
+            Ok(copy_with_columns(&self.torque, &self.reading.map(), &needs, &columns, out)?)
+        })?;
+        outputs.commit()?;
+        let beyond = found.saturated.iter().filter(|&&saturated| saturated).count();
+        if beyond > 0 {
+            session.note(&format!(
+                "{beyond} of {} torques lie beyond the range of the model, ±{:?} rad: the deflection is held at its edge there",
+                found.saturated.len(),
+                found.range_rad
+            ));
+        }
+        if found.merged_pairs > 0 {
+            session.note(&format!(
+                "{} pairs of turning points were merged: the path has more open loops than are remembered",
+                found.merged_pairs
+            ));
+        }
+        Ok(())
+    }
+}
