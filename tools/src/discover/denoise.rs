@@ -29,6 +29,7 @@ pub fn denoised(recording: &Recording, ratio: Option<f64>) -> Cow<'_, Recording>
     let smooth = |channel: &Option<Vec<f64>>| channel.as_deref().and_then(|x| whittaker(x, &recording.time_s));
     let (input, output, mut velocity) =
         (smooth(&recording.theta_in_rad), smooth(&recording.theta_out_rad), smooth(&recording.velocity_out_rad_per_s));
+    let output = consistent(recording, ratio, deflection.as_deref(), input.as_deref()).or(output);
     let angle = output.as_deref().or(recording.theta_out_rad.as_deref());
     if let (Some(angle), Some(recorded)) = (angle, recording.velocity_out_rad_per_s.as_deref()) {
         let derived = rate(angle, &recording.time_s);
@@ -47,6 +48,21 @@ pub fn denoised(recording: &Recording, ratio: Option<f64>) -> Cow<'_, Recording>
     clean.theta_out_rad = output.or(clean.theta_out_rad);
     clean.velocity_out_rad_per_s = velocity.or(clean.velocity_out_rad_per_s);
     Cow::Owned(clean)
+}
+
+/// The output angle that goes with the smoothed deflection, where the recorded one differs from it by noise alone: two smoothings of one sensor would look like two signals.
+fn consistent(
+    recording: &Recording,
+    ratio: Option<f64>,
+    deflection: Option<&[f64]>,
+    input: Option<&[f64]>,
+) -> Option<Vec<f64>> {
+    let (deflection, ratio) = (deflection?, ratio?);
+    let input = input.or(recording.theta_in_rad.as_deref())?;
+    let recorded = recording.theta_out_rad.as_deref()?;
+    let derived: Vec<f64> = input.iter().zip(deflection).map(|(q, theta)| q / ratio - theta).collect();
+    let apart = derived.iter().zip(recorded).map(|(a, b)| (a - b).powi(2)).sum::<f64>() / derived.len() as f64;
+    (apart.sqrt() < 3.0 * channel_sd(recorded)).then_some(derived)
 }
 
 /// The standard deviation of white noise on a smooth signal, from third differences and their median; 0 where there is none.

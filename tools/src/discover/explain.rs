@@ -57,7 +57,7 @@ struct Tried<'p> {
 /// Kinds whose gain on the grid is below this share of the best are not polished, unless they are near.
 const WORTH_POLISHING: f64 = 0.35;
 /// A term may raise the plain squared residual by this factor at most.
-const DEARER: f64 = 1.02;
+const DEARER: f64 = 1.3;
 /// A gain of the deviance that is always near.
 const NEAR: f64 = 60.0;
 

@@ -4,6 +4,7 @@
 use rayon::prelude::*;
 
 use super::fit::Fitted;
+use super::least_squares::dot;
 use super::spectrum;
 use super::subject::Subject;
 use crate::physics::Evaluation;
@@ -54,12 +55,22 @@ pub struct Explained {
     pub picked: usize,
     /// What it adds to the torque, row by row, N·m.
     pub contribution: Vec<f64>,
+    /// Part of the squared residual that the fit with it no longer has.
+    pub part: f64,
 }
+
+/// Structure is at least this part of the squared residual.
+const LEAST_PART: f64 = 0.03;
 
 /// What the strongest of some hundred lines gains from noise, beyond a line that was not picked: 2 ln 400.
 const PICKED: f64 = 12.0;
 
 impl Explained {
+    /// Whether it is structure beyond doubt: more than noise gains, and enough of the residual that it is no leftover of a noisy angle.
+    pub fn is_structure(&self, least: f64) -> bool {
+        self.net() > least && self.part > LEAST_PART
+    }
+
     /// The gain less what as many columns gain from noise alone, on average twice.
     pub fn net(&self) -> f64 {
         self.gain - 2.0 * self.columns as f64 - PICKED * self.picked as f64
@@ -185,7 +196,6 @@ pub fn curves(subject: &Subject<'_>, see: &Coordinates, fit: &Fitted) -> Vec<Cur
         v.iter().map(|v| (v / soft).tanh()).collect()
     });
     let load = see.deflection.as_deref().map(unit);
-    let period = (see.time[subject.spans[0].end - 1] - see.time[0]) / (subject.spans[0].len() - 1) as f64;
     let mut picked = 0;
     let mut add = |coordinate: &'static str, columns: Vec<Vec<f64>>, picked: usize| {
         curves.push(Curve { coordinate, columns, picked });
@@ -195,7 +205,7 @@ pub fn curves(subject: &Subject<'_>, see: &Coordinates, fit: &Fitted) -> Vec<Cur
         let plain = subject.layout().masked(&fit.residual);
         let mut orders: Vec<f64> = if turns(motor) > 0.8 { (1..=6).map(f64::from).collect() } else { vec![1.0] };
         let lines = [
-            spectrum::peaks(&subject.order_spectrum(fit, motor, &white, period), turns(motor), 3),
+            spectrum::peaks(&subject.order_spectrum(fit, motor, &white), turns(motor), 3),
             spectrum::peaks(&spectrum::spectrum(motor, &plain, |_| 1.0), turns(motor), 3),
         ];
         for order in lines.into_iter().flatten() {
@@ -204,25 +214,35 @@ pub fn curves(subject: &Subject<'_>, see: &Coordinates, fit: &Fitted) -> Vec<Cur
                 picked += 1;
             }
         }
-        let mut columns = waves(motor, &orders);
+        add("motor_angle", waves(motor, &orders), picked);
         if let Some(sign) = &sign {
-            columns.extend(times(waves(motor, &[1.0, 2.0]), sign));
+            add("motor_angle", times(waves(motor, &orders), sign), picked);
         }
         if let Some(load) = &load {
-            columns.extend(times(waves(motor, &[1.0, 2.0, 3.0]), load));
+            let mut columns = waves(motor, &orders);
+            columns.extend(times(waves(motor, &orders), load));
+            add("motor_angle", columns, picked);
         }
-        add("motor_angle", columns, picked);
+        if let Some(velocity) = see.velocity.as_deref().filter(|v| largest(v) > 0.0) {
+            let speed: Vec<f64> = velocity.iter().map(|v| v.abs() / largest(velocity)).collect();
+            for order in orders.iter().take(3) {
+                let pair = waves(motor, &[*order]);
+                let columns = hats(&speed, &[0.1, 0.25, 0.4, 0.55, 0.7, 0.85, 1.0]).into_iter();
+                let columns = columns.flat_map(|hat| times(pair.clone(), &hat)).collect();
+                add("motor_angle", columns, 1);
+            }
+        }
     }
     if let Some(output) = see.output.as_deref().filter(|q| turns(q) > 0.016) {
         let mut columns =
             if turns(output) > 0.7 { waves(output, &[1.0, 2.0, 3.0, 4.0]) } else { hats(output, &knots(output, 10)) };
+        add("output_angle", columns, 0);
         if let Some(sign) = &sign {
-            columns.extend(times(waves(output, &[1.0, 2.0]), sign));
+            add("output_angle", times(hats(output, &knots(output, 8)), sign), 0);
         }
         if let Some(load) = &load {
-            columns.extend(times(hats(output, &knots(output, 8)), load));
+            add("output_angle", times(hats(output, &knots(output, 12)), load), 0);
         }
-        add("output_angle", columns, 0);
     }
     if let Some(velocity) = see.velocity.as_deref().filter(|v| largest(v) > 0.0) {
         let scale = largest(velocity);
@@ -267,21 +287,53 @@ pub fn curves(subject: &Subject<'_>, see: &Coordinates, fit: &Fitted) -> Vec<Cur
         add("torque", times(hats(&see.torque, &knots(&see.torque, 9)), sign), 0);
     }
     add("torque_rate", hats(&see.torque_rate, &knots(&see.torque_rate, 8)), 0);
-    let along = |x: &[f64], count: usize| {
-        let mut columns = hats(x, &knots(x, count + 3));
+    let mut along = |coordinate: &'static str, x: &[f64], count: usize| {
+        add(coordinate, hats(x, &knots(x, count + 3)), 0);
         if let Some(load) = &load {
-            columns.extend(times(hats(x, &knots(x, count)), load));
+            add(coordinate, times(hats(x, &knots(x, count)), load), 0);
         }
         if let Some(sign) = &sign {
-            columns.extend(times(hats(x, &knots(x, count)), sign));
+            add(coordinate, times(hats(x, &knots(x, count)), sign), 0);
         }
-        columns
     };
     if let Some(temperature) = see.temperature.as_deref().filter(|t| range(t) > 0.1) {
-        add("temperature", along(temperature, 4), 0);
+        along("temperature", temperature, 4);
     }
-    add("time", along(&see.time, 9), 0);
+    along("time", &see.time, 9);
+    curves.extend(tones(subject, see, fit));
     curves
+}
+
+/// Windows that a recording is searched for tones in.
+const WINDOWS: usize = 12;
+
+/// Tones that last for a part of the recording: the strongest of each of overlapping windows, the best two.
+fn tones(subject: &Subject<'_>, see: &Coordinates, fit: &Fitted) -> Vec<Curve> {
+    let u = subject.filtered_twice(fit);
+    let mut found: Vec<(f64, Vec<Vec<f64>>)> = Vec::new();
+    for span in &subject.spans {
+        let time = &see.time[span.clone()];
+        let period = (time[time.len() - 1] - time[0]) / (time.len() - 1) as f64;
+        let length = 2 * span.len() / WINDOWS;
+        for window in 0..WINDOWS - 1 {
+            let rows = span.start + window * length / 2..span.start + window * length / 2 + length;
+            // A turn a second; frequencies up to a quarter of the sample rate.
+            let highest = (0.25 / period).min(24.0 / (24.0 * period));
+            let scale = std::f64::consts::TAU * highest / 24.0;
+            let phase: Vec<f64> = see.time[rows.clone()].iter().map(|t| scale * (t - see.time[rows.start])).collect();
+            let gain = |order: f64| subject.noise_gain(fit, order * scale * period);
+            let lines = spectrum::spectrum(&phase, &u[rows.clone()], gain);
+            let Some(best) = lines.into_iter().max_by(|a, b| a.power.total_cmp(&b.power)) else { continue };
+            let (mut cos, mut sin) = (vec![0.0; u.len()], vec![0.0; u.len()]);
+            for (row, phase) in rows.zip(&phase) {
+                (sin[row], cos[row]) = (best.order * phase).sin_cos();
+            }
+            found.push((best.power, vec![cos, sin]));
+        }
+    }
+    found.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let tone = |(_, columns)| Curve { coordinate: "frequency", columns, picked: 2 };
+    found.into_iter().take(2).map(tone).collect()
 }
 
 impl Subject<'_> {
@@ -302,11 +354,19 @@ impl Subject<'_> {
                 gain: fit.minus_two_log_likelihood - profile.minus_two_log_likelihood,
                 columns: curve.columns.len(),
                 picked: curve.picked,
+                part: 1.0 - dot(&profile.residual, &profile.residual) / dot(&fit.residual, &fit.residual),
                 contribution,
             }
         };
         let mut found: Vec<Explained> = curves.par_iter().map(explain).collect();
+        found.retain(|c| c.gain.is_finite());
         found.sort_by(|a, b| b.net().total_cmp(&a.net()));
+        let mut seen: Vec<&str> = Vec::new();
+        found.retain(|c| {
+            let first = !seen.contains(&c.coordinate);
+            seen.push(c.coordinate);
+            first
+        });
         found
     }
 }

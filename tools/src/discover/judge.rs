@@ -30,6 +30,8 @@ pub struct Judged {
     pub places: Vec<Curve>,
     /// What else was tried in its place: kind, gain, numbers.
     pub tried: Vec<(String, f64, usize)>,
+    /// What the best free curve gains in its place, net.
+    pub free_gain: f64,
     /// The closest kind of the library, where the effect is unknown.
     pub closest: Option<String>,
     /// The residual without it, row by row.
@@ -59,7 +61,7 @@ const RICHER: f64 = 13.0;
 /// A flexible curve has to gain this much, net of what its columns gain from noise, to be structure.
 pub const STRUCTURE: f64 = 45.0;
 /// A named term may leave this part of what a flexible curve of the same coordinates explains.
-const LEFT: f64 = 0.1;
+const LEFT: f64 = 0.04;
 
 impl Subject<'_> {
     /// Judges what a search found.
@@ -103,6 +105,7 @@ impl Subject<'_> {
                 .sum();
             let best = places.iter().max_by(|a, b| a.net().total_cmp(&b.net()));
             let unexplained = best.map_or(0.0, |c| c.net() - effect.gain + 2.0 * own_parameters as f64);
+            let free_gain = best.map_or(0.0, Curve::net);
             let named = unexplained < STRUCTURE.max(LEFT * best.map_or(0.0, |c| c.gain));
             judged.push(Judged {
                 name: if named { kind.clone() } else { UNKNOWN.to_owned() },
@@ -113,6 +116,7 @@ impl Subject<'_> {
                 share: ((power(&rest.residual) - left_power) / structured).clamp(0.0, 1.0),
                 places,
                 tried: tried.iter().map(|a| (a.kind.to_owned(), a.gain, a.parameters)).collect(),
+                free_gain,
                 closest: (!named).then_some(kind),
                 without: rest.residual,
             });
@@ -134,8 +138,9 @@ impl Subject<'_> {
         }
         let left = self.places_of(&extended)?;
         let total = base.minus_two_log_likelihood - extended.minus_two_log_likelihood;
-        let stranger = left.first().is_some_and(|c| c.net() > STRUCTURE.max(LEFT * total));
-        if stranger && !judged.iter().any(|e| e.name == UNKNOWN) {
+        let stranger = left.iter().find(|c| c.is_structure(STRUCTURE.max(LEFT * total))).map(|c| c.coordinate);
+        let left = by_first(left, stranger);
+        if stranger.is_some() && !judged.iter().any(|e| e.name == UNKNOWN) {
             let without = extended.residual.clone();
             let before = power(&without);
             let gain = left[0].gain;
@@ -161,6 +166,7 @@ impl Subject<'_> {
                 share: ((before - after) / (structured.max(before - after))).clamp(0.0, 1.0),
                 places: left,
                 tried: rejected.iter().map(|a| (a.kind.to_owned(), a.gain, a.parameters)).collect(),
+                free_gain: 0.0,
                 closest: None,
                 without,
             });
@@ -245,6 +251,14 @@ impl Subject<'_> {
             values: values.into_iter().map(|(k, v)| (k.to_owned(), v)).collect(),
         }))
     }
+}
+
+/// The places with the named one first.
+fn by_first(mut places: Vec<Curve>, coordinate: Option<&str>) -> Vec<Curve> {
+    if let Some(at) = places.iter().position(|p| Some(p.coordinate) == coordinate) {
+        places[..=at].rotate_right(1);
+    }
+    places
 }
 
 fn elements_of(model: &Model, term: usize) -> usize {

@@ -84,7 +84,7 @@ impl Ranges {
         };
         if let Some(motor) = motor.filter(|_| motor_turns > FEWEST_MOTOR_TURNS) {
             let u = subject.filtered_twice(fit);
-            let lines = subject.order_spectrum(fit, &motor, &u, period_s);
+            let lines = subject.order_spectrum(fit, &motor, &u);
             ranges.motor_orders = spectrum::peaks(&lines, motor_turns, 4);
             // What the noise takes for its own colour still stands out of the plain residual.
             let plain = spectrum::spectrum(&motor, &subject.layout().masked(&fit.residual), |_| 1.0);
@@ -96,7 +96,7 @@ impl Ranges {
             if let Some(v) = velocity {
                 let soft = 0.02 * ranges.velocity_rad_per_s;
                 let signed: Vec<f64> = u.iter().zip(&v).map(|(u, v)| u * (v / soft).tanh()).collect();
-                let lines = subject.order_spectrum(fit, &motor, &signed, period_s);
+                let lines = subject.order_spectrum(fit, &motor, &signed);
                 ranges.friction_orders = spectrum::peaks(&lines, motor_turns, 3);
             }
         }
@@ -116,21 +116,22 @@ impl Subject<'_> {
     }
 
     /// The spectrum over the orders of an angle, in multiples of the noise.
-    pub fn order_spectrum(&self, fit: &Fitted, angle: &[f64], u: &[f64], period_s: f64) -> Vec<spectrum::Line> {
-        let noise = &fit.noise[0];
+    pub fn order_spectrum(&self, fit: &Fitted, angle: &[f64], u: &[f64]) -> Vec<spectrum::Line> {
         let steps = angle.windows(2).map(|w| (w[1] - w[0]).abs()).sum::<f64>() / angle.len() as f64;
-        let _ = period_s;
-        let gain = |order: f64| {
-            let w = (order * steps).min(std::f64::consts::PI);
-            let (mut re, mut im) = (1.0, 0.0);
-            for (i, a) in noise.coefficients.iter().enumerate() {
-                let phase = w * (i + 1) as f64;
-                re -= a * phase.cos();
-                im += a * phase.sin();
-            }
-            (re * re + im * im) / noise.innovation_sd.max(1e-12).powi(2)
-        };
-        spectrum::spectrum(angle, u, gain)
+        spectrum::spectrum(angle, u, |order| self.noise_gain(fit, order * steps))
+    }
+
+    /// What the noise filter multiplies the power of a wave with that advances by `radians` a sample.
+    pub fn noise_gain(&self, fit: &Fitted, radians: f64) -> f64 {
+        let noise = &fit.noise[0];
+        let w = radians.min(std::f64::consts::PI);
+        let (mut re, mut im) = (1.0, 0.0);
+        for (i, a) in noise.coefficients.iter().enumerate() {
+            let phase = w * (i + 1) as f64;
+            re -= a * phase.cos();
+            im += a * phase.sin();
+        }
+        (re * re + im * im) / noise.innovation_sd.max(1e-12).powi(2)
     }
 }
 

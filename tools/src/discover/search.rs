@@ -119,9 +119,9 @@ impl Subject<'_> {
             let better = alternatives.iter().position(|a| {
                 a.extends.is_none()
                     && a.gain - self.penalty(a.parameters) > gain - self.penalty(parameters) + SWAP
-                    && a.kind != extended.model.terms[term].kind
+                    && (a.kind != extended.model.terms[term].kind || a.parameters >= parameters)
             });
-            if let Some(better) = better.filter(|_| swaps < 3 && extended.model.terms.len() > search.base_terms + 1) {
+            if let Some(better) = better.filter(|_| swaps < 4) {
                 swaps += 1;
                 extended = alternatives.into_iter().nth(better).map(|a| a.fit).unwrap_or(extended);
                 effects.clear();
