@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::Session;
-use super::common::{ReadingArgs, SeedArgs, json};
+use super::common::{ReadingArgs, SeedArgs, json, provenance};
 use super::failure::Failure;
 use super::progress::Progress;
 use super::tables;
@@ -13,6 +13,8 @@ use crate::discover::{Options, diagnose};
 use crate::model;
 use crate::output::Outputs;
 use crate::recording::Needs;
+use crate::report;
+use crate::report::page::Input;
 
 /// Where recordings and a model differ, what physics was left out, and the model with it
 ///
@@ -21,7 +23,7 @@ use crate::recording::Needs;
 /// With a column torque_sim_nm the recordings are compared with that simulation instead of the model.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
-  gmhm diagnose gear.toml recording.csv -o extended.toml --json findings.json
+  gmhm diagnose gear.toml recording.csv -o extended.toml --json findings.json --report findings.html
   gmhm diagnose gear.toml slow.csv fast.csv --holdout tuesday.csv -o extended.toml")]
 pub struct DiagnoseArgs {
     /// Model file: the base model, perhaps with terms
@@ -39,6 +41,9 @@ pub struct DiagnoseArgs {
     /// Where to write the findings as JSON
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
+    /// Where to write the report: one HTML page, the finding first
+    #[arg(long, value_name = "F.html")]
+    report: Option<PathBuf>,
     #[command(flatten)]
     reading: ReadingArgs,
     #[command(flatten)]
@@ -47,7 +52,7 @@ pub struct DiagnoseArgs {
 
 impl DiagnoseArgs {
     pub(super) fn run(&self, session: &Session) -> Result<(), Failure> {
-        for output in [Some(&self.output), self.json.as_ref()].into_iter().flatten() {
+        for output in [Some(&self.output), self.json.as_ref(), self.report.as_ref()].into_iter().flatten() {
             Outputs::check(output)?;
         }
         let model = model::load(&self.model)?;
@@ -61,6 +66,12 @@ impl DiagnoseArgs {
         outputs.add_text(&self.output, &finding.model.to_toml())?;
         if let Some(path) = &self.json {
             outputs.add_text(path, &json(&finding.diagnosis)?)?;
+        }
+        if let Some(path) = &self.report {
+            let mut inputs = vec![Input::of_file(&self.model)?];
+            inputs.extend(recordings.iter().chain(&holdout).map(Input::from));
+            let provenance = provenance(inputs, Some(self.seed.seed));
+            outputs.add_text(path, &report::diagnosis::page(&finding, provenance).to_html())?;
         }
         outputs.commit()?;
         print!("{}", tables::diagnosis(&finding.diagnosis));

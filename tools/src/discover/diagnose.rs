@@ -11,6 +11,7 @@ use super::fit::Fitted;
 use super::judge::{Judged, Judgement, coordinates};
 use super::least_squares::{dot, solve};
 use super::parameters::Place as Number;
+use super::scene::Scene;
 use super::subject::Subject;
 use crate::diagnosis::{
     Diagnosis, Effect, Heldout, HeldoutFrom, Parameter, ParameterValue, Place, Rms, Side, UNKNOWN, Unit,
@@ -41,10 +42,8 @@ pub struct Finding {
     pub model: Model,
     /// The judgement that it rests on.
     pub judgement: Judgement,
-    /// Time of every row, s.
-    pub time_s: Vec<f64>,
-    /// Residual of the model handed in, each recording about its mean.
-    pub given: Vec<f64>,
+    /// Rows and spectra for figures.
+    pub scene: Scene,
 }
 
 /// Diagnoses recordings of one gear or joint against a model.
@@ -108,10 +107,8 @@ pub fn diagnose(
         TorqueUnit::Ampere => Unit::Ampere,
     };
     let noise_rms = rms.extended;
-    let found: Vec<&str> = judgement.effects.iter().map(|e| e.name.as_str()).collect();
     let undecidable = experiment::undecidable(&subject, &judgement, search)?;
     let next_experiment = experiment::next(&judgement, &undecidable);
-    let _ = found;
     let diagnosis = Diagnosis {
         mismatch: judgement.mismatch,
         false_alarm_rate: FALSE_ALARM_RATE,
@@ -127,7 +124,8 @@ pub fn diagnose(
     let mut extended = judgement.extended.model.clone();
     extended.terms.retain(|t| t.kind != "unknown" || judgement.mismatch);
     progress.report("done", 1.0);
-    Ok(Finding { diagnosis, model: extended, judgement, time_s: subject.time_s(), given })
+    let scene = Scene::new(&subject, &judgement)?;
+    Ok(Finding { diagnosis, model: extended, judgement, scene })
 }
 
 /// The model as the search uses it: canonical signs, a rated deflection.

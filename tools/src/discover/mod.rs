@@ -9,6 +9,7 @@
 //! | [`flexible`] | curves without physics over every coordinate |
 //! | [`judge`] | classes that cannot be told apart, names only where they explain all there is |
 //! | [`experiment`] | what could not have been seen, and the experiment that would show it |
+//! | [`scene`] | what a report shows |
 //! | [`mod@diagnose`] | the whole, as `gmhm diagnose` writes it |
 
 mod denoise;
@@ -22,6 +23,7 @@ pub mod judge;
 pub mod least_squares;
 pub mod library;
 pub mod parameters;
+pub mod scene;
 pub mod search;
 pub mod spectrum;
 pub mod subject;

@@ -3,11 +3,12 @@
 //! | file | what |
 //! |---|---|
 //! | [`page`] | a page: verdict, sections, provenance |
-//! | [`fit`], [`health`] | the reports of a fit and of a series of states |
+//! | [`fit`], [`health`], [`diagnosis`] | the reports of a fit, of a series of states, of a diagnosis |
 //! | [`figures`] | which curves in which units |
 //! | [`number`] | numbers as people write them |
 //! | [`plot`] | curves, bars and heat maps as SVG |
 
+pub mod diagnosis;
 pub mod figures;
 pub mod fit;
 pub mod health;

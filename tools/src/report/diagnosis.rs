@@ -1,0 +1,433 @@
+//! The report of a diagnosis: the finding in a sentence, the picture that convinces, then the evidence and what was rejected.
+
+use super::figures;
+use super::number;
+use super::page::{Page, Provenance, Section, Table, TableRow, Tone, Verdict};
+use super::plot::{Curve, Drawing, Figure, HeatMap, Role, Side, Style};
+use crate::diagnosis::{Diagnosis, Effect, ParameterValue, UNKNOWN, Unit};
+use crate::discover::Finding;
+use crate::discover::scene::Scene;
+use crate::recording::TorqueUnit;
+
+/// The page of a diagnosis.
+pub fn page(finding: &Finding, provenance: Provenance) -> Page {
+    let unit = if finding.diagnosis.unit == Unit::Ampere { TorqueUnit::Ampere } else { TorqueUnit::NewtonMetre };
+    let mut sections = vec![picture(finding, unit), gain(finding, unit)];
+    if finding.diagnosis.mismatch {
+        sections.push(effects(&finding.diagnosis));
+        sections.push(places(finding, unit));
+        sections.push(evidence(finding));
+        sections.push(bias(finding));
+    }
+    sections.push(open(&finding.diagnosis));
+    Page {
+        title: format!("Diagnosis of {}", finding.model.name),
+        verdict: verdict(&finding.diagnosis),
+        sections,
+        provenance,
+    }
+}
+
+/// A kind as people say it.
+fn words(kind: &str) -> String {
+    kind.replace('_', " ")
+}
+
+fn verdict(found: &Diagnosis) -> Verdict {
+    if !found.mismatch {
+        let sentence = "The recordings differ from the model by noise alone.".to_owned();
+        let rate =
+            format!("Noise alone would look like structure in {} of 100 recordings.", 100.0 * found.false_alarm_rate);
+        return Verdict { tone: Tone::Good, sentence, reasons: vec![rate] };
+    }
+    let name = |e: &Effect| {
+        let class: Vec<String> = e.class().map(words).collect();
+        match e.name.as_str() {
+            UNKNOWN => "physics that no kind of the vocabulary explains".to_owned(),
+            _ => class.join(" or "),
+        }
+    };
+    let names: Vec<String> = found.effects.iter().map(name).collect();
+    let share = 1.0 - (found.heldout.rms.extended / found.heldout.rms.refitted.max(f64::MIN_POSITIVE)).powi(2);
+    let sentence = format!(
+        "The model leaves out {}; with it, {} of what the refitted model misses on rows held out is gone.",
+        names.join(", and "),
+        percent(share.max(0.0))
+    );
+    let all_named = found.effects.iter().all(|e| e.name != UNKNOWN && e.equivalents.is_empty());
+    let reasons = found.effects.iter().map(|e| format!("{}: {}.", capital(&words(&e.name)), e.why)).collect();
+    Verdict { tone: if all_named { Tone::Good } else { Tone::Caution }, sentence, reasons }
+}
+
+fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
+fn percent(share: f64) -> String {
+    format!("{:.0} %", 100.0 * share)
+}
+
+/// A number to four digits.
+fn four(value: f64) -> String {
+    number::number(value, 4)
+}
+
+/// Bins of a curve over a coordinate.
+const BINS: usize = 60;
+
+/// A coordinate of every row with its label; angles within a turn.
+fn along<'s>(scene: &'s Scene, coordinate: &str) -> Option<(std::borrow::Cow<'s, [f64]>, &'static str)> {
+    let see = &scene.coordinates;
+    let turn = |q: &Option<Vec<f64>>| {
+        let degrees = |q: &f64| q.rem_euclid(std::f64::consts::TAU).to_degrees();
+        q.as_ref().map(|q| q.iter().map(degrees).collect::<Vec<f64>>().into())
+    };
+    let scaled =
+        |x: &Option<Vec<f64>>, by: f64| x.as_ref().map(|x| x.iter().map(|x| by * x).collect::<Vec<f64>>().into());
+    let plain = |x: &'s [f64]| Some(std::borrow::Cow::Borrowed(x));
+    let (values, label) = match coordinate {
+        "motor_angle" => (turn(&see.motor), "motor angle within a turn in °"),
+        "output_angle" => (turn(&see.output), "output angle within a turn in °"),
+        "output_velocity" => (scaled(&see.velocity, 1.0), "output velocity in rad/s"),
+        "acceleration" => (scaled(&see.acceleration, 1.0), "output acceleration in rad/s²"),
+        "deflection" | "reversal" | "amplitude" => (scaled(&see.deflection, 1e3), "deflection in mrad"),
+        "deflection_rate" => (scaled(&see.rate, 1e3), "deflection rate in mrad/s"),
+        "torque" => (plain(&see.torque), "torque of the model"),
+        "torque_rate" => (plain(&see.torque_rate), "rate of the torque, per s"),
+        "temperature" => (see.temperature.as_deref().and_then(plain), "temperature in °C"),
+        _ => (plain(&see.time), "time in s"),
+    };
+    values.map(|v| (v, label))
+}
+
+/// Means of a residual over bins of a coordinate, with their standard errors.
+fn binned(x: &[f64], y: &[f64], keep: impl Fn(usize) -> bool) -> (Vec<(f64, f64)>, Vec<f64>) {
+    let rows: Vec<usize> = (0..x.len()).filter(|&i| keep(i)).collect();
+    let low = rows.iter().map(|&i| x[i]).fold(f64::INFINITY, f64::min);
+    let high = rows.iter().map(|&i| x[i]).fold(f64::NEG_INFINITY, f64::max);
+    let width = ((high - low) / BINS as f64).max(f64::MIN_POSITIVE);
+    let mut sums = vec![(0.0, 0.0, 0.0); BINS];
+    for i in rows {
+        let bin = (((x[i] - low) / width) as usize).min(BINS - 1);
+        let (n, sum, squares) = &mut sums[bin];
+        (*n, *sum, *squares) = (*n + 1.0, *sum + y[i], *squares + y[i] * y[i]);
+    }
+    let filled = sums.iter().enumerate().filter(|(_, (n, ..))| *n >= 8.0);
+    filled
+        .map(|(bin, (n, sum, squares))| {
+            let mean = sum / n;
+            let sd = (squares / n - mean * mean).max(0.0).sqrt();
+            ((low + (bin as f64 + 0.5) * width, mean), sd / n.sqrt())
+        })
+        .unzip()
+}
+
+/// What is left along a coordinate, before and after.
+fn before_and_after(finding: &Finding, coordinate: &str, unit: TorqueUnit) -> Option<Drawing> {
+    let (x, label) = along(&finding.scene, coordinate)?;
+    let judgement = &finding.judgement;
+    let curve = |name: &str, role, residual: &[f64]| {
+        let (points, error) = binned(&x, residual, |_| true);
+        Curve { label: name.into(), points, role, style: Style::Dots, error }
+    };
+    let mut curves = vec![curve("base model refitted", Role::Second, &judgement.base.residual)];
+    if finding.diagnosis.mismatch {
+        curves.push(curve("with what was found", Role::Model, &judgement.extended.residual));
+    }
+    let figure = Figure {
+        title: format!("What the models leave along the {}", words(coordinate)),
+        x_label: label.into(),
+        y_label: format!("mean of recording minus model in {}", unit.symbol()),
+        curves,
+        ..Figure::default()
+    };
+    Some(figure.draw())
+}
+
+fn picture(finding: &Finding, unit: TorqueUnit) -> Section {
+    let section = Section::new("The picture");
+    let found = &finding.diagnosis;
+    let first = found.places.first().map(|p| p.coordinate.as_str());
+    let fallback = if finding.scene.coordinates.deflection.is_some() { "deflection" } else { "output_velocity" };
+    let coordinate = first.unwrap_or(fallback);
+    let seconds: Vec<(f64, f64)> =
+        found.places.first().map(|p| p.seconds.iter().map(|[a, b]| (*a, *b)).collect()).unwrap_or_default();
+    let judgement = &finding.judgement;
+    let mut over_time = vec![("base model refitted", Role::Second, &judgement.base.residual[..])];
+    if found.mismatch {
+        over_time.push(("with what was found", Role::Model, &judgement.extended.residual[..]));
+    }
+    let shaded: &[(f64, f64)] = if seconds.len() < 20 { &seconds } else { &[] };
+    let time = figures::residual_over_time(
+        "What the models leave over time",
+        &finding.scene.coordinates.time,
+        &over_time,
+        shaded,
+        unit,
+    );
+    let caption = "Recording minus model against time. Shaded: where the effect is strong.".to_owned();
+    match before_and_after(finding, coordinate, unit) {
+        Some(drawing) => section.figures([
+            (drawing, format!("Means over {BINS} bins with their standard errors. What depends on the {} alone stands out; noise averages away.", words(coordinate))),
+            (time, caption),
+        ]),
+        None => section.figure(time, caption),
+    }
+}
+
+fn gain(finding: &Finding, unit: TorqueUnit) -> Section {
+    let found = &finding.diagnosis;
+    let from = match found.heldout.from {
+        crate::diagnosis::HeldoutFrom::Blocks => "blocks of the same recordings, each predicted from the others",
+        crate::diagnosis::HeldoutFrom::Recordings => "recordings that took no part",
+    };
+    let row = |name: &str, rms: &crate::diagnosis::Rms| {
+        TableRow::new([name.to_owned(), four(rms.given), four(rms.refitted), four(rms.extended)])
+    };
+    let table = Table {
+        caption: format!("Root mean square of recording minus model in {}", unit.symbol()),
+        head: ["rows", "model given", "base refitted", "extended"].map(str::to_owned).to_vec(),
+        rows: vec![row("fitted", &found.rms), row("held out", &found.heldout.rms)],
+    };
+    Section::new("What is gained").table(table).text(format!(
+        "Held out: {from}. Estimated noise: {} {} rms.",
+        four(found.noise_rms),
+        unit.symbol()
+    ))
+}
+
+fn effects(found: &Diagnosis) -> Section {
+    let mut rows = Vec::new();
+    for effect in &found.effects {
+        let class: Vec<String> = effect.equivalents.iter().map(|k| words(k)).collect();
+        let apart = if class.is_empty() { String::new() } else { format!(" (not told from {})", class.join(", ")) };
+        let side = format!("{:?}", effect.side).to_lowercase();
+        rows.push(
+            TableRow::new([
+                words(&effect.name) + &apart,
+                percent(effect.share),
+                format!("{:.2}", effect.confidence),
+                side,
+            ])
+            .chosen(true),
+        );
+        for (name, parameter) in &effect.parameters {
+            let sds = parameter.sd.as_ref().map_or(&[][..], ParameterValue::numbers);
+            let value = match &parameter.value {
+                ParameterValue::Text(text) => text.clone(),
+                value => value
+                    .numbers()
+                    .iter()
+                    .enumerate()
+                    .map(|(i, x)| {
+                        sds.get(i).map_or_else(|| four(*x), |sd| format!("{} ± {}", four(*x), four(2.0 * sd)))
+                    })
+                    .collect::<Vec<_>>()
+                    .join(", "),
+            };
+            rows.push(TableRow::new([format!("– {name}"), value, String::new(), parameter.unit.clone()]));
+        }
+    }
+    let head = ["effect", "share of the structure", "confidence", "side, unit"].map(str::to_owned).to_vec();
+    Section::new("What was left out").table(Table {
+        caption: "Parameters with intervals of ± two standard deviations".into(),
+        head,
+        rows,
+    })
+}
+
+/// Cells of a heat map along each side.
+const CELLS: (usize, usize) = (48, 24);
+
+fn places(finding: &Finding, unit: TorqueUnit) -> Section {
+    let found = &finding.diagnosis;
+    let rows = found
+        .places
+        .iter()
+        .map(|p| TableRow::new([words(&p.coordinate), percent(p.share), p.detail.clone()]))
+        .collect();
+    let head = ["coordinate", "share of the structure", "what is seen"].map(str::to_owned).to_vec();
+    let mut section = Section::new("Where it sits").table(Table {
+        caption: "Coordinates along which the residual has structure".into(),
+        head,
+        rows,
+    });
+    let mut drawings = Vec::new();
+    let first = found.places.first().map_or("time", |p| p.coordinate.as_str());
+    let second = found.places.iter().skip(1).map(|p| p.coordinate.as_str()).find(|c| *c != first);
+    let second = second.unwrap_or(if first == "deflection" { "deflection_rate" } else { "deflection" });
+    let second = if along(&finding.scene, second).is_some() { second } else { "time" };
+    if let Some(map) = heat(finding, first, second, unit) {
+        drawings.push((map, "Mean residual of the refitted base model. A pattern of stripes depends on one coordinate alone, a chequered one on both.".to_owned()));
+    }
+    if let Some((before, after)) = &finding.scene.orders {
+        let strong: Vec<(f64, f64)> =
+            before.iter().filter(|l| l.power > PROMINENT).map(|l| (l.order, l.power)).collect();
+        let lines: Vec<(f64, f64)> = before.iter().map(|l| (l.order, l.power)).collect();
+        let label = "power in multiples of the noise";
+        drawings.push((
+            figures::spectrum(
+                "Orders of the motor turn, base model refitted",
+                "order of the motor turn",
+                label,
+                &lines,
+                Some(PROMINENT),
+                &strong,
+            ),
+            "The orders are found in the angle domain, without being told the harmonics.".to_owned(),
+        ));
+        let lines: Vec<(f64, f64)> = after.iter().map(|l| (l.order, l.power)).collect();
+        drawings.push((
+            figures::spectrum(
+                "Orders of the motor turn, with what was found",
+                "order of the motor turn",
+                label,
+                &lines,
+                Some(PROMINENT),
+                &[],
+            ),
+            "The same after the extended model.".to_owned(),
+        ));
+    }
+    for place in found.places.iter().skip(1).take(2) {
+        if let Some(drawing) = before_and_after(finding, &place.coordinate, unit) {
+            drawings.push((drawing, format!("The same along the {}.", words(&place.coordinate))));
+        }
+    }
+    section = section.figures(drawings);
+    section
+}
+
+/// A line of a spectrum is prominent beyond this many times the noise: noise alone passes it once in some thousand lines.
+const PROMINENT: f64 = 8.0;
+
+fn heat(finding: &Finding, horizontal: &str, vertical: &str, unit: TorqueUnit) -> Option<Drawing> {
+    let ((x, x_label), (y, y_label)) = (along(&finding.scene, horizontal)?, along(&finding.scene, vertical)?);
+    let range = |v: &[f64]| {
+        let low = v.iter().copied().fold(f64::INFINITY, f64::min);
+        (low, v.iter().copied().fold(f64::NEG_INFINITY, f64::max))
+    };
+    let ((x0, x1), (y0, y1)) = (range(&x), range(&y));
+    if x1 <= x0 || y1 <= y0 {
+        return None;
+    }
+    let mut sums = vec![vec![(0.0, 0.0); CELLS.0]; CELLS.1];
+    for (i, r) in finding.judgement.base.residual.iter().enumerate() {
+        let column = (((x[i] - x0) / (x1 - x0) * CELLS.0 as f64) as usize).min(CELLS.0 - 1);
+        let row = (((y[i] - y0) / (y1 - y0) * CELLS.1 as f64) as usize).min(CELLS.1 - 1);
+        sums[row][column].0 += 1.0;
+        sums[row][column].1 += r;
+    }
+    let mean = |(n, sum): &(f64, f64)| if *n >= 3.0 { sum / n } else { f64::NAN };
+    let map = HeatMap {
+        title: format!("Residual over {} and {}", words(horizontal), words(vertical)),
+        legend: format!("mean of recording minus model in {}", unit.symbol()),
+        x: Side::Numbers { label: x_label.into(), from: x0, to: x1 },
+        y: Side::Numbers { label: y_label.into(), from: y0, to: y1 },
+        values: sums.iter().map(|row| row.iter().map(mean).collect()).collect(),
+        limit: None,
+        numbers: false,
+    };
+    Some(map.draw())
+}
+
+fn evidence(finding: &Finding) -> Section {
+    let mut rows = Vec::new();
+    for effect in &finding.judgement.effects {
+        let free = effect.places.first().map_or("", |p| p.coordinate);
+        rows.push(
+            TableRow::new([words(&effect.name), format!("{:.0}", effect.gain), "–".into(), "taken".into()])
+                .chosen(true),
+        );
+        rows.push(TableRow::new([
+            format!("– a free curve over {}", words(free)),
+            format!("{:.0}", effect.free_gain),
+            "–".into(),
+            "what any law of that coordinate could explain, net of its freedom".into(),
+        ]));
+        for (kind, gain, numbers) in effect.tried.iter().filter(|(kind, ..)| *kind != effect.name).take(6) {
+            let verdict = if effect.equivalents.contains(kind) { "cannot be told from it" } else { "rejected" };
+            rows.push(TableRow::new([
+                format!("– {}", words(kind)),
+                format!("{gain:.0}"),
+                numbers.to_string(),
+                verdict.into(),
+            ]));
+        }
+    }
+    for (kind, gain, numbers) in finding.judgement.rejected.iter().take(6) {
+        rows.push(TableRow::new([
+            format!("beside all of it: {}", words(kind)),
+            format!("{gain:.0}"),
+            numbers.to_string(),
+            "rejected".into(),
+        ]));
+    }
+    let head = ["explanation", "gain of −2 ln L", "numbers", ""].map(str::to_owned).to_vec();
+    Section::new("The evidence, and what was rejected")
+        .text("Each kind is refitted together with the base model, against noise whose colour is fitted with it. A name is given only where it explains what a free curve of the same coordinates can; kinds within 11 of the best are not told apart.")
+        .table(Table { caption: "Explanations tried in the place of each effect".into(), head, rows })
+}
+
+fn bias(finding: &Finding) -> Section {
+    let (base, extended) = (&finding.judgement.base.model, &finding.judgement.extended.model);
+    let mut rows = Vec::new();
+    let mut row = |name: &str, unit: &str, before: f64, after: f64| {
+        let change = if after != 0.0 { format!("{:+.1} %", 100.0 * (before / after - 1.0)) } else { "–".to_owned() };
+        rows.push(TableRow::new([name.to_owned(), unit.to_owned(), four(before), four(after), change]));
+    };
+    if let (Some(a), Some(b)) = (base.elastic, extended.elastic) {
+        row("c1", "N·m/rad", a.c1_nm_per_rad, b.c1_nm_per_rad);
+        row("c2", "N·m/rad³", a.c2_nm_per_rad3, b.c2_nm_per_rad3);
+        row("c3", "N·m/rad⁵", a.c3_nm_per_rad5, b.c3_nm_per_rad5);
+    }
+    if let (Some(a), Some(b)) = (base.memory, extended.memory) {
+        row("e", "N·m/rad", a.e(), b.e());
+        row("h", "N·m/rad", a.h(), b.h());
+    }
+    for (a, b) in base.terms.iter().zip(&extended.terms) {
+        for (key, value) in &a.values {
+            if let (crate::model::TermValue::Number(x), Some(crate::model::TermValue::Number(y))) =
+                (value, b.values.get(key))
+            {
+                row(&format!("{}: {key}", words(&a.kind)), "", *x, *y);
+            }
+        }
+    }
+    let head = ["parameter", "unit", "without the effect", "with it", "bias"].map(str::to_owned).to_vec();
+    Section::new("What the omission had done to the base model").table(Table {
+        caption: "Parameters of the base model".into(),
+        head,
+        rows,
+    })
+}
+
+fn open(found: &Diagnosis) -> Section {
+    let section = Section::new("What stays open");
+    let rows: Vec<TableRow> =
+        found.undecidable.iter().map(|u| TableRow::new([words(&u.name), u.experiment.clone()])).collect();
+    let section = if rows.is_empty() {
+        section.text("Every kind of the vocabulary would have been seen at a plausible size.")
+    } else {
+        let head =
+            ["kind that these recordings could not have shown", "experiment that would"].map(str::to_owned).to_vec();
+        section.table(Table { caption: "Undecidable".into(), head, rows })
+    };
+    let next = found.next_experiment.clone();
+    section.notes((!next.is_empty()).then(|| format!("Next experiment: {next}.")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn means_over_bins_average_noise_away() {
+        let x: Vec<f64> = (0..6000).map(|i| f64::from(i % 60)).collect();
+        let y: Vec<f64> = x.iter().enumerate().map(|(i, x)| x + if i % 2 == 0 { 1.0 } else { -1.0 }).collect();
+        let (points, _) = binned(&x, &y, |_| true);
+        assert!(points.len() > 50);
+        assert!(points.iter().all(|(x, y)| (x - y).abs() < 1.1));
+    }
+}
