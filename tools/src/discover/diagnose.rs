@@ -9,7 +9,7 @@ use super::experiment;
 use super::explain::Search;
 use super::fit::Fitted;
 use super::judge::{Judged, Judgement, coordinates};
-use super::least_squares::{dot, solve};
+use super::least_squares::{dot, solve_held};
 use super::parameters::Place as Number;
 use super::scene::Scene;
 use super::subject::Subject;
@@ -21,6 +21,9 @@ use crate::estimate::columns::Mark;
 use crate::estimate::noise::mark_outliers;
 use crate::model::{Model, TermValue};
 use crate::recording::{Recording, TorqueUnit};
+
+/// Rows that the search looks at. The final fit takes all.
+const SEARCH_ROWS: usize = 10_000;
 
 /// The rate of false alarms that the verdict was tuned to on coloured nulls of `gmhm prove`.
 pub const FALSE_ALARM_RATE: f64 = 0.01;
@@ -69,12 +72,21 @@ pub fn diagnose(
     let check = || if progress.cancelled() { Err(DiscoverError::Cancelled) } else { Ok(()) };
     check()?;
     progress.report("searching", 0.15);
-    let outcome = subject.search(&plain.model, search)?;
+    let stride = subject.len().div_ceil(SEARCH_ROWS);
+    let thin = subject.thinned(stride);
+    let outcome = thin.search(&plain.model, search)?;
     check()?;
-    progress.report("judging", 0.7);
+    progress.report("judging", 0.6);
     let search = Search { zero: outcome.free_zero, ..search };
-    let judgement = subject.judge(outcome, search)?;
+    let mut judgement = thin.judge(outcome, search)?;
     check()?;
+    if stride > 1 {
+        progress.report("fitting all rows", 0.8);
+        for fit in [&mut judgement.base, &mut judgement.extended] {
+            *fit = subject.fit(&fit.model, &fit.places, None, 3)?;
+        }
+        check()?;
+    }
     progress.report("checking on rows held out", 0.9);
     let rms = Rms {
         given: subject.rms(&given),
@@ -116,7 +128,7 @@ pub fn diagnose(
         noise_rms,
         rms,
         heldout,
-        places: if judgement.mismatch { subject.where_it_sits(&judgement) } else { Vec::new() },
+        places: if judgement.mismatch { thin.where_it_sits(&judgement) } else { Vec::new() },
         effects: subject.effects(&judgement),
         undecidable,
         next_experiment,
@@ -207,7 +219,7 @@ impl Subject<'_> {
                 rest[own.clone()].fill(0.0);
                 rows.extend(own);
             }
-            let moved = solve(&without, &rest);
+            let moved = solve_held(&without, &columns, &rest);
             for row in rows.into_iter().filter(|&row| self.counts(row)) {
                 let change: f64 = fit.columns.iter().zip(&moved).map(|(c, m)| c[row] * m).sum();
                 sum += (fit.residual[row] - change).powi(2);
@@ -258,9 +270,9 @@ impl Subject<'_> {
     /// The stretches of time in which a contribution is strong.
     fn seconds(&self, contribution: &[f64]) -> Vec<[f64; 2]> {
         let mut stretches: Vec<[f64; 2]> = Vec::new();
-        for (span, recording) in self.spans.iter().zip(&self.recordings) {
-            let own = &contribution[span.clone()];
-            let time = &recording.time_s;
+        let all = self.time_s();
+        for span in &self.spans {
+            let (own, time) = (&contribution[span.clone()], &all[span.clone()]);
             let parts = 60.min(own.len());
             let power: Vec<f64> = (0..parts)
                 .map(|k| {

@@ -83,7 +83,7 @@ impl Coordinates {
         let signal = |of: &dyn Fn(&Evaluation<'_>) -> Option<Vec<f64>>| -> Option<Vec<f64>> {
             let mut line = Vec::with_capacity(subject.len());
             for evaluation in evaluations {
-                line.extend(of(evaluation)?);
+                line.extend(subject.looked_at(&of(evaluation)?));
             }
             Some(line)
         };
@@ -91,8 +91,9 @@ impl Coordinates {
         let mut torque = Vec::with_capacity(subject.len());
         let mut torque_rate = Vec::with_capacity(subject.len());
         for evaluation in evaluations {
-            torque.extend_from_slice(evaluation.total());
-            torque_rate.extend(crate::physics::signals::rate(evaluation.total(), evaluation.scene().signals.time_s));
+            torque.extend(subject.looked_at(evaluation.total()));
+            let rate = crate::physics::signals::rate(evaluation.total(), evaluation.scene().signals.time_s);
+            torque_rate.extend(subject.looked_at(&rate));
         }
         Self {
             motor: signal(&|e| e.scene().signals.motor_angle_rad.as_deref().map(<[f64]>::to_vec)),
@@ -234,7 +235,7 @@ pub fn curves(subject: &Subject<'_>, see: &Coordinates, fit: &Fitted) -> Vec<Cur
         }
     }
     if let Some(output) = see.output.as_deref().filter(|q| turns(q) > 0.016) {
-        let mut columns =
+        let columns =
             if turns(output) > 0.7 { waves(output, &[1.0, 2.0, 3.0, 4.0]) } else { hats(output, &knots(output, 10)) };
         add("output_angle", columns, 0);
         if let Some(sign) = &sign {

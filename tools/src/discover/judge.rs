@@ -34,8 +34,6 @@ pub struct Judged {
     pub free_gain: f64,
     /// The closest kind of the library, where the effect is unknown.
     pub closest: Option<String>,
-    /// The residual without it, row by row.
-    pub without: Vec<f64>,
 }
 
 /// What was found.
@@ -118,7 +116,6 @@ impl Subject<'_> {
                 tried: tried.iter().map(|a| (a.kind.to_owned(), a.gain, a.parameters)).collect(),
                 free_gain,
                 closest: (!named).then_some(kind),
-                without: rest.residual,
             });
         }
         // A stranger's curve where it does better than the closest kind.
@@ -141,8 +138,7 @@ impl Subject<'_> {
         let stranger = left.iter().find(|c| c.is_structure(STRUCTURE.max(LEFT * total))).map(|c| c.coordinate);
         let left = by_first(left, stranger);
         if stranger.is_some() && !judged.iter().any(|e| e.name == UNKNOWN) {
-            let without = extended.residual.clone();
-            let before = power(&without);
+            let before = power(&extended.residual);
             let gain = left[0].gain;
             let mut term = None;
             if let Some(curve) = self.curve_term(&extended.model, &left)? {
@@ -168,7 +164,6 @@ impl Subject<'_> {
                 tried: rejected.iter().map(|a| (a.kind.to_owned(), a.gain, a.parameters)).collect(),
                 free_gain: 0.0,
                 closest: None,
-                without,
             });
         }
         judged.sort_by(|a, b| b.share.total_cmp(&a.share));

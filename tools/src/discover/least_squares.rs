@@ -175,6 +175,22 @@ pub fn solve(columns: &[Vec<f64>], y: &[f64]) -> Vec<f64> {
     weights.iter().zip(&scales).map(|(w, s)| w / s).collect()
 }
 
+/// Weights of least squares on some of the rows, those that these rows hardly tell held back by what all rows tell of them.
+pub fn solve_held(columns: &[Vec<f64>], all: &[Vec<f64>], y: &[f64]) -> Vec<f64> {
+    let scales: Vec<f64> = all.iter().map(|c| dot(c, c).sqrt().max(1e-150)).collect();
+    let count = columns.len();
+    let element = |i: usize, j: usize| dot(&columns[i], &columns[j]) / (scales[i] * scales[j]);
+    let mut gram = DMatrix::from_fn(count, count, |i, j| if i <= j { element(i, j) } else { 0.0 });
+    gram.fill_lower_triangle_with_upper_triangle();
+    (0..count).for_each(|i| gram[(i, i)] += HELD);
+    let rhs = DVector::from_iterator(count, columns.iter().zip(&scales).map(|(c, s)| dot(c, y) / s));
+    let weights = pseudo_inverse(&gram) * rhs;
+    weights.iter().zip(&scales).map(|(w, s)| w / s).collect()
+}
+
+/// How much the rows left out count in [`solve_held`].
+const HELD: f64 = 1e-4;
+
 /// Steps of least squares that none of the lower bounds forbids, one for each damping (Levenberg, Marquardt): a weight that would pass its bound is put on it
 /// and the others are solved anew.
 pub fn bounded_steps(columns: &[Vec<f64>], y: &[f64], lowest: &[f64], damping: &[f64]) -> Vec<Vec<f64>> {

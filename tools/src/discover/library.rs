@@ -328,7 +328,7 @@ pub fn proposals(
     }
     let torque_nm = ranges.torque_nm;
     let made = wanted.into_par_iter().filter_map(|(info, term, extends)| {
-        let (keys, columns) = columns(evaluations, &term, info, &ranges, model)?;
+        let (keys, columns) = columns(subject, evaluations, &term, info, &ranges, model)?;
         let finite = columns.iter().all(|c| c.iter().all(|x| x.is_finite()));
         (finite && torque_nm > 0.0).then_some(Proposal { info, term, extends, keys, columns })
     });
@@ -338,6 +338,7 @@ pub fn proposals(
 type Columns = (Vec<(&'static KeyInfo, Option<usize>)>, Vec<Vec<f64>>);
 
 fn columns(
+    subject: &Subject<'_>,
     evaluations: &[Evaluation<'_>],
     term: &Term,
     info: &'static KindInfo,
@@ -350,7 +351,7 @@ fn columns(
         let mut column = Vec::new();
         for evaluation in evaluations {
             let change = evaluation.change(&set(term, key, None, step)).ok()?;
-            column.extend(change.into_iter().map(|x| x / step));
+            column.extend(subject.looked_at(&change).map(|x| x / step));
         }
         return Some((vec![(key, None)], vec![column]));
     }
@@ -374,9 +375,9 @@ fn columns(
         for (i, unit) in units.into_iter().enumerate() {
             if index == 0 {
                 keys.push((unit.key, unit.index));
-                stacked.push(unit.values);
+                stacked.push(subject.looked_at(&unit.values).collect());
             } else {
-                stacked[i].extend(unit.values);
+                stacked[i].extend(subject.looked_at(&unit.values));
             }
         }
     }

@@ -17,7 +17,9 @@ use crate::recording::Recording;
 pub struct Subject<'a> {
     /// The recordings, their angles freed of noise.
     pub recordings: Vec<Cow<'a, Recording>>,
-    /// The rows of each.
+    /// Only every so many rows of a recording are looked at; the gear follows all of them.
+    pub stride: usize,
+    /// The rows of each that are looked at.
     pub spans: Vec<Range<usize>>,
     /// What each row is used for, recording by recording.
     pub marks: Vec<Vec<Mark>>,
@@ -58,7 +60,8 @@ impl<'a> Subject<'a> {
         let marks = recordings.iter().map(|r| prepare::gaps(&r.time_s)).collect();
         let recordings: Vec<Cow<'a, Recording>> = recordings.iter().map(|r| denoised(r, model.gear.ratio)).collect();
         let nuisances = nuisances(&recordings, &spans, model)?;
-        let mut subject = Self { recordings, spans, marks, target, nuisances, free_base: simulated == 0 };
+        let stride = 1;
+        let mut subject = Self { recordings, stride, spans, marks, target, nuisances, free_base: simulated == 0 };
         if simulated > 0 {
             let base = subject.total(model)?;
             let simulated: Vec<f64> =
@@ -68,7 +71,33 @@ impl<'a> Subject<'a> {
         Ok(subject)
     }
 
-    /// Number of rows.
+    /// The same recordings, of which only every `stride`-th row is looked at.
+    #[must_use]
+    pub fn thinned(&self, stride: usize) -> Self {
+        let keep = |line: &[f64]| -> Vec<f64> {
+            self.spans.iter().flat_map(|span| line[span.clone()].iter().copied().step_by(stride)).collect()
+        };
+        let mut end = 0;
+        let spans = self.spans.iter().map(|span| {
+            let from = end;
+            end += span.len().div_ceil(stride);
+            from..end
+        });
+        let spans = spans.collect();
+        // A gap before a row that is left out is one before the next row.
+        let first = |part: &[Mark]| if part.contains(&Mark::First) { Mark::First } else { part[0] };
+        Self {
+            recordings: self.recordings.clone(),
+            stride: self.stride * stride,
+            spans,
+            marks: self.marks.iter().map(|marks| marks.chunks(stride).map(first).collect()).collect(),
+            target: keep(&self.target),
+            nuisances: self.nuisances.iter().map(|n| keep(n)).collect(),
+            free_base: self.free_base,
+        }
+    }
+
+    /// Number of rows that are looked at.
     pub fn len(&self) -> usize {
         self.target.len()
     }
@@ -98,7 +127,7 @@ impl<'a> Subject<'a> {
     pub fn total(&self, model: &Model) -> Result<Vec<f64>, PredictError> {
         let mut total = Vec::with_capacity(self.target.len());
         for recording in &self.recordings {
-            total.extend_from_slice(Evaluation::new(model, None, recording)?.total());
+            total.extend(self.looked_at(Evaluation::new(model, None, recording)?.total()));
         }
         Ok(total)
     }
@@ -111,14 +140,19 @@ impl<'a> Subject<'a> {
     ) -> Option<Vec<f64>> {
         let mut line = Vec::with_capacity(self.target.len());
         for evaluation in evaluations {
-            line.extend_from_slice(of(&evaluation.scene().signals)?);
+            line.extend(self.looked_at(of(&evaluation.scene().signals)?));
         }
         Some(line)
     }
 
+    /// The rows of a recording that are looked at.
+    pub fn looked_at<'v>(&self, values: &'v [f64]) -> impl Iterator<Item = f64> + 'v {
+        values.iter().copied().step_by(self.stride)
+    }
+
     /// Time in one line, s.
     pub fn time_s(&self) -> Vec<f64> {
-        self.recordings.iter().flat_map(|r| r.time_s.iter().copied()).collect()
+        self.recordings.iter().flat_map(|r| self.looked_at(&r.time_s)).collect()
     }
 
     /// The marks in one line.
