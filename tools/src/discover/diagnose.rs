@@ -22,7 +22,7 @@ use crate::estimate::noise::mark_outliers;
 use crate::model::{Model, TermValue};
 use crate::recording::{Recording, TorqueUnit};
 
-/// Rows that the search looks at. The final fit takes all.
+/// Rows that the search looks at: means where there are more. The final fit takes all.
 const SEARCH_ROWS: usize = 10_000;
 
 /// The rate of false alarms that the verdict was tuned to on coloured nulls of `gmhm prove`.
@@ -73,7 +73,7 @@ pub fn diagnose(
     check()?;
     progress.report("searching", 0.15);
     let stride = subject.len().div_ceil(SEARCH_ROWS);
-    let thin = subject.thinned(stride);
+    let thin = subject.thinned(stride, &plain.residual);
     let outcome = thin.search(&plain.model, search)?;
     check()?;
     progress.report("judging", 0.6);

@@ -17,7 +17,7 @@ use crate::recording::Recording;
 pub struct Subject<'a> {
     /// The recordings, their angles freed of noise.
     pub recordings: Vec<Cow<'a, Recording>>,
-    /// Only every so many rows of a recording are looked at; the gear follows all of them.
+    /// So many rows of a recording are looked at as one, their mean; the gear follows all of them.
     pub stride: usize,
     /// The rows of each that are looked at.
     pub spans: Vec<Range<usize>>,
@@ -71,11 +71,14 @@ impl<'a> Subject<'a> {
         Ok(subject)
     }
 
-    /// The same recordings, of which only every `stride`-th row is looked at.
+    /// The same recordings, looked at in means of `stride` rows. `residual` is what a first fit left; it bridges outliers, lest they spoil a mean.
     #[must_use]
-    pub fn thinned(&self, stride: usize) -> Self {
-        let keep = |line: &[f64]| -> Vec<f64> {
-            self.spans.iter().flat_map(|span| line[span.clone()].iter().copied().step_by(stride)).collect()
+    pub fn thinned(&self, stride: usize, residual: &[f64]) -> Self {
+        let bridged = self.bridged(residual);
+        let target: Vec<f64> =
+            self.target.iter().zip(residual.iter().zip(&bridged)).map(|(t, (was, is))| t - was + is).collect();
+        let thin = |line: &[f64]| -> Vec<f64> {
+            self.spans.iter().flat_map(|span| means(&line[span.clone()], stride)).collect()
         };
         let mut end = 0;
         let spans = self.spans.iter().map(|span| {
@@ -84,17 +87,45 @@ impl<'a> Subject<'a> {
             from..end
         });
         let spans = spans.collect();
-        // A gap before a row that is left out is one before the next row.
-        let first = |part: &[Mark]| if part.contains(&Mark::First) { Mark::First } else { part[0] };
+        let whole = |part: &[Mark]| {
+            let lost = part.iter().filter(|m| matches!(m, Mark::Skipped | Mark::Outlier)).count();
+            match part {
+                _ if 2 * lost > part.len() => Mark::Outlier,
+                _ if part.contains(&Mark::First) => Mark::First,
+                _ => Mark::Used,
+            }
+        };
         Self {
             recordings: self.recordings.clone(),
             stride: self.stride * stride,
             spans,
-            marks: self.marks.iter().map(|marks| marks.chunks(stride).map(first).collect()).collect(),
-            target: keep(&self.target),
-            nuisances: self.nuisances.iter().map(|n| keep(n)).collect(),
+            marks: self.marks.iter().map(|marks| marks.chunks(stride).map(whole).collect()).collect(),
+            target: thin(&target),
+            nuisances: self.nuisances.iter().map(|n| thin(n)).collect(),
             free_base: self.free_base,
         }
+    }
+
+    /// A residual with its outliers replaced by a line between their neighbours.
+    fn bridged(&self, residual: &[f64]) -> Vec<f64> {
+        let mut bridged = residual.to_vec();
+        for (span, marks) in self.spans.iter().zip(&self.marks) {
+            let own = &mut bridged[span.clone()];
+            let counts = |row: &usize| matches!(marks[*row], Mark::Used | Mark::First);
+            let mut last: Option<usize> = None;
+            for next in (0..own.len()).filter(counts) {
+                let (from, start) = last.map_or((own[next], 0), |l| (own[l], l + 1));
+                let to = own[next];
+                let length = (next + 1 - start) as f64;
+                (start..next).for_each(|row| own[row] = from + (to - from) * (row + 1 - start) as f64 / length);
+                last = Some(next);
+            }
+            if let Some(last) = last {
+                let value = own[last];
+                own[last..].fill(value);
+            }
+        }
+        bridged
     }
 
     /// Number of rows that are looked at.
@@ -145,9 +176,9 @@ impl<'a> Subject<'a> {
         Some(line)
     }
 
-    /// The rows of a recording that are looked at.
-    pub fn looked_at<'v>(&self, values: &'v [f64]) -> impl Iterator<Item = f64> + 'v {
-        values.iter().copied().step_by(self.stride)
+    /// A line of a recording as it is looked at.
+    pub fn looked_at<'v>(&self, values: &'v [f64]) -> impl Iterator<Item = f64> + use<'v> {
+        means(values, self.stride)
     }
 
     /// Time in one line, s.
@@ -160,6 +191,11 @@ impl<'a> Subject<'a> {
         let index = self.spans.partition_point(|span| span.end <= row);
         matches!(self.marks[index][row - self.spans[index].start], Mark::Used | Mark::First)
     }
+}
+
+/// Means of so many values each.
+fn means(values: &[f64], stride: usize) -> impl Iterator<Item = f64> {
+    values.chunks(stride).map(|part| part.iter().sum::<f64>() / part.len() as f64)
 }
 
 /// Fewest rows of a recording.
