@@ -68,6 +68,11 @@ impl<S: Scalar, L: MemoryLaw<S>> Gear<S, L> {
         Self { frame: Frame::new(params), elastic, law }
     }
 
+    /// The gear of coefficients that are rounded already.
+    pub(crate) fn of(frame: Frame<S>, elastic: Polynomial<S>, law: L) -> Self {
+        Self { frame, elastic, law }
+    }
+
     /// The state of a gear whose past is unknown, at the deflection θ_0: y = 0 and m = 0 (MODEL.md sections 3 and 4). A θ_0 that is no deflection
     /// counts as 0 and is flagged.
     pub fn start<const N: usize>(&self, theta_0: S) -> State<S, N, L> {

@@ -12,6 +12,7 @@
 //! | [`gear`] | both together: parameters and state apart, one call a sample |
 //! | [`inverse`] | from torque to deflection |
 //! | [`terms`] | physics beyond the base model: friction, ripple, backlash, creep, … |
+//! | [`block`] | parameter blocks: what a drive keeps of a model file |
 //! | [`drive`] | the control tick over encoders and a torque command, by `embedded-hal` |
 //! | [`scalar`] | the operations the model asks of a number |
 //!
@@ -34,6 +35,7 @@
 //! ```
 #![no_std]
 
+pub mod block;
 pub mod drive;
 pub mod elastic;
 pub mod gear;

@@ -36,6 +36,7 @@ mod range;
 mod solve;
 mod time;
 
+pub(crate) use range::Monotony;
 pub use range::{InverseError, invertible_range};
 pub use solve::MOST_STEPS;
 
@@ -155,28 +156,38 @@ impl<S: Scalar, L: Invertible<S>> Inverse<S, L> {
     /// # Errors
     /// Parameters without an invertible range, a period that is no time.
     pub fn of(params: &Params, law: L, longest_period_s: f64) -> Result<Self, InverseError> {
-        let reach = invertible_range(params, longest_period_s)?;
-        let (a, scale) = (params.rated_deflection_rad(), params.torque_scale_nm());
-        let elastic = params.elastic().normalised(a, scale);
+        let monotony = Monotony::of(params, longest_period_s)?;
+        let gear = Gear::with_law(params, law);
+        Ok(Self::with_monotony(gear, params.torque_scale_nm(), &monotony, longest_period_s))
+    }
+
+    /// The inverse of a gear whose torque is known to increase.
+    pub(crate) fn with_monotony(
+        gear: Gear<S, L>,
+        torque_scale_nm: f64,
+        monotony: &Monotony,
+        longest_period_s: f64,
+    ) -> Self {
+        let Monotony { reach, least_slope, bounds: [first, second, third] } = *monotony;
+        let scale = torque_scale_nm;
         let tolerance = TOLERANCE * S::EPSILON;
-        let [first, second, third] = range::derivative_bounds(params, longest_period_s);
         // Short of the edge by its rounding, so that no solution lies beyond.
         let inner = if reach < 1.0 { reach * (1.0 - 4.0 * S::EPSILON) } else { reach };
         let reach_half_tangent = inner / (1.0 + libm::sqrt((1.0 - inner) * (1.0 + inner)));
-        Ok(Self {
-            gear: Gear::with_law(params, law),
-            spring: Spring::new([elastic.k1, elastic.k3, elastic.k5]),
+        Self {
+            spring: Spring::new(gear.elastic()),
+            gear,
             inverse_torque_scale: S::from_f64(if S::SI { 1.0 / scale } else { 1.0 }),
             limit: S::from_f64(REFUSED_BEYOND * if S::SI { scale } else { 1.0 }),
             longest_period: S::from_f64(longest_period_s),
             reach: S::from_f64(reach),
             reach_half_tangent: S::from_f64(reach_half_tangent),
             tolerance: S::from_f64(tolerance),
-            softness: S::from_f64(1.0 / range::least_slope(params, longest_period_s, reach)),
+            softness: S::from_f64(1.0 / least_slope),
             last_step: S::from_f64(libm::cbrt(6.0 * tolerance / third)),
             last_chord: S::from_f64(2.0 * tolerance / second.max(third)),
             last_width: S::from_f64(tolerance / first),
-        })
+        }
     }
 
     /// The gear that is inverted.

@@ -89,8 +89,29 @@ fn grid(k: u32) -> f64 {
     core::f64::consts::FRAC_PI_2 * f64::from(k) / f64::from(GRID)
 }
 
+/// What the inverse has to know of a torque that increases with the deflection.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Monotony {
+    /// r of [`invertible_range`].
+    pub(crate) reach: f64,
+    /// A bound from below of d(T/T_A)/du there.
+    pub(crate) least_slope: f64,
+    /// Bounds of the first three derivatives of T/T_A by t = tan(φ/2).
+    pub(crate) bounds: [f64; 3],
+}
+
+impl Monotony {
+    /// That of parameters, in law `time` at every period up to the longest.
+    pub(crate) fn of(params: &Params, longest_period_s: f64) -> Result<Self, InverseError> {
+        let reach = invertible_range(params, longest_period_s)?;
+        let least_slope = least_slope(params, longest_period_s, reach);
+        let bounds = derivative_bounds(params, longest_period_s).map(|bound| bound.min(f64::MAX));
+        Ok(Self { reach, least_slope, bounds })
+    }
+}
+
 /// A bound from below of d(T/T_A)/du within ±`reach`, less a part for what lies between the points of the grid; may be 0.
-pub(super) fn least_slope(params: &Params, longest_period_s: f64, reach: f64) -> f64 {
+fn least_slope(params: &Params, longest_period_s: f64, reach: f64) -> f64 {
     let law = Slopes::new(params, longest_period_s);
     let slopes = (0..GRID).map(|k| libm::sincos(grid(k))).take_while(|&(u, _)| u <= reach);
     let least = slopes.map(|(u, g)| law.least(u, g).min(law.least(-u, g)) / g).fold(f64::INFINITY, f64::min);
@@ -176,7 +197,7 @@ impl Slopes {
 
 /// Bounds of the first three derivatives of T/T_A by t = tan(φ/2), by the largest coefficients: what the last step of the search leaves is at
 /// most a sixth of the third times the step cubed. Merged branches tilt by more than this counts, and their slope changes as little.
-pub(super) fn derivative_bounds(params: &Params, longest_period_s: f64) -> [f64; 3] {
+fn derivative_bounds(params: &Params, longest_period_s: f64) -> [f64; 3] {
     let (a, scale, memory) = (params.rated_deflection_rad(), params.torque_scale_nm(), params.memory());
     let elastic = params.elastic().normalised(a, scale);
     let masing = memory.law == Law::Masing;

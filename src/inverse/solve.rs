@@ -17,6 +17,7 @@
 //! it leads, 2√(a² + 2rb): often good enough to finish by a chord, without derivatives. A bracket guards it all: a step that leaves the bracket
 //! is replaced by its middle.
 
+use crate::elastic::Polynomial;
 use crate::scalar::Scalar;
 
 /// Steps after which the search ends in any case.
@@ -31,9 +32,10 @@ pub(super) struct Spring<S> {
 }
 
 impl<S: Scalar> Spring<S> {
-    pub(super) fn new([k1, k3, k5]: [f64; 3]) -> Self {
+    pub(super) fn new(elastic: &Polynomial<S>) -> Self {
+        let [k3, k5] = [elastic.k3, elastic.k5].map(S::to_f64);
         Self {
-            torque: [k1, k3, k5].map(S::from_f64),
+            torque: [elastic.k1, elastic.k3, elastic.k5],
             slope: [3.0 * k3, 5.0 * k5].map(S::from_f64),
             bend: [6.0 * k3, 20.0 * k5].map(S::from_f64),
         }

@@ -18,8 +18,12 @@ pub struct Frame<S> {
 impl<S: Scalar> Frame<S> {
     /// The frame of a gear: radians and N·m for floats, fractions of A and T_A for fixed point.
     pub fn new(params: &Params) -> Self {
-        let (rated, torque_scale) =
-            if S::SI { (params.rated_deflection_rad(), params.torque_scale_nm()) } else { (1.0, 1.0) };
+        Self::of(params.rated_deflection_rad(), params.torque_scale_nm())
+    }
+
+    /// The frame of A (rad) and T_A (N·m).
+    pub(crate) fn of(rated_deflection_rad: f64, torque_scale_nm: f64) -> Self {
+        let (rated, torque_scale) = if S::SI { (rated_deflection_rad, torque_scale_nm) } else { (1.0, 1.0) };
         Self {
             rated: S::from_f64(rated),
             inverse_rated: S::from_f64(1.0 / rated),

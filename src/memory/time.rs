@@ -135,6 +135,19 @@ impl<S: Scalar> Time<S> {
         }
     }
 
+    /// The coefficients, rounded already: αA/T_A and β, what a step forgets, adds per level and per increment, the largest m.
+    pub(crate) fn of(kernel: Kernel, gate: Gate, rates: [S; 2], step: [S::Gain; 3], bound: [S; 2]) -> Self {
+        let ([gain, beta_per_s], [forgotten, level, increment]) = (rates, step);
+        Self { rates: Rates { kernel, gain, beta_per_s }, step: TimeStep { forgotten, level, increment }, bound, gate }
+    }
+
+    /// The kernel, and what [`of`](Self::of) takes.
+    pub(crate) fn coefficients(&self) -> (Kernel, [S; 2], [S::Gain; 3], [S; 2]) {
+        let Rates { kernel, gain, beta_per_s } = self.rates;
+        let TimeStep { forgotten, level, increment } = self.step;
+        (kernel, [gain, beta_per_s], [forgotten, level, increment], self.bound)
+    }
+
     /// The next memory as a function of the next deflection.
     #[inline]
     pub(crate) fn ahead(&self, frame: &Frame<S>, state: &TimeState<S>) -> Ahead<S> {

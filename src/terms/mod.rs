@@ -57,7 +57,7 @@ use crate::scalar::Float;
 
 /// Makes one type of the kinds, and [`KINDS`] of their entries in the registry.
 macro_rules! kinds {
-    ($($module:ident::$kind:ident,)*) => {
+    ($($tag:literal $module:ident::$kind:ident,)*) => {
         /// A term of whichever kind.
         #[derive(Debug, Clone, PartialEq)]
         pub enum Term<S: Float> {
@@ -72,6 +72,9 @@ macro_rules! kinds {
 
         /// Every kind there is.
         pub const KINDS: &[KindInfo] = &[$(<$module::$kind<f32> as Physics<f32>>::INFO,)*];
+
+        /// The number of each kind in parameter blocks, in the order of [`KINDS`].
+        pub const TAGS: [u16; KINDS.len()] = [$($tag,)*];
 
         impl<S: Float<Carry = S>> Term<S> {
             /// Reads and checks the keys of a kind.
@@ -151,33 +154,44 @@ macro_rules! kinds {
     };
 }
 
+// The numbers stand in parameter blocks for ever: a new kind takes the next one, a number is never used again.
 kinds! {
-    kinematic_error::KinematicError,
-    torque_ripple::TorqueRipple,
-    encoder_eccentricity::EncoderEccentricity,
-    gravity_load::GravityLoad,
-    coulomb_friction::CoulombFriction,
-    viscous_friction::ViscousFriction,
-    stribeck_friction::StribeckFriction,
-    load_dependent_friction::LoadDependentFriction,
-    position_dependent_friction::PositionDependentFriction,
-    viscous_damping::ViscousDamping,
-    inertia::Inertia,
-    soft_windup::SoftWindup,
-    stiffness_asymmetry::StiffnessAsymmetry,
-    backlash::Backlash,
-    nonlocal_memory::NonlocalMemory,
-    creep::Creep,
-    time_skew::TimeSkew,
-    thermal_stiffness::ThermalStiffness,
-    thermal_zero_drift::ThermalZeroDrift,
-    thermal_friction::ThermalFriction,
-    sensor_drift::SensorDrift,
-    wear::Wear,
-    unknown::Unknown,
+    1 kinematic_error::KinematicError,
+    2 torque_ripple::TorqueRipple,
+    3 encoder_eccentricity::EncoderEccentricity,
+    4 gravity_load::GravityLoad,
+    5 coulomb_friction::CoulombFriction,
+    6 viscous_friction::ViscousFriction,
+    7 stribeck_friction::StribeckFriction,
+    8 load_dependent_friction::LoadDependentFriction,
+    9 position_dependent_friction::PositionDependentFriction,
+    10 viscous_damping::ViscousDamping,
+    11 inertia::Inertia,
+    12 soft_windup::SoftWindup,
+    13 stiffness_asymmetry::StiffnessAsymmetry,
+    14 backlash::Backlash,
+    15 nonlocal_memory::NonlocalMemory,
+    16 creep::Creep,
+    17 time_skew::TimeSkew,
+    18 thermal_stiffness::ThermalStiffness,
+    19 thermal_zero_drift::ThermalZeroDrift,
+    20 thermal_friction::ThermalFriction,
+    21 sensor_drift::SensorDrift,
+    22 wear::Wear,
+    23 unknown::Unknown,
 }
 
 /// The registry's entry of a kind.
 pub fn kind(name: &str) -> Option<&'static KindInfo> {
     KINDS.iter().find(|kind| kind.name == name)
+}
+
+/// The registry's entry of a kind by its number in parameter blocks.
+pub fn kind_of_tag(tag: u16) -> Option<&'static KindInfo> {
+    TAGS.iter().zip(KINDS).find(|(known, _)| **known == tag).map(|(_, kind)| kind)
+}
+
+/// The number of a kind in parameter blocks.
+pub fn tag_of_kind(name: &str) -> Option<u16> {
+    TAGS.iter().zip(KINDS).find(|(_, kind)| kind.name == name).map(|(tag, _)| *tag)
 }

@@ -120,8 +120,8 @@ impl fmt::Display for TermError {
                 write!(f, "`{key}` must be one of")?;
                 words.iter().try_for_each(|word| write!(f, " \"{word}\""))
             }
-            Self::OutOfRange { key, range: Range::Positive } => write!(f, "`{key}` must be greater than zero"),
-            Self::OutOfRange { key, .. } => write!(f, "`{key}` must not be negative"),
+            Self::OutOfRange { key, range: Range::AtLeastZero } => write!(f, "`{key}` must not be negative"),
+            Self::OutOfRange { key, range } => write!(f, "`{key}` must be {}", range.words()),
             Self::NotFinite { key } => write!(f, "`{key}` must be finite"),
             Self::TooMany { key, most } => write!(f, "`{key}` holds more than {most} numbers"),
             Self::Empty { key } => write!(f, "`{key}` holds no number"),
@@ -148,14 +148,9 @@ impl<'a, S: Float> Reader<'a, S> {
     }
 
     fn check(key: &'static KeyInfo, x: S) -> Result<S, TermError> {
-        let fits = match key.range {
-            Range::Any => true,
-            Range::AtLeastZero => x >= S::ZERO,
-            Range::Positive => x > S::ZERO,
-        };
         if !x.is_finite() {
             Err(TermError::NotFinite { key: key.name })
-        } else if !fits {
+        } else if !key.range.holds(x.to_f64()) {
             Err(TermError::OutOfRange { key: key.name, range: key.range })
         } else {
             Ok(x)

@@ -97,6 +97,61 @@ pub enum Range {
     AtLeastZero,
     /// Above 0.
     Positive,
+    /// Above 0, at most 1.
+    Fraction,
+    /// 0 to 1.
+    Share,
+    /// ±8: normalised coefficients are of order 1.
+    Normalised,
+    /// 0 to 8.
+    NormalisedSize,
+    /// 1e-12 to 1e12: what others are divided by.
+    Measure,
+    /// Any but 0.
+    NotZero,
+}
+
+impl Range {
+    /// Whether a number lies within it; NaN and infinities never do.
+    pub fn holds(self, x: f64) -> bool {
+        // A NaN is in no range.
+        match self {
+            Self::Any => x.is_finite(),
+            Self::AtLeastZero => (0.0..f64::INFINITY).contains(&x),
+            Self::Positive => x > 0.0 && x.is_finite(),
+            Self::Fraction => x > 0.0 && x <= 1.0,
+            Self::Share => (0.0..=1.0).contains(&x),
+            Self::Normalised => (-8.0..=8.0).contains(&x),
+            Self::NormalisedSize => (0.0..=8.0).contains(&x),
+            Self::Measure => (1e-12..=1e12).contains(&x),
+            Self::NotZero => x != 0.0 && x.is_finite(),
+        }
+    }
+
+    /// Nothing below this lies within it.
+    pub const fn lowest(self) -> f64 {
+        match self {
+            Self::Any | Self::NotZero => f64::NEG_INFINITY,
+            Self::Normalised => -8.0,
+            Self::AtLeastZero | Self::Positive | Self::Fraction | Self::Share | Self::NormalisedSize => 0.0,
+            Self::Measure => 1e-12,
+        }
+    }
+
+    /// What it takes, in words: "must be …".
+    pub const fn words(self) -> &'static str {
+        match self {
+            Self::Any => "finite",
+            Self::AtLeastZero => "zero or greater",
+            Self::Positive => "greater than zero",
+            Self::Fraction => "greater than 0 and at most 1",
+            Self::Share => "between 0 and 1",
+            Self::Normalised => "between -8 and 8",
+            Self::NormalisedSize => "between 0 and 8",
+            Self::Measure => "between 1e-12 and 1e12",
+            Self::NotZero => "another number than zero",
+        }
+    }
 }
 
 /// What a key is to an estimator.
@@ -162,6 +217,12 @@ impl KeyInfo {
     /// One of some words.
     pub const fn choice(name: &'static str, words_accepted: &'static [&'static str], words: &'static str) -> Self {
         Self::new(name, "", Form::Choice(words_accepted), Role::Structure, words)
+    }
+
+    /// Only within a range.
+    pub const fn within_range(mut self, range: Range) -> Self {
+        self.range = range;
+        self
     }
 
     /// Decided beforehand.

@@ -142,10 +142,10 @@ fn term() -> impl Strategy<Value = Term> {
     (prop::sample::select(KINDS.to_vec()), 0..4_usize, 1..8_usize, prop::collection::vec(number(), 8)).prop_map(
         |(kind, shape, length, numbers)| {
             let fit = |key: &KeyInfo, i: usize| match key.range {
-                Range::Any => numbers[i],
-                Range::AtLeastZero => numbers[i].abs(),
                 // Growing along a list and from key to key, as knots and kinks must.
                 Range::Positive => 1.0 + i as f64,
+                range if range.holds(numbers[i]) => numbers[i],
+                _ => numbers[i].abs(),
             };
             let mut values = std::collections::BTreeMap::new();
             let mut shape_word = None;

@@ -156,11 +156,10 @@ pub fn step(model: &Model, place: Place) -> f64 {
 /// What a place accepts. A shape stays near what gears of its kind have, and is at most divided or multiplied by three at a time.
 fn bounds(key: &KeyInfo, value: f64) -> (f64, f64) {
     let low = match key.range {
-        Range::Any => f64::NEG_INFINITY,
-        Range::AtLeastZero => 0.0,
         // A memory shorter than creep is damping.
         Range::Positive if key.unit == "s" => key.plausible.0,
         Range::Positive => (0.3 * value).max(0.01 * key.plausible.0),
+        range => range.lowest(),
     };
     match key.role {
         Role::Nonlinear if key.unit == "1" && key.name != ORDERS => (key.plausible.0, key.plausible.1),

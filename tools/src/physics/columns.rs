@@ -109,9 +109,8 @@ impl<'a> Evaluation<'a> {
             _ => SHAPE_STEP * value.abs().max(0.01 * span),
         };
         let lowest = match key.range {
-            Range::Any => f64::NEG_INFINITY,
-            Range::AtLeastZero => 0.0,
             Range::Positive => 0.5 * value,
+            range => range.lowest(),
         };
         let (low, high) = ((value - step).max(lowest), value + step);
         let at = |value: f64| self.with(&set(term, key, index, value));

@@ -1,0 +1,128 @@
+//! The laws as records.
+
+use heapless::Vec;
+
+use super::Word;
+use super::error::BlockError;
+use super::layout::{MASING, PHASE, RecordInfo, TIME};
+use super::record::Block;
+use crate::inverse::Invertible;
+use crate::memory::AnyLaw;
+use crate::memory::masing::Masing;
+use crate::memory::phase::Phase;
+use crate::memory::time::Time;
+use crate::params::{Gate, Kernel};
+use crate::scalar::Float;
+
+/// The words of a law: no law has more.
+pub type LawWords = Vec<u32, 12>;
+
+/// A law that blocks can hold.
+pub trait BlockLaw<S: Word>: Invertible<S> {
+    /// The law of a block, each of its words within its range.
+    ///
+    /// # Errors
+    /// [`BlockError`]: none, two, or another than this.
+    fn of_block(block: &Block<'_>) -> Result<Self, BlockError>;
+
+    /// Its record and its words.
+    fn record(&self) -> (&'static RecordInfo, LawWords);
+}
+
+/// The record of the one law of a block.
+fn only_law(block: &Block<'_>) -> Result<&'static RecordInfo, BlockError> {
+    let mut found = None;
+    for info in [&MASING, &PHASE, &TIME] {
+        if block.only(info)?.is_some() && found.replace(info).is_some() {
+            return Err(BlockError::Twice(info.tag));
+        }
+    }
+    found.ok_or(BlockError::Missing(MASING.tag))
+}
+
+/// Refuses a block of another law than the one that the caller computes.
+fn expect(block: &Block<'_>, info: &'static RecordInfo) -> Result<(), BlockError> {
+    let found = only_law(block)?;
+    if found.tag == info.tag { Ok(()) } else { Err(BlockError::Unknown(found.tag)) }
+}
+
+/// A number whose range was checked.
+pub(super) fn number<S: Word>(word: u32) -> S {
+    S::of_word(word).unwrap_or(S::ZERO)
+}
+
+fn kernel_of(number: u32) -> Kernel {
+    if number == Kernel::Rate as u32 { Kernel::Rate } else { Kernel::Deflection }
+}
+
+fn gate_of(number: u32) -> Gate {
+    if number == Gate::None as u32 { Gate::None } else { Gate::Cycle }
+}
+
+fn law_words<const N: usize>(words: [u32; N]) -> LawWords {
+    // There is room: no law has more words.
+    words.into_iter().collect()
+}
+
+impl<S: Word> BlockLaw<S> for Masing<S> {
+    fn of_block(block: &Block<'_>) -> Result<Self, BlockError> {
+        expect(block, &MASING)?;
+        let [e, h, half_play] = block.words::<S, 3>(&MASING)?.map(number);
+        Ok(Self { e, h, half_play })
+    }
+
+    fn record(&self) -> (&'static RecordInfo, LawWords) {
+        (&MASING, law_words([self.e, self.h, self.half_play].map(S::word)))
+    }
+}
+
+impl<S: Word + Float> BlockLaw<S> for Phase<S> {
+    fn of_block(block: &Block<'_>) -> Result<Self, BlockError> {
+        expect(block, &PHASE)?;
+        let [gate, quadrature, in_phase, rho] = block.words::<S, 4>(&PHASE)?;
+        let [quadrature, in_phase, rho] = [quadrature, in_phase, rho].map(number);
+        Ok(Self { quadrature, in_phase, rho, gate: gate_of(gate) })
+    }
+
+    fn record(&self) -> (&'static RecordInfo, LawWords) {
+        let [quadrature, in_phase, rho] = [self.quadrature, self.in_phase, self.rho].map(S::word);
+        (&PHASE, law_words([self.gate as u32, quadrature, in_phase, rho]))
+    }
+}
+
+impl<S: Word> BlockLaw<S> for Time<S> {
+    fn of_block(block: &Block<'_>) -> Result<Self, BlockError> {
+        expect(block, &TIME)?;
+        let [kernel, gate, gain, beta, f0, f1, l0, l1, i0, i1, bound, growth] = block.words::<S, 12>(&TIME)?;
+        let step = |words| S::gain_of_words(words).map(|(gain, _)| gain).ok_or(BlockError::Malformed(TIME.tag));
+        let step = [step([f0, f1])?, step([l0, l1])?, step([i0, i1])?];
+        let (rates, bound) = ([gain, beta].map(number), [bound, growth].map(number));
+        Ok(Self::of(kernel_of(kernel), gate_of(gate), rates, step, bound))
+    }
+
+    fn record(&self) -> (&'static RecordInfo, LawWords) {
+        let (kernel, [gain, beta], step, [bound, growth]) = self.coefficients();
+        let [[f0, f1], [l0, l1], [i0, i1]] = step.map(S::gain_words);
+        let [gain, beta, bound, growth] = [gain, beta, bound, growth].map(S::word);
+        let words = [kernel as u32, self.gate() as u32, gain, beta, f0, f1, l0, l1, i0, i1, bound, growth];
+        (&TIME, law_words(words))
+    }
+}
+
+impl<S: Word + Float> BlockLaw<S> for AnyLaw<S> {
+    fn of_block(block: &Block<'_>) -> Result<Self, BlockError> {
+        Ok(match only_law(block)?.tag {
+            tag if tag == PHASE.tag => Self::Phase(Phase::of_block(block)?),
+            tag if tag == TIME.tag => Self::Time(Time::of_block(block)?),
+            _ => Self::Masing(Masing::of_block(block)?),
+        })
+    }
+
+    fn record(&self) -> (&'static RecordInfo, LawWords) {
+        match self {
+            Self::Masing(law) => law.record(),
+            Self::Phase(law) => law.record(),
+            Self::Time(law) => law.record(),
+        }
+    }
+}

@@ -1,0 +1,188 @@
+//! The registry of the fixed records: for each field its name, unit, range and words.
+//!
+//! The records of terms follow from [`KINDS`](crate::terms::KINDS) instead.
+
+use crate::terms::{Form, KeyInfo, Range};
+
+/// Set in the tag of a record that a reader may skip if it does not know it.
+pub const MAY_SKIP: u16 = 0x8000;
+/// The tag of a term is this plus the number of its kind.
+pub const FIRST_TERM: u16 = 0x0100;
+
+/// How a field is stored.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Coding {
+    /// A word of the block's scalar.
+    Scalar,
+    /// A gain of the block's scalar: two words.
+    Gain,
+    /// IEEE 754 double precision, whatever the scalar: two words, the lower first.
+    Double,
+    /// The number of one of the key's choices, counted from 0.
+    Choice,
+}
+
+impl Coding {
+    /// How many 32-bit words it takes.
+    pub const fn words(self) -> usize {
+        if matches!(self, Self::Gain | Self::Double) { 2 } else { 1 }
+    }
+}
+
+/// A field of a record.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FieldInfo {
+    /// Name, unit, range and words.
+    pub key: KeyInfo,
+    /// How it is stored.
+    pub coding: Coding,
+}
+
+/// A record of fixed layout.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RecordInfo {
+    /// Its tag.
+    pub tag: u16,
+    /// Its name.
+    pub name: &'static str,
+    /// Its fields in order.
+    pub fields: &'static [FieldInfo],
+    /// What it is for, in words.
+    pub words: &'static str,
+}
+
+impl RecordInfo {
+    /// How many 32-bit words it takes.
+    pub fn size(&self) -> usize {
+        self.fields.iter().map(|field| field.coding.words()).sum()
+    }
+}
+
+const fn field(coding: Coding, name: &'static str, unit: &'static str, range: Range, words: &'static str) -> FieldInfo {
+    FieldInfo { key: KeyInfo::linear(name, unit, words).within_range(range), coding }
+}
+
+const fn scalar(name: &'static str, unit: &'static str, range: Range, words: &'static str) -> FieldInfo {
+    field(Coding::Scalar, name, unit, range, words)
+}
+
+const fn gain(name: &'static str, range: Range, words: &'static str) -> FieldInfo {
+    field(Coding::Gain, name, "1", range, words)
+}
+
+const fn double(name: &'static str, unit: &'static str, range: Range, words: &'static str) -> FieldInfo {
+    field(Coding::Double, name, unit, range, words)
+}
+
+const fn choice(name: &'static str, accepted: &'static [&'static str], words: &'static str) -> FieldInfo {
+    FieldInfo { key: KeyInfo::choice(name, accepted, words), coding: Coding::Choice }
+}
+
+const KERNELS: &[&str] = &["deflection", "rate"];
+const GATES: &[&str] = &["cycle", "none"];
+const SIDES: &[&str] = &["output", "motor"];
+
+/// Scales and elastic coefficients; absent for a joint without motor-side angle.
+pub const GEAR: RecordInfo = RecordInfo {
+    tag: 0x0001,
+    name: "gear",
+    fields: &[
+        double("rated_deflection", "rad", Range::Measure, "A"),
+        double("torque_scale", "N·m", Range::Measure, "T_A, what torques are divided by"),
+        scalar("k1", "1", Range::Normalised, "c1·A/T_A"),
+        scalar("k3", "1", Range::Normalised, "c2·A³/T_A"),
+        scalar("k5", "1", Range::Normalised, "c3·A⁵/T_A"),
+    ],
+    words: "scales and elastic torque τ = k1·u + k3·u³ + k5·u⁵, u = θ/A, τ = T/T_A",
+};
+
+/// Law `masing`.
+pub const MASING: RecordInfo = RecordInfo {
+    tag: 0x0002,
+    name: "masing",
+    fields: &[
+        scalar("e", "1", Range::NormalisedSize, "e·A/T_A"),
+        scalar("h", "1", Range::NormalisedSize, "h·A/T_A"),
+        scalar(
+            "half_play",
+            "rad; 1 in fixed point",
+            Range::AtLeastZero,
+            "half the input play ε; over A in fixed point",
+        ),
+    ],
+    words: "memory: turning points (MODEL.md section 3)",
+};
+
+/// Law `phase`.
+pub const PHASE: RecordInfo = RecordInfo {
+    tag: 0x0003,
+    name: "phase",
+    fields: &[
+        choice("gate", GATES, "factor between memory and torque"),
+        scalar("quadrature", "1", Range::Normalised, "what d·g is multiplied by in the steady state, over T_A"),
+        scalar("in_phase", "1", Range::Normalised, "what u is multiplied by in the steady state, over T_A"),
+        scalar("rho", "1", Range::AtLeastZero, "β/ω, decay per radian of pseudo-time"),
+    ],
+    words: "memory: the integral in pseudo-time (MODEL.md section 4)",
+};
+
+/// Law `time`.
+pub const TIME: RecordInfo = RecordInfo {
+    tag: 0x0004,
+    name: "time",
+    fields: &[
+        choice("kernel", KERNELS, "what the integral weighs"),
+        choice("gate", GATES, "factor between memory and torque"),
+        scalar("gain", "1/s; 1 for kernel rate", Range::AtLeastZero, "α·A/T_A; for periods that vary, floats only"),
+        scalar("beta", "1/s", Range::AtLeastZero, "β; for periods that vary, floats only"),
+        gain("forgotten", Range::Share, "1 − e^(−βΔ) at the control period"),
+        gain("level", Range::Any, "what the last u adds in a step"),
+        gain("increment", Range::Any, "what the increment of u adds in a step"),
+        scalar("bound", "1", Range::AtLeastZero, "largest m/T_A that a past within ±A can leave"),
+        scalar("bound_growth", "1", Range::AtLeastZero, "what abs(u) adds to it"),
+    ],
+    words: "memory: the integral in real time (MODEL.md section 4)",
+};
+
+/// What the inverse has to know of the torque; absent where the parameters have none.
+pub const INVERSE: RecordInfo = RecordInfo {
+    tag: 0x0005,
+    name: "inverse",
+    fields: &[
+        double("range", "1", Range::Fraction, "r: the torque increases for all abs(θ) ≤ r·A, whatever the past"),
+        double("least_slope", "1", Range::AtLeastZero, "bound from below of d(T/T_A)/du there"),
+        double("slope", "1", Range::Positive, "bound of abs(dT/dt)/T_A, t = tan(φ/2), u = sin φ"),
+        double("bend", "1", Range::Positive, "bound of abs(d²T/dt²)/T_A"),
+        double("jerk", "1", Range::Positive, "bound of abs(d³T/dt³)/T_A"),
+    ],
+    words: "from torque to deflection (MODEL.md section 5)",
+};
+
+/// The joint that the gear sits in.
+pub const JOINT: RecordInfo = RecordInfo {
+    tag: 0x0006,
+    name: "joint",
+    fields: &[
+        double("ratio", "1", Range::Any, "N, negative where the gear reverses; 0 where not stated"),
+        double("deflection_zero", "rad", Range::Any, "subtracted from every deflection"),
+        choice("torque_side", SIDES, "where the torque is taken: σ = −1 or 1"),
+    ],
+    words: "what terms and the deflection refer to",
+};
+
+/// The name of the model file: UTF-8, padded with zeros to whole words.
+pub const NAME: RecordInfo =
+    RecordInfo { tag: MAY_SKIP | 0x0001, name: "name", fields: &[], words: "the model file's name, for people" };
+
+/// All of them.
+pub const RECORDS: [&RecordInfo; 7] = [&GEAR, &MASING, &PHASE, &TIME, &INVERSE, &JOINT, &NAME];
+
+impl FieldInfo {
+    /// The words that it chooses among; none where it is a number.
+    pub const fn choices(&self) -> &'static [&'static str] {
+        match self.key.form {
+            Form::Choice(words) => words,
+            Form::Number | Form::List { .. } => &[],
+        }
+    }
+}

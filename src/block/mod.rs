@@ -1,0 +1,62 @@
+//! Parameter blocks: what a drive keeps of a model file, ready for its arithmetic.
+//!
+//! A block is a header, tagged records of 32-bit words and a CRC-32; `docs/block.md` specifies every byte. [`RECORDS`] is the registry of the fixed records,
+//! [`KINDS`](crate::terms::KINDS) that of the terms: names, units, ranges and words for the layout, the checks and the docs.
+//!
+//! | step | what | refuses |
+//! |---|---|---|
+//! | [`verify`] | magic, version, header, length, CRC-32, the walk over the records | bytes that are no block, or not the whole of one |
+//! | [`Parameters::load`] | every word against its range; gear, inverse and terms set up | values that cannot be, records that this firmware does not know |
+//!
+//! Nothing is changed by a refusal, and whatever the bytes, nothing panics. Coefficients are stored as the host rounded them, so the gear of a block computes
+//! the bits of the gear of its model file on every machine.
+//!
+//! ```
+//! use gmhm::block::{Header, Identity, Parameters, ScalarKind, Scales, TorqueUnit, Joint, Writer};
+//! use gmhm::{Elastic, Gear, Memory, Params};
+//!
+//! let elastic = Elastic { c1_nm_per_rad: 2.4737e4, c2_nm_per_rad3: 1.0e9, c3_nm_per_rad5: -1.1774e14 };
+//! let memory = Memory { alpha: 2.6532e6, beta_per_s: 422.68, omega_per_s: 226.31, ..Memory::default() };
+//! let params = Params::new(1.168e-3, elastic, memory)?;
+//!
+//! // On the host: the block of these parameters.
+//! let gear = Gear::<f32>::new(&params);
+//! let mut buffer = [0; 512];
+//! let mut writer = Writer::new(&mut buffer, Header::new(Identity::of_name("joint 3"), ScalarKind::F32));
+//! writer.gear(&gear, Scales::of(&params))?;
+//! writer.inverse::<f32>(&params, 0.0)?;
+//! writer.joint(&Joint::default())?;
+//! let length = writer.finish()?;
+//!
+//! // On the drive: the same gear, bit by bit.
+//! let loaded = Parameters::<f32>::load(&buffer[..length], 16)?;
+//! assert_eq!(loaded.gear, Some(gear));
+//! assert_eq!(loaded.header.identity.label(), "joint 3");
+//! # Ok::<(), Box<dyn core::error::Error>>(())
+//! ```
+
+mod error;
+mod header;
+mod law;
+mod layout;
+mod parameters;
+mod record;
+mod term;
+mod word;
+mod write;
+
+pub use error::BlockError;
+pub use header::{FORMAT_VERSION, HEADER_BYTES, Header, Identity, MAGIC, TorqueUnit};
+pub use law::{BlockLaw, LawWords};
+pub use layout::{
+    Coding, FIRST_TERM, FieldInfo, GEAR, INVERSE, JOINT, MASING, MAY_SKIP, NAME, PHASE, RECORDS, RecordInfo, TIME,
+};
+pub use parameters::{Joint, Parameters, Scales, TermStack};
+pub use record::{Block, MOST_BYTES, Record, Records, verify, verify_first};
+pub use term::TermRecord;
+pub use word::{ScalarKind, Word};
+pub use write::{Writer, stamp};
+
+/// The check of blocks and of the link's frames: CRC-32/ISO-HDLC (polynomial 0x04C11DB7, reflected, initially and finally inverted; "123456789" gives
+/// 0xCBF43926).
+pub const CRC: crc::Crc<u32, crc::NoTable> = crc::Crc::<u32, crc::NoTable>::new(&crc::CRC_32_ISO_HDLC);

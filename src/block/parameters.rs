@@ -1,0 +1,212 @@
+//! What a drive computes with: the gear, its inverse and its terms, from a block.
+
+use super::Word;
+use super::error::BlockError;
+use super::header::Header;
+use super::law::{BlockLaw, number};
+use super::layout::{GEAR, INVERSE, JOINT, MASING, MAY_SKIP, PHASE, RECORDS, TIME};
+use super::record::{Block, Record, double, verify};
+use super::term::TermRecord;
+use crate::elastic::Polynomial;
+use crate::gear::Gear;
+use crate::inverse::{Inverse, Monotony};
+use crate::memory::{AnyLaw, Frame};
+use crate::params::Params;
+use crate::terms::{Compensated, Setting, Stack};
+
+/// The joint that the gear sits in.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Joint {
+    /// N, negative where the gear reverses; `None` where not stated.
+    pub ratio: Option<f64>,
+    /// Subtracted from every deflection, rad.
+    pub deflection_zero_rad: f64,
+    /// Whether the torque is taken on the motor side (σ = +1), not by a sensor on the output side (σ = −1).
+    pub motor_side: bool,
+}
+
+impl Joint {
+    /// σ.
+    pub fn sigma(&self) -> f32 {
+        if self.motor_side { 1.0 } else { -1.0 }
+    }
+}
+
+/// A and T_A in SI units, also where samples enter as fractions of them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scales {
+    /// A, rad.
+    pub rated_deflection_rad: f64,
+    /// T_A, N·m.
+    pub torque_scale_nm: f64,
+}
+
+impl Scales {
+    /// Those of parameters.
+    pub fn of(params: &Params) -> Self {
+        Self { rated_deflection_rad: params.rated_deflection_rad(), torque_scale_nm: params.torque_scale_nm() }
+    }
+}
+
+/// Parameters in force: computed once, immutable, for any number of states.
+///
+/// `S` is the scalar, `L` the law (of another one a block is refused) and `T` takes the terms: a [`Stack`] in `f32`, or `()` for firmware that computes
+/// none, which refuses blocks that have some.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Parameters<S: Word = f32, L = AnyLaw<S>, T = Stack<f32, 8>> {
+    /// The header of the block.
+    pub header: Header,
+    /// The CRC-32 of the block.
+    pub crc: u32,
+    /// The gear; `None` for a joint without motor-side angle.
+    pub gear: Option<Gear<S, L>>,
+    /// Its inverse, where it has one.
+    pub inverse: Option<Inverse<S, L>>,
+    /// The joint.
+    pub joint: Joint,
+    /// The gear's scales.
+    pub scales: Option<Scales>,
+    /// All terms. Feed forward [`Stack::plant`] only.
+    pub terms: T,
+}
+
+impl<S: Word, L: BlockLaw<S>, T: TermStack> Parameters<S, L, T> {
+    /// Verifies a block, checks every value and sets up what it says. `stack_depth` is how many turning points the caller has room for.
+    ///
+    /// Whatever the bytes, nothing panics, and an error leaves the caller with what it had.
+    ///
+    /// # Errors
+    /// [`BlockError`]: bytes that are no block, another scalar or law, more turning points or terms than there is room for, a record that is unknown,
+    /// missing, twice or malformed, a value out of range.
+    pub fn load(bytes: &[u8], stack_depth: usize) -> Result<Self, BlockError> {
+        Self::of_block(&verify(bytes)?, stack_depth)
+    }
+
+    /// [`load`](Self::load) from a block that is verified.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn of_block(block: &Block<'_>, stack_depth: usize) -> Result<Self, BlockError> {
+        let header = *block.header();
+        if header.scalar != S::KIND {
+            return Err(BlockError::Scalar(header.scalar.bytes()));
+        }
+        let joint = joint(block)?;
+        let mut parameters = Self {
+            header,
+            crc: block.crc(),
+            gear: None,
+            inverse: None,
+            joint,
+            scales: None,
+            terms: T::empty(Setting { sigma: joint.sigma(), c1: 0.0 }, false),
+        };
+        if let Some(record) = block.only(&GEAR)? {
+            let (gear, scales) = gear::<S, L>(block, &record)?;
+            if usize::from(header.stack_depth) > stack_depth {
+                return Err(BlockError::StackDepth(header.stack_depth));
+            }
+            parameters.inverse = inverse(block, gear, scales, f64::from(header.period_s))?;
+            let c1 = gear.elastic().k1.to_f64() * scales.torque_scale_nm / scales.rated_deflection_rad;
+            parameters.terms = T::empty(Setting { sigma: joint.sigma(), c1: c1 as f32 }, true);
+            (parameters.gear, parameters.scales) = (Some(gear), Some(scales));
+        } else {
+            for info in [&MASING, &PHASE, &TIME, &INVERSE] {
+                if block.only(info)?.is_some() {
+                    return Err(BlockError::Missing(GEAR.tag));
+                }
+            }
+        }
+        for record in block.records().filter(|record| RECORDS.iter().all(|info| info.tag != record.tag)) {
+            if !parameters.terms.take(&record)? && record.tag & MAY_SKIP == 0 {
+                return Err(BlockError::Unknown(record.tag));
+            }
+        }
+        if parameters.gear.is_none() && parameters.terms.is_empty() {
+            return Err(BlockError::Missing(GEAR.tag));
+        }
+        Ok(parameters)
+    }
+}
+
+impl<const K: usize> Parameters<f32, AnyLaw<f32>, Stack<f32, K>> {
+    /// Gear and terms together; `None` without gear.
+    pub fn compensated(&self) -> Option<Compensated<f32, AnyLaw<f32>, K>> {
+        Some(Compensated { gear: self.gear?, stack: self.terms.clone() })
+    }
+}
+
+/// Where the terms of a block go.
+pub trait TermStack: Sized {
+    /// No terms yet; T_base is that of a gear, or gravity and inertia without one.
+    fn empty(setting: Setting<f32>, has_gear: bool) -> Self;
+
+    /// Takes the term of a record, and says whether it is one.
+    ///
+    /// # Errors
+    /// A term that cannot be, no room.
+    fn take(&mut self, record: &Record<'_>) -> Result<bool, BlockError>;
+
+    /// Whether there are none.
+    fn is_empty(&self) -> bool;
+}
+
+impl<const K: usize> TermStack for Stack<f32, K> {
+    fn empty(setting: Setting<f32>, has_gear: bool) -> Self {
+        if has_gear { Self::of_gear(setting) } else { Self::of_joint(setting.sigma) }
+    }
+
+    fn take(&mut self, record: &Record<'_>) -> Result<bool, BlockError> {
+        let Some(term) = TermRecord::decode(record) else { return Ok(false) };
+        let refused = |error| BlockError::Term { tag: record.tag, error };
+        let term = term?.term(self.setting()).map_err(refused)?;
+        self.push(term).map_err(refused)?;
+        Ok(true)
+    }
+
+    fn is_empty(&self) -> bool {
+        self.terms().is_empty()
+    }
+}
+
+impl TermStack for () {
+    fn empty(_: Setting<f32>, _: bool) -> Self {}
+
+    fn take(&mut self, _: &Record<'_>) -> Result<bool, BlockError> {
+        Ok(false)
+    }
+
+    fn is_empty(&self) -> bool {
+        true
+    }
+}
+
+fn gear<S: Word, L: BlockLaw<S>>(block: &Block<'_>, record: &Record<'_>) -> Result<(Gear<S, L>, Scales), BlockError> {
+    let [a0, a1, t0, t1, k1, k3, k5] = record.checked::<S, 7>(&GEAR)?;
+    let scales = Scales { rated_deflection_rad: double([a0, a1]), torque_scale_nm: double([t0, t1]) };
+    let frame = Frame::of(scales.rated_deflection_rad, scales.torque_scale_nm);
+    let elastic = Polynomial { k1: number(k1), k3: number(k3), k5: number(k5) };
+    Ok((Gear::of(frame, elastic, L::of_block(block)?), scales))
+}
+
+fn inverse<S: Word, L: BlockLaw<S>>(
+    block: &Block<'_>,
+    gear: Gear<S, L>,
+    scales: Scales,
+    period_s: f64,
+) -> Result<Option<Inverse<S, L>>, BlockError> {
+    let Some(record) = block.only(&INVERSE)? else { return Ok(None) };
+    let [r0, r1, s0, s1, b0, b1, b2, b3, b4, b5] = record.checked::<S, 10>(&INVERSE)?;
+    let monotony = Monotony {
+        reach: double([r0, r1]),
+        least_slope: double([s0, s1]),
+        bounds: [[b0, b1], [b2, b3], [b4, b5]].map(double),
+    };
+    Ok(Some(Inverse::with_monotony(gear, scales.torque_scale_nm, &monotony, period_s)))
+}
+
+fn joint(block: &Block<'_>) -> Result<Joint, BlockError> {
+    let [n0, n1, z0, z1, side] = block.words::<f32, 5>(&JOINT)?;
+    let [ratio, deflection_zero_rad] = [[n0, n1], [z0, z1]].map(double);
+    Ok(Joint { ratio: (ratio != 0.0).then_some(ratio), deflection_zero_rad, motor_side: side == 1 })
+}

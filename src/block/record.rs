@@ -1,0 +1,183 @@
+//! A block whose bytes are sound, and the walk over its records.
+
+use super::error::BlockError;
+use super::header::{HEADER_BYTES, Header};
+use super::layout::{Coding, FieldInfo, NAME, RecordInfo};
+use super::{CRC, Word};
+
+/// The most bytes of a block.
+pub const MOST_BYTES: usize = 4096;
+
+/// A block whose header, records and CRC-32 are in order. What its values say is for [`Parameters::load`](super::Parameters::load) to check.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Block<'a> {
+    header: Header,
+    bytes: &'a [u8],
+    body: &'a [u8],
+    crc: u32,
+}
+
+/// Checks the bytes of exactly one block: magic, format version, the fields of the header, length, CRC-32, and that the records fill it.
+///
+/// # Errors
+/// [`BlockError`], whatever the bytes.
+pub fn verify(bytes: &[u8]) -> Result<Block<'_>, BlockError> {
+    let header = Header::decode(bytes)?;
+    let expected = usize::try_from(header.length).unwrap_or(usize::MAX);
+    if expected > MOST_BYTES {
+        return Err(BlockError::NoRoom);
+    }
+    if expected != bytes.len() || expected < HEADER_BYTES + 4 {
+        return Err(BlockError::Length { found: bytes.len(), expected: expected.max(HEADER_BYTES + 4) });
+    }
+    let (checked, crc) = bytes.split_last_chunk().ok_or(BlockError::Checksum)?;
+    let crc = u32::from_le_bytes(*crc);
+    if CRC.checksum(checked) != crc {
+        return Err(BlockError::Checksum);
+    }
+    let body = checked.get(HEADER_BYTES..).ok_or(BlockError::Records)?;
+    let block = Block { header, bytes, body, crc };
+    let mut records = block.records();
+    let count = records.by_ref().count();
+    if !records.rest.is_empty() || count != usize::from(header.records) {
+        return Err(BlockError::Records);
+    }
+    Ok(block)
+}
+
+/// [`verify`] for the block that longer bytes begin with, such as a sector of flash.
+///
+/// # Errors
+/// As there.
+pub fn verify_first(bytes: &[u8]) -> Result<Block<'_>, BlockError> {
+    let length = usize::try_from(Header::decode(bytes)?.length).unwrap_or(usize::MAX);
+    verify(bytes.get(..length).unwrap_or(bytes))
+}
+
+impl<'a> Block<'a> {
+    /// Its header.
+    pub fn header(&self) -> &Header {
+        &self.header
+    }
+
+    /// All its bytes.
+    pub fn bytes(&self) -> &'a [u8] {
+        self.bytes
+    }
+
+    /// Its CRC-32.
+    pub fn crc(&self) -> u32 {
+        self.crc
+    }
+
+    /// The model's name, for people; empty where there is none.
+    pub fn name(&self) -> &'a str {
+        let payload = self.records().find(|record| record.tag == NAME.tag).map_or(&[][..], |record| record.payload);
+        let end = payload.iter().position(|byte| *byte == 0).unwrap_or(payload.len());
+        payload.get(..end).and_then(|name| core::str::from_utf8(name).ok()).unwrap_or_default()
+    }
+
+    /// Its records in order.
+    pub fn records(&self) -> Records<'a> {
+        Records { rest: self.body }
+    }
+
+    /// The only record of its kind; `None` where there is none.
+    ///
+    /// # Errors
+    /// There are two.
+    pub fn only(&self, info: &RecordInfo) -> Result<Option<Record<'a>>, BlockError> {
+        let mut same = self.records().filter(|record| record.tag == info.tag);
+        let first = same.next();
+        if same.next().is_some() { Err(BlockError::Twice(info.tag)) } else { Ok(first) }
+    }
+
+    /// The words of a record that must be there, each within its range.
+    pub(super) fn words<S: Word, const N: usize>(&self, info: &'static RecordInfo) -> Result<[u32; N], BlockError> {
+        self.only(info)?.ok_or(BlockError::Missing(info.tag))?.checked::<S, N>(info)
+    }
+}
+
+/// A record: its tag and the bytes of its words.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Record<'a> {
+    /// Its tag.
+    pub tag: u16,
+    /// Its words, little-endian.
+    pub payload: &'a [u8],
+}
+
+/// The records of a block. Ends where the next one is not whole.
+#[derive(Debug, Clone)]
+pub struct Records<'a> {
+    rest: &'a [u8],
+}
+
+impl<'a> Iterator for Records<'a> {
+    type Item = Record<'a>;
+
+    fn next(&mut self) -> Option<Record<'a>> {
+        let (tag, rest) = self.rest.split_first_chunk()?;
+        let (length, rest) = rest.split_first_chunk()?;
+        let length = usize::from(u16::from_le_bytes(*length));
+        let (payload, rest) = rest.split_at_checked(length)?;
+        if !length.is_multiple_of(4) {
+            return None;
+        }
+        self.rest = rest;
+        Some(Record { tag: u16::from_le_bytes(*tag), payload })
+    }
+}
+
+impl<'a> Record<'a> {
+    /// Its words.
+    pub fn words(&self) -> impl Iterator<Item = u32> + 'a {
+        self.payload.chunks_exact(4).filter_map(|word| word.first_chunk().copied()).map(u32::from_le_bytes)
+    }
+
+    /// Its words against the ranges of its fields, `N` of them.
+    pub(super) fn checked<S: Word, const N: usize>(&self, info: &'static RecordInfo) -> Result<[u32; N], BlockError> {
+        if self.payload.len() != 4 * N || info.size() != N {
+            return Err(BlockError::Malformed(self.tag));
+        }
+        let mut words = [0; N];
+        words.iter_mut().zip(self.words()).for_each(|(to, from)| *to = from);
+        check::<S>(info, &words)?;
+        Ok(words)
+    }
+}
+
+/// Holds words against the ranges of a record's fields.
+pub(super) fn check<S: Word>(info: &'static RecordInfo, words: &[u32]) -> Result<(), BlockError> {
+    let mut at = words.iter().copied();
+    for field in info.fields {
+        let first = at.next().unwrap_or_default();
+        let second = if field.coding.words() == 2 { at.next().unwrap_or_default() } else { 0 };
+        if value::<S>(field, [first, second]).is_none() {
+            return Err(BlockError::OutOfRange { tag: info.tag, field: field.key.name });
+        }
+    }
+    Ok(())
+}
+
+/// What the words of a field say; `None` where they say nothing or are out of range.
+pub(super) fn value<S: Word>(field: &FieldInfo, [first, second]: [u32; 2]) -> Option<f64> {
+    let value = match field.coding {
+        Coding::Scalar => S::of_word(first)?.to_f64(),
+        Coding::Gain => S::gain_of_words([first, second])?.1,
+        Coding::Double => double([first, second]),
+        Coding::Choice => return field.choices().get(usize::try_from(first).ok()?).map(|_| f64::from(first)),
+    };
+    field.key.range.holds(value).then_some(value)
+}
+
+/// The double of two words, the lower first.
+pub(super) fn double([low, high]: [u32; 2]) -> f64 {
+    f64::from_bits(u64::from(high) << 32 | u64::from(low))
+}
+
+/// The two words of a double, the lower first.
+pub(super) fn double_words(x: f64) -> [u32; 2] {
+    let bits = x.to_bits();
+    [bits as u32, (bits >> 32) as u32]
+}

@@ -1,0 +1,70 @@
+//! Numbers as 32-bit words.
+
+use crate::scalar::Scalar;
+
+/// The arithmetic that a block's words are made for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ScalarKind {
+    /// IEEE 754 single precision.
+    F32,
+}
+
+impl ScalarKind {
+    /// Its two bytes in the header: its number, and the bits after the point of a fixed-point word.
+    pub const fn bytes(self) -> [u8; 2] {
+        match self {
+            Self::F32 => [1, 0],
+        }
+    }
+
+    /// The kind of two bytes of a header.
+    pub const fn of(bytes: [u8; 2]) -> Option<Self> {
+        match bytes {
+            [1, 0] => Some(Self::F32),
+            _ => None,
+        }
+    }
+
+    /// Its name on the command line.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::F32 => "f32",
+        }
+    }
+}
+
+/// A scalar that blocks can hold: a word for a number, two for a gain.
+pub trait Word: Scalar {
+    /// Its kind.
+    const KIND: ScalarKind;
+    /// The word of a number.
+    fn word(self) -> u32;
+    /// The number of a word; `None` for what is no number.
+    fn of_word(word: u32) -> Option<Self>;
+    /// The words of a gain.
+    fn gain_words(gain: Self::Gain) -> [u32; 2];
+    /// The gain of two words and its value; `None` for what is none.
+    fn gain_of_words(words: [u32; 2]) -> Option<(Self::Gain, f64)>;
+}
+
+impl Word for f32 {
+    const KIND: ScalarKind = ScalarKind::F32;
+
+    fn word(self) -> u32 {
+        self.to_bits()
+    }
+
+    fn of_word(word: u32) -> Option<Self> {
+        let x = Self::from_bits(word);
+        x.is_finite().then_some(x)
+    }
+
+    fn gain_words(gain: f32) -> [u32; 2] {
+        [gain.to_bits(), 0]
+    }
+
+    fn gain_of_words([word, rest]: [u32; 2]) -> Option<(f32, f64)> {
+        let gain = if rest == 0 { Self::of_word(word) } else { None };
+        gain.map(|gain| (gain, f64::from(gain)))
+    }
+}
