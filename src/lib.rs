@@ -11,6 +11,7 @@
 //! | [`memory`] | the laws `masing`, `phase` and `time`, and the paper's closed form |
 //! | [`gear`] | both together: parameters and state apart, one call a sample |
 //! | [`inverse`] | from torque to deflection |
+//! | [`feedforward`] | what a joint controller adds: offset of the motor, hysteresis torque; gain, limits, start |
 //! | [`terms`] | physics beyond the base model: friction, ripple, backlash, creep, … |
 //! | [`block`] | parameter blocks: what a drive keeps of a model file |
 //! | [`drive`] | the control tick over encoders and a torque command, by `embedded-hal` |
@@ -38,6 +39,7 @@
 pub mod block;
 pub mod drive;
 pub mod elastic;
+pub mod feedforward;
 pub mod gear;
 pub mod inverse;
 pub mod memory;

@@ -78,6 +78,14 @@ impl<S: Float> MemoryLaw<S> for AnyLaw<S> {
         dispatch!(self, state, S::ZERO, |law, state| law.torque::<N>(frame, state, theta))
     }
 
+    fn single_valued(&self, frame: &Frame<S>, theta: S) -> S {
+        match self {
+            Self::Masing(law) => law.single_valued(frame, theta),
+            Self::Phase(law) => law.single_valued(frame, theta),
+            Self::Time(law) => law.single_valued(frame, theta),
+        }
+    }
+
     fn start_uncertainty<const N: usize>(&self, frame: &Frame<S>, state: &AnyMemory<S, N>, theta: S) -> S {
         dispatch!(self, state, S::ZERO, |law, state| law.start_uncertainty::<N>(frame, state, theta))
     }

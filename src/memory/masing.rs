@@ -313,6 +313,10 @@ impl<S: Scalar> MemoryLaw<S> for Masing<S> {
         self.h * state.eta() - self.e * frame.fraction(theta) * frame.gate(theta)
     }
 
+    fn single_valued(&self, frame: &Frame<S>, theta: S) -> S {
+        -(self.e * frame.fraction(theta) * frame.gate(theta))
+    }
+
     fn start_uncertainty<const N: usize>(&self, frame: &Frame<S>, state: &Path<S, N>, _theta: S) -> S {
         self.h * state.start_uncertainty(frame)
     }

@@ -54,6 +54,11 @@ pub trait MemoryLaw<S: Scalar>: Copy {
     /// z/T_A at the deflection that `state` was last moved to.
     fn torque<const N: usize>(&self, frame: &Frame<S>, state: &Self::State<N>, theta: S) -> S;
 
+    /// The part of z/T_A that does not depend on the past.
+    fn single_valued(&self, _frame: &Frame<S>, _theta: S) -> S {
+        S::ZERO
+    }
+
     /// How far z/T_A may be off because the past before the start is unknown.
     fn start_uncertainty<const N: usize>(&self, frame: &Frame<S>, state: &Self::State<N>, theta: S) -> S;
 

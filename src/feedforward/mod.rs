@@ -1,0 +1,290 @@
+//! The feed-forward of a joint: from the torque that the gear shall carry to an offset of the motor's position, and to the hysteresis torque.
+//!
+//! A drive that makes its link follow a reference has to wind up the gear by θ*, the deflection under the reference torque T* (inertia, gravity and contact
+//! of the link). Once a control period it asks [`FeedForward::step`] for
+//!
+//! | of the [`Contribution`] | for a controller that |
+//! |---|---|
+//! | `offset`, θ* of the [inverse](crate::inverse) | positions the motor: its reference becomes N·(q_o* + θ*), by [`MotorSide`] in integer counts |
+//! | `hysteresis`, z | compensates the elastic torque f already |
+//!
+//! **Reference or measurement.** The memory follows the torque reference (without noise or delay: the default), or the measured deflection, from which T* is
+//! then one step ahead. Along the measurement every flicker of the encoders is a reversal: give the parameters a `reversal_play_rad` of some times their noise.
+//!
+//! **Gain.** Both contributions are multiplied by a gain that moves towards the ratio (0 to 1; 0 while off) in no less than [`Settings::ramp_s`] from 0 to 1, so that
+//! switching makes no step: a period adds at most Δ/ramp of the contribution. What another source would change comes as slowly. Then each is limited in its
+//! change, whatever the cause. The memory goes on while the contribution is off.
+//!
+//! **Start.** After power-up the loop y (z without its single-valued part z_s) is known within ±U only ([`Gear::start_uncertainty`](crate::Gear::start_uncertainty)),
+//! U_0 = hA for a gear at θ = 0. It enters with the weight
+//!
+//! ```text
+//! w = 1 − (U/U_0)²        θ* → θ* + (1 − w)·y/f′(θ*)        z → z_s + w·y
+//! ```
+//!
+//! the share of its variance that the strokes so far explain. w = 0 leaves the single-valued deflection (within a twentieth), which is never in doubt; w = 1 the
+//! whole. Over all pasts the largest error of the first stroke is less than with w = 0 or w = 1 throughout.
+//!
+//! ```
+//! use gmhm::feedforward::{Controls, Demand, FeedForward, Settings, Source};
+//! use gmhm::{Elastic, Inverse, Memory, Params};
+//!
+//! let elastic = Elastic { c1_nm_per_rad: 2.4737e4, c2_nm_per_rad3: 1.0e9, c3_nm_per_rad5: -1.1774e14 };
+//! let memory = Memory { alpha: 2.6532e6, beta_per_s: 422.68, omega_per_s: 226.31, ..Memory::default() };
+//! let params = Params::new(1.168e-3, elastic, memory)?;
+//!
+//! let settings = Settings { period_s: 1e-3, ramp_s: 0.5, ..Settings::default() };
+//! let feed_forward = FeedForward::<f32>::new(&params, &settings)?;
+//! let mut state = feed_forward.start::<16>(0.0);
+//! let controls = Controls { on: true, source: Source::Reference, ratio: 1.0 };
+//! for k in 1..=2000 {
+//!     let torque = 0.01 * k as f32; // N·m, up to 20
+//!     let contribution = feed_forward.step(&mut state, &controls, &Demand { torque, deflection: 0.0 });
+//!     assert!(contribution.gain <= 0.0021 * k as f32);
+//! }
+//! assert!((state.contribution().offset - 0.8e-3).abs() < 0.1e-3); // rad at the output: times N for the motor
+//! # Ok::<(), Box<dyn core::error::Error>>(())
+//! ```
+
+mod motor;
+mod settings;
+
+pub use motor::{MotorEncoder, MotorSide};
+pub use settings::{FeedForwardError, Settings};
+
+use crate::gear::State;
+use crate::inverse::{Inverse, Invertible, Solution};
+use crate::memory::{AnyLaw, MemoryLaw};
+use crate::params::Params;
+use crate::scalar::{Float, Scalar};
+use settings::Steps;
+
+/// What the memory follows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Source {
+    /// The torque reference.
+    #[default]
+    Reference,
+    /// The measured deflection.
+    Measurement,
+}
+
+/// What may be changed from one period to the next.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Controls<S> {
+    /// Off, the contribution fades to nothing; the memory goes on.
+    pub on: bool,
+    /// What the memory follows.
+    pub source: Source,
+    /// Share of the contribution, 0 to 1. What lies outside counts as the nearer end, NaN as 0.
+    pub ratio: S,
+}
+
+impl<S: Scalar> Default for Controls<S> {
+    /// Off, from the reference, whole.
+    fn default() -> Self {
+        Self { on: false, source: Source::Reference, ratio: S::ONE }
+    }
+}
+
+/// What a period brings.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Demand<S> {
+    /// T*, the torque that the gear shall carry: N·m for floats, a fraction of the rated torque for fixed point.
+    pub torque: S,
+    /// θ as measured: rad for floats, a fraction of the rated deflection for fixed point. Counts only along the measurement.
+    pub deflection: S,
+}
+
+/// What is fed forward in a period, and why that much.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Contribution<S> {
+    /// The share of θ* to add to the output's reference: rad for floats, a fraction of the rated deflection for fixed point. [`MotorSide`] brings it to the motor.
+    pub offset: S,
+    /// How much more that is than in the period before: over Δ it is the velocity to feed forward.
+    pub change: S,
+    /// The share of z: N·m for floats, a fraction of the rated torque for fixed point.
+    pub hysteresis: S,
+    /// The gain in force, 0 to the ratio.
+    pub gain: S,
+    /// The weight w of the loop, 0 at a start without a past, 1 once the past is known.
+    pub certainty: S,
+    /// The torque lies beyond the invertible range: θ* is its edge.
+    pub saturated: bool,
+    /// Torque or measured deflection was NaN, infinite or absurd: θ* and z are those of the period before.
+    pub refused: bool,
+    /// A slew limit holds the contribution back.
+    pub slewing: bool,
+}
+
+/// The feed-forward of a gear; what it remembers is apart, so that one serves many joints.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FeedForward<S: Scalar, L = AnyLaw<S>> {
+    inverse: Inverse<S, L>,
+    steps: Steps<S>,
+    /// U_0 in output units.
+    unknown: S,
+    /// A over the torque scale, in input over output units.
+    compliance: S,
+}
+
+/// What the feed-forward of one joint remembers, with room for `N` turning points.
+#[derive(Clone)]
+pub struct FeedForwardState<S: Scalar, const N: usize = 16, L: MemoryLaw<S> = AnyLaw<S>> {
+    gear: State<S, N, L>,
+    /// θ* and z before gain and limits.
+    wanted: [S; 2],
+    source: Source,
+    /// What `wanted` lost when the source changed, and how much of it is still made up for.
+    gap: [S; 2],
+    bridge: S,
+    contribution: Contribution<S>,
+}
+
+impl<S: Float> FeedForward<S> {
+    /// The feed-forward of the gear of these parameters, its law chosen by them.
+    ///
+    /// # Errors
+    /// [`FeedForwardError`]: settings that cannot be, parameters without an inverse.
+    pub fn new(params: &Params, settings: &Settings) -> Result<Self, FeedForwardError> {
+        Self::of(params, AnyLaw::new(params, settings.period_s), settings)
+    }
+}
+
+impl<S: Scalar, L: Invertible<S>> FeedForward<S, L> {
+    /// The same with a law of one's own choice that follows the same parameters.
+    ///
+    /// # Errors
+    /// [`FeedForwardError`]: settings that cannot be, parameters without an inverse.
+    pub fn of(params: &Params, law: L, settings: &Settings) -> Result<Self, FeedForwardError> {
+        let steps = settings.steps(params)?;
+        let inverse = Inverse::of(params, law, settings.period_s)?;
+        let gear = inverse.gear();
+        let unknown = gear.start_uncertainty(&gear.start::<4>(S::ZERO));
+        let compliance = if S::SI { params.rated_deflection_rad() / params.torque_scale_nm() } else { 1.0 };
+        Ok(Self { inverse, steps, unknown, compliance: S::from_f64(compliance) })
+    }
+
+    /// The inverse that it rests on.
+    pub fn inverse(&self) -> &Inverse<S, L> {
+        &self.inverse
+    }
+
+    /// The state at power-up: off, the gear at the measured deflection, its past unknown.
+    pub fn start<const N: usize>(&self, deflection: S) -> FeedForwardState<S, N, L> {
+        FeedForwardState {
+            gear: self.inverse.gear().start(deflection),
+            wanted: [S::ZERO; 2],
+            source: Source::default(),
+            gap: [S::ZERO; 2],
+            bridge: S::ZERO,
+            contribution: Contribution::default(),
+        }
+    }
+
+    /// One control period.
+    #[inline]
+    pub fn step<const N: usize>(
+        &self,
+        state: &mut FeedForwardState<S, N, L>,
+        controls: &Controls<S>,
+        demand: &Demand<S>,
+    ) -> Contribution<S> {
+        let gear = self.inverse.gear();
+        let (solution, now) = match controls.source {
+            Source::Reference => self.inverse.commit(&mut state.gear, demand.torque),
+            Source::Measurement => {
+                let now = gear.step(&mut state.gear, demand.deflection);
+                (self.inverse.peek(&state.gear, demand.torque), now)
+            }
+        };
+        let certainty = self.certainty(&state.gear);
+        let refused = solution.refused || state.gear.status().refused;
+        if !refused {
+            let mut wanted = [solution.theta, now.hysteresis];
+            if certainty < S::ONE {
+                self.doubt(&mut wanted, &solution, demand.torque, state.gear.theta(), S::ONE - certainty);
+            }
+            state.want(controls.source, wanted, self.steps.gain);
+        }
+        let last = state.contribution;
+        let ratio = if controls.on { controls.ratio.clamp(S::ZERO, S::ONE) } else { S::ZERO };
+        let gain = towards(last.gain, ratio, self.steps.gain);
+        let [offset, hysteresis] = state.wanted.map(|wanted| gain * wanted);
+        let contribution = Contribution {
+            offset: towards(last.offset, offset, self.steps.offset),
+            hysteresis: towards(last.hysteresis, hysteresis, self.steps.torque),
+            gain,
+            certainty,
+            saturated: solution.saturated,
+            refused,
+            ..last
+        };
+        state.contribution = Contribution {
+            change: contribution.offset - last.offset,
+            slewing: contribution.offset != offset || contribution.hysteresis != hysteresis,
+            ..contribution
+        };
+        state.contribution
+    }
+
+    /// w.
+    #[inline]
+    fn certainty<const N: usize>(&self, state: &State<S, N, L>) -> S {
+        let unknown = self.inverse.gear().start_uncertainty(state);
+        if unknown <= S::ZERO {
+            return S::ONE;
+        }
+        if unknown >= self.unknown {
+            return S::ZERO;
+        }
+        let share = unknown.over(self.unknown);
+        (S::ONE - share) * (S::ONE + share)
+    }
+
+    /// Takes a part of the loop off θ* and off z, which is that of the deflection `here`.
+    fn doubt(&self, [offset, hysteresis]: &mut [S; 2], solution: &Solution<S>, torque: S, here: S, doubt: S) {
+        let (gear, frame) = (self.inverse.gear(), self.inverse.gear().frame());
+        let single_valued = |theta: S| frame.torque(gear.law().single_valued(frame, theta));
+        *hysteresis = *hysteresis - doubt * (*hysteresis - single_valued(here));
+        let u = frame.fraction(solution.theta);
+        let stiffness = gear.elastic().stiffness(u);
+        // A spring that is soft here, beside its mean stiffness of about one, cannot tell the rest.
+        if !solution.saturated && stiffness >= S::HALF * S::HALF * S::HALF {
+            let loop_torque = torque - frame.torque(gear.elastic().torque(u)) - single_valued(solution.theta);
+            let range = self.inverse.range();
+            *offset = (*offset + doubt * (loop_torque * self.compliance).over(stiffness)).clamp(-range, range);
+        }
+    }
+}
+
+/// From `from` to `to` by no more than `step`.
+#[inline]
+fn towards<S: Scalar>(from: S, to: S, step: S) -> S {
+    let way = to - from;
+    if way.abs() <= step { to } else { from + way.clamp(-step, step) }
+}
+
+impl<S: Scalar, const N: usize, L: MemoryLaw<S>> FeedForwardState<S, N, L> {
+    /// Follows what is wanted; from another source than before, the gap between the two fades away by `step` a period.
+    #[inline]
+    fn want(&mut self, source: Source, wanted: [S; 2], step: S) {
+        let gap = |of: usize| self.wanted[of] - wanted[of];
+        if source != self.source {
+            (self.source, self.gap, self.bridge) = (source, [gap(0), gap(1)], S::ONE);
+        }
+        self.bridge = towards(self.bridge, S::ZERO, step);
+        let [offset, hysteresis] = self.gap.map(|gap| gap * self.bridge);
+        self.wanted = [wanted[0] + offset, wanted[1] + hysteresis];
+    }
+
+    /// What was fed forward last.
+    pub fn contribution(&self) -> &Contribution<S> {
+        &self.contribution
+    }
+
+    /// The gear as the feed-forward believes it to be.
+    pub fn gear(&self) -> &State<S, N, L> {
+        &self.gear
+    }
+}

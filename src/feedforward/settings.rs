@@ -1,0 +1,105 @@
+//! How fast a contribution may change.
+
+use core::fmt;
+
+use crate::inverse::InverseError;
+use crate::params::Params;
+use crate::scalar::Scalar;
+
+/// What the feed-forward of a joint is set to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    /// Δ, the control period, s.
+    pub period_s: f64,
+    /// The gain takes this long from 0 to 1 or back, s.
+    pub ramp_s: f64,
+    /// The most that the offset changes, rad/s at the output; may be infinite.
+    pub offset_slew_rad_per_s: f64,
+    /// The most that the hysteresis torque changes, N·m/s; may be infinite.
+    pub torque_slew_nm_per_s: f64,
+}
+
+impl Default for Settings {
+    /// 1 kHz, a ramp of half a second, no slew limits.
+    fn default() -> Self {
+        Self { period_s: 1e-3, ramp_s: 0.5, offset_slew_rad_per_s: f64::INFINITY, torque_slew_nm_per_s: f64::INFINITY }
+    }
+}
+
+/// Why there is no feed-forward.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum FeedForwardError {
+    /// A setting must be greater than zero, times finite.
+    Setting {
+        /// Its field in [`Settings`].
+        setting: &'static str,
+        /// What it was.
+        value: f64,
+    },
+    /// The parameters have no inverse.
+    Inverse(InverseError),
+}
+
+impl From<InverseError> for FeedForwardError {
+    fn from(error: InverseError) -> Self {
+        Self::Inverse(error)
+    }
+}
+
+impl fmt::Display for FeedForwardError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Setting { setting, value } => {
+                let finite = if setting.ends_with("_per_s") { "" } else { " and finite" };
+                write!(f, "{setting} = {value} must be greater than zero{finite}")
+            }
+            Self::Inverse(error) => error.fmt(f),
+        }
+    }
+}
+
+impl core::error::Error for FeedForwardError {
+    fn source(&self) -> Option<&(dyn core::error::Error + 'static)> {
+        match self {
+            Self::Inverse(error) => Some(error),
+            Self::Setting { .. } => None,
+        }
+    }
+}
+
+/// The most that each may change in a period, in the scalar's units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Steps<S> {
+    pub(super) gain: S,
+    pub(super) offset: S,
+    pub(super) torque: S,
+}
+
+impl Settings {
+    /// A step that the scalar cannot tell from none counts as its spacing next to 1, that nothing stands still.
+    pub(super) fn steps<S: Scalar>(&self, params: &Params) -> Result<Steps<S>, FeedForwardError> {
+        let Self { period_s, ramp_s, offset_slew_rad_per_s, torque_slew_nm_per_s } = *self;
+        for (setting, value, most) in [
+            ("period_s", period_s, f64::MAX),
+            ("ramp_s", ramp_s, f64::MAX),
+            ("offset_slew_rad_per_s", offset_slew_rad_per_s, f64::INFINITY),
+            ("torque_slew_nm_per_s", torque_slew_nm_per_s, f64::INFINITY),
+        ] {
+            // A NaN compares false.
+            if !(value > 0.0 && value <= most) {
+                return Err(FeedForwardError::Setting { setting, value });
+            }
+        }
+        let (a, scale) = (params.rated_deflection_rad(), params.torque_scale_nm());
+        // Beyond ±4 of its measure no contribution can be.
+        let step = |per_s: f64, measure: f64| {
+            let share = (per_s * period_s / measure).clamp(S::EPSILON, 4.0);
+            S::from_f64(if S::SI { share * measure } else { share })
+        };
+        Ok(Steps {
+            gain: step(1.0 / ramp_s, 1.0),
+            offset: step(offset_slew_rad_per_s, a),
+            torque: step(torque_slew_nm_per_s, scale),
+        })
+    }
+}
