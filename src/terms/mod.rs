@@ -96,6 +96,14 @@ macro_rules! kinds {
                 }
             }
 
+            /// What it acts on: [`info`](Self::info) without the words, which a drive need not hold.
+            #[inline]
+            pub fn domain(&self) -> Domain {
+                match self {
+                    $(Self::$kind(_) => const { <$module::$kind<S> as Physics<S>>::INFO.domain },)*
+                }
+            }
+
             /// What it remembers before the first sample.
             pub fn start(&self) -> TermState<S> {
                 match self {

@@ -50,7 +50,7 @@ impl<S: Float> Physics<S> for NonlocalMemory<S> {
         needs: &[Need::Deflection],
         keys: &[RADIUS, TORQUE],
         hides_behind: "h, e on one amplitude",
-        instructions: None,
+        instructions: 206,
     };
     type State = NonlocalState<S>;
 

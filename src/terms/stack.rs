@@ -96,7 +96,7 @@ impl<S: Float<Carry = S>, const K: usize> Stack<S, K> {
         let error = |theta: S, term: &Term<S>| theta - term.deflection_error(sample);
         let theta = self.terms.iter().fold(sample.deflection, error);
         let pairs = self.terms.iter().zip(&mut state.states);
-        pairs.fold(theta, |theta, (term, state)| match term.info().domain {
+        pairs.fold(theta, |theta, (term, state)| match term.domain() {
             Domain::Deflection => term.correct(state, theta, transmitted),
             _ => theta,
         })
@@ -113,14 +113,14 @@ impl<S: Float<Carry = S>, const K: usize> Stack<S, K> {
         let pairs = self.terms.iter().zip(&mut state.states);
         pairs.fold(S::ZERO, |sum, (term, state)| {
             let torque = term.torque(state, &sample);
-            sum + if term.info().domain == Domain::Friction { factor * torque } else { torque }
+            sum + if term.domain() == Domain::Friction { factor * torque } else { torque }
         })
     }
 
     /// Gravity and inertia at a sample, N·m: T_base of a joint log. Neither remembers anything.
     pub fn load(&self, state: &mut StackState<S, K>, sample: &Sample<S>) -> S {
         let pairs = self.terms.iter().zip(&mut state.states);
-        pairs.fold(S::ZERO, |sum, (term, state)| match term.info().domain {
+        pairs.fold(S::ZERO, |sum, (term, state)| match term.domain() {
             Domain::Load => sum + term.torque(state, sample),
             _ => sum,
         })

@@ -33,7 +33,7 @@ impl<S: Float> Physics<S> for StiffnessAsymmetry<S> {
         needs: &[Need::Deflection],
         keys: &[SHAPE, SQUARE, ABS],
         hides_behind: "offset",
-        instructions: None,
+        instructions: 152,
     };
     type State = ();
 

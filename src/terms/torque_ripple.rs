@@ -32,7 +32,7 @@ impl<S: Float> Physics<S> for TorqueRipple<S> {
         needs: &[Need::MotorAngle],
         keys: &[ORDERS, COS, SIN],
         hides_behind: "kinematic_error (a blocked output separates them)",
-        instructions: None,
+        instructions: 285,
     };
     type State = ();
 

@@ -65,7 +65,7 @@ impl<S: Float> Physics<S> for Unknown<S> {
         needs: &[],
         keys: &[COORDINATE, KNOTS, VALUES],
         hides_behind: "",
-        instructions: None,
+        instructions: 166,
     };
     type State = Reversal<S>;
 

@@ -24,7 +24,7 @@ impl<S: Float> Physics<S> for ViscousFriction<S> {
         needs: &[Need::Velocity],
         keys: &[GAIN],
         hides_behind: "viscous_damping when the input is locked (v = −θ̇)",
-        instructions: None,
+        instructions: 146,
     };
     type State = ();
 

@@ -8,6 +8,9 @@ mod laws;
 #[path = "../platform/mod.rs"]
 mod platform;
 mod rivals;
+mod terms;
+#[path = "../typical/mod.rs"]
+mod typical;
 mod yardsticks;
 
 use core::hint::black_box;
@@ -19,6 +22,7 @@ const CALLS: u32 = 1000;
 fn main() -> ! {
     counter::start();
     laws::measure();
+    terms::measure();
     rivals::measure();
     yardsticks::measure();
     platform::end()

@@ -7,12 +7,13 @@ use xshell::Shell;
 
 use crate::emulator::{self, Clock};
 use crate::machine::{self, Machine};
+use crate::registry;
 
 /// The table that this command keeps.
 const TABLE: &str = "docs/cost.md";
 
 /// Counts that differ by less are the same: the code generator may place a constant differently.
-const TOLERANCE: f64 = 1.0;
+pub const TOLERANCE: f64 = 1.0;
 
 /// What a control loop can afford, instructions on the Cortex-M4F. Exceeding one fails.
 const LIMITS: [(&str, f64); 6] = [
@@ -25,9 +26,11 @@ const LIMITS: [(&str, f64); 6] = [
 ];
 
 /// One line of the table.
-struct Call {
-    name: String,
-    instructions: f64,
+pub struct Call {
+    /// What is called.
+    pub name: String,
+    /// What a call takes.
+    pub instructions: f64,
 }
 
 /// Counts every call. A count above that of the table fails, unless it is accepted by `overwrite`.
@@ -41,6 +44,7 @@ pub fn run(shell: &Shell, overwrite: bool) -> Result<()> {
     }
     let table = table(&calls)?;
     print!("{table}");
+    registry::check(shell, &calls, overwrite)?;
     let file = shell.current_dir().join(TABLE);
     if overwrite {
         return shell.write_file(&file, table).with_context(|| format!("cannot write {TABLE}"));

@@ -5,6 +5,7 @@ mod emulate;
 mod emulator;
 mod golden;
 mod machine;
+mod registry;
 mod setup;
 mod size;
 mod test;

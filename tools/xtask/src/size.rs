@@ -2,61 +2,116 @@
 
 use std::fmt::Write;
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, bail, ensure};
 use object::{Object, ObjectSection, ObjectSymbol, SectionKind};
 use rustc_demangle::demangle;
 use xshell::Shell;
 
+use crate::emulator::{self, Clock};
 use crate::{golden, machine};
 
 const TABLE: &str = "docs/size.md";
 
-/// Flash for the code, and RAM for one joint with 16 turning points.
-const CODE_LIMIT: u64 = 4096;
-const JOINT_LIMIT: u64 = 256;
+/// An image that is nothing but a control path.
+struct Path {
+    image: &'static str,
+    title: &'static str,
+    /// Flash for the code and constants, start-up code included.
+    code_limit: u64,
+    /// RAM for one joint.
+    joint_limit: u64,
+}
 
-/// Weighs the image `core_path` on the Cortex-M4F; `overwrite` accepts its sizes.
+const PATHS: [Path; 2] = [
+    Path {
+        image: "core_path",
+        title: "law `masing`, forward and inverse, 16 turning points",
+        code_limit: 6144,
+        joint_limit: 256,
+    },
+    Path {
+        image: "terms_path",
+        title: "law `masing`, forward, with room for eight terms of every kind",
+        code_limit: 20_480,
+        joint_limit: 1024,
+    },
+];
+
+/// The image that paints its stack.
+const STACK: &str = "stack";
+
+/// Stack of a call, but for that of terms, B.
+const STACK_LIMIT: u64 = 512;
+
+/// What a control path weighs.
+struct Weight {
+    code: u64,
+    gear: u64,
+    joint: u64,
+}
+
+/// Weighs the control paths on the Cortex-M4F; `overwrite` accepts their sizes.
 pub fn run(shell: &Shell, overwrite: bool) -> Result<()> {
-    let image = machine::M4F.build(shell, "core_path")?;
-    let elf = shell.read_binary_file(&image)?;
-    let file = object::File::parse(&*elf).with_context(|| format!("cannot read {}", image.display()))?;
+    let mut table = String::from(
+        "# Size of the control path\n\n\
+         Bytes on a Cortex-M4F in `f32`, start-up code included. Written by `cargo xtask size --overwrite`; the command fails where they change, and on any panic or\n\
+         double-precision arithmetic left in an image.\n\n\
+         | control path of a joint | code and constants, flash | coefficients of a gear | state of a joint, RAM |\n|---|---:|---:|---:|\n",
+    );
+    for path in PATHS {
+        let Weight { code, gear, joint } = weigh(shell, &path)?;
+        let Path { image, title, code_limit, joint_limit } = path;
+        ensure!(code <= code_limit, "`{image}` takes {code} B of flash, and at most {code_limit} are allowed");
+        ensure!(
+            joint <= joint_limit,
+            "a joint of `{image}` takes {joint} B of RAM, and at most {joint_limit} are allowed"
+        );
+        writeln!(table, "| {title} | {code} | {gear} | {joint} |")?;
+    }
+    table.push_str(
+        "\nStack below the caller, at its deepest along paths that leave nothing out, found by painting it.\n\n\
+         | call | stack |\n|---|---:|\n",
+    );
+    let image = machine::M4F.build(shell, STACK)?;
+    for line in emulator::lines(&image, machine::M4F, Clock::Free)?.lines() {
+        let Some((Ok(bytes), name)) = line.split_once(' ').map(|(bytes, name)| (bytes.parse::<u64>(), name)) else {
+            bail!("the image `{STACK}` printed `{line}`: expected bytes and a name");
+        };
+        ensure!(bytes > 0, "the image `{STACK}` says: {name}");
+        ensure!(
+            bytes <= STACK_LIMIT || name.contains("terms"),
+            "{name} takes {bytes} B of stack, and at most {STACK_LIMIT} are allowed"
+        );
+        writeln!(table, "| {name} | {bytes} |")?;
+    }
+    print!("{table}");
+    golden::check(&shell.current_dir().join(TABLE), &table, overwrite)
+}
 
-    let mut names = Vec::new();
+/// Reads the sections and symbols of an image; refuses it if something is in it that must not be.
+fn weigh(shell: &Shell, path: &Path) -> Result<Weight> {
+    let image = path.image;
+    let elf = shell.read_binary_file(machine::M4F.build(shell, image)?)?;
+    let file = object::File::parse(&*elf).with_context(|| format!("cannot read the image `{image}`"))?;
     let (mut gear, mut joint) = (None, None);
-    for symbol in file.symbols().filter(|symbol| symbol.size() > 0) {
+    for symbol in file.symbols() {
         let name = format!("{:#}", demangle(symbol.name()?));
-        match name.as_str() {
-            "core_path::GEAR" => gear = Some(symbol.size()),
-            "core_path::JOINT" => joint = Some(symbol.size()),
+        ensure!(!is_panic(&name), "the control path can panic: the image `{image}` holds `{name}`");
+        ensure!(!is_double(&name), "the f32 path computes in double precision: the image `{image}` holds `{name}`");
+        match name.rsplit_once("::") {
+            Some((_, "GEAR")) => gear = Some(symbol.size()),
+            Some((_, "JOINT")) => joint = Some(symbol.size()),
             _ => {}
         }
-        names.push(name);
     }
-    for name in &names {
-        ensure!(!is_panic(name), "the control path can panic: the image `core_path` holds `{name}`");
-        ensure!(!is_double(name), "the f32 path computes in double precision: the image `core_path` holds `{name}`");
-    }
-    let gear = gear.context("the image `core_path` has no GEAR")?;
-    let joint = joint.context("the image `core_path` has no JOINT")?;
-    let code: u64 = file
+    let code = file
         .sections()
         .filter(|section| section.kind() == SectionKind::Text || section.name() == Ok(".rodata"))
         .map(|section| section.size())
         .sum();
-    ensure!(code <= CODE_LIMIT, "the control path takes {code} B of flash, and at most {CODE_LIMIT} are allowed");
-    ensure!(joint <= JOINT_LIMIT, "a joint takes {joint} B of RAM, and at most {JOINT_LIMIT} are allowed");
-
-    let mut table = String::from(
-        "# Size of the control path\n\n\
-         Bytes on a Cortex-M4F, law `masing` in `f32`, 16 turning points, start-up code included. Written by `cargo xtask size --overwrite`; the command\n\
-         fails where they change, and on any panic or double-precision arithmetic left in the image.\n\n\
-         | what | bytes |\n|---|---:|\n",
-    );
-    writeln!(table, "| code and constants, flash | {code} |")?;
-    writeln!(table, "| coefficients of a gear | {gear} |")?;
-    writeln!(table, "| state of a joint, RAM | {joint} |")?;
-    print!("{table}");
-    golden::check(&shell.current_dir().join(TABLE), &table, overwrite)
+    let gear = gear.with_context(|| format!("the image `{image}` has no GEAR"))?;
+    let joint = joint.with_context(|| format!("the image `{image}` has no JOINT"))?;
+    Ok(Weight { code, gear, joint })
 }
 
 fn is_panic(name: &str) -> bool {
