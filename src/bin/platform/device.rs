@@ -1,18 +1,33 @@
 //! On the microcontroller, or its emulator.
 
-use cortex_m_semihosting::debug::{self, EXIT_FAILURE, EXIT_SUCCESS};
+#[cfg(feature = "rtt")]
+use defmt_rtt as _;
+#[cfg(not(feature = "rtt"))]
 use defmt_semihosting as _;
 
 /// Ends the program, well.
 pub fn end() -> ! {
-    loop {
-        debug::exit(EXIT_SUCCESS);
-    }
+    exit(true)
 }
 
 fn fail() -> ! {
+    exit(false)
+}
+
+/// On a board the core sleeps for good: there is nowhere to return to.
+#[cfg(feature = "rtt")]
+fn exit(_well: bool) -> ! {
+    cortex_m::interrupt::disable();
     loop {
-        debug::exit(EXIT_FAILURE);
+        cortex_m::asm::wfi();
+    }
+}
+
+#[cfg(not(feature = "rtt"))]
+fn exit(well: bool) -> ! {
+    use cortex_m_semihosting::debug::{self, EXIT_FAILURE, EXIT_SUCCESS};
+    loop {
+        debug::exit(if well { EXIT_SUCCESS } else { EXIT_FAILURE });
     }
 }
 

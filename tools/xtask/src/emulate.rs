@@ -12,6 +12,9 @@ use crate::machine::{self, Machine};
 /// The image that must print the same on every machine, the host included.
 const BITS: &str = "bits";
 
+/// The control loop.
+const CONTROL: &str = "control";
+
 /// Runs every image; `overwrite` accepts what they print.
 pub fn run(shell: &Shell, overwrite: bool) -> Result<()> {
     let golden_file = shell.current_dir().join("src/bin/bits.out");
@@ -23,12 +26,20 @@ pub fn run(shell: &Shell, overwrite: bool) -> Result<()> {
         + "\n";
     golden::check(&golden_file, &host, overwrite)?;
     for machine in machine::ALL {
-        println!("emulate: {BITS} on {} ({})", machine.core, machine.board);
-        let image = machine.build(shell, BITS)?;
-        let lines = emulator::lines(&image, machine, Clock::Free)?;
+        let lines = lines(shell, BITS, machine, Clock::Free)?;
         golden::check(&golden_file, &lines, false).context("the bits differ from those of the host")?;
     }
+    for machine in machine::ALL {
+        let lines = lines(shell, CONTROL, machine, Clock::Instructions)?;
+        let accept = overwrite && machine.board == machine::M4F.board;
+        golden::check(&shell.current_dir().join("src/bin/control/f32.out"), &lines, accept)?;
+    }
     Ok(())
+}
+
+fn lines(shell: &Shell, image: &str, machine: Machine, clock: Clock) -> Result<String> {
+    println!("emulate: {image} on {} ({})", machine.core, machine.board);
+    emulator::lines(&machine.build(shell, image)?, machine, clock)
 }
 
 /// Runs one image that cargo has built, and prints its lines: the runner of `cargo run`.

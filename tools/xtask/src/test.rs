@@ -12,6 +12,12 @@ pub fn run(shell: &Shell) -> Result<()> {
     cmd!(shell, "cargo test --package gmhm --features micromath --lib --locked")
         .run()
         .context("a test of the feature `micromath` failed")?;
+    cmd!(
+        shell,
+        "cargo build --package gmhm --features rtt --profile firmware --bins --target thumbv7em-none-eabihf --locked"
+    )
+    .run()
+    .context("the images do not build for a board")?;
     emulate::run(shell, false)?;
     cost::run(shell, false)?;
     size::run(shell, false)?;
