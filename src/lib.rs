@@ -14,6 +14,7 @@
 //! | [`feedforward`] | what a joint controller adds: offset of the motor, hysteresis torque; gain, limits, start |
 //! | [`terms`] | physics beyond the base model: friction, ripple, backlash, creep, … |
 //! | [`block`] | parameter blocks: what a drive keeps of a model file |
+//! | [`store`] | two slots in flash for blocks: one is whole at any moment |
 //! | [`drive`] | the control tick over encoders and a torque command, by `embedded-hal` |
 //! | [`scalar`] | the operations the model asks of a number |
 //!
@@ -45,6 +46,7 @@ pub mod inverse;
 pub mod memory;
 pub mod params;
 pub mod scalar;
+pub mod store;
 pub mod terms;
 
 pub use elastic::Elastic;
