@@ -15,6 +15,7 @@
 //! | [`terms`] | physics beyond the base model: friction, ripple, backlash, creep, … |
 //! | [`block`] | parameter blocks: what a drive keeps of a model file |
 //! | [`store`] | two slots in flash for blocks: one is whole at any moment |
+//! | [`link`] | the serial port: read, try, store, go back |
 //! | [`drive`] | the control tick over encoders and a torque command, by `embedded-hal` |
 //! | [`scalar`] | the operations the model asks of a number |
 //!
@@ -43,6 +44,7 @@ pub mod elastic;
 pub mod feedforward;
 pub mod gear;
 pub mod inverse;
+pub mod link;
 pub mod memory;
 pub mod params;
 pub mod scalar;

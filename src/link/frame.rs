@@ -1,0 +1,73 @@
+//! Frames: COBS between zero bytes, a CRC-32 at the end of each body.
+
+use cobs::{CobsEncoder, DecodeResult, DecoderState};
+use heapless::Vec;
+
+use crate::block::CRC;
+
+/// The most bytes of a body.
+pub const MOST_BODY: usize = 148;
+
+const CRC_BYTES: usize = 4;
+
+/// The most bytes of a frame on the line: zero, one byte of overhead, body, CRC-32, zero.
+pub const MOST_FRAME: usize = MOST_BODY + CRC_BYTES + 3;
+
+/// The bytes of a body.
+pub type Body = Vec<u8, MOST_BODY>;
+
+/// The bytes of a frame, its zeros included.
+pub type Frame = Vec<u8, MOST_FRAME>;
+
+/// The frame of a body of at most [`MOST_BODY`] bytes; empty for a longer one.
+pub fn encode(body: &[u8]) -> Frame {
+    let mut frame = Frame::new();
+    let mut encoded = [0; MOST_FRAME - 2];
+    let mut encoder = CobsEncoder::new(&mut encoded);
+    let fits = body.len() <= MOST_BODY
+        && encoder.push(body).is_ok()
+        && encoder.push(&CRC.checksum(body).to_le_bytes()).is_ok();
+    let length = encoder.finalize();
+    if let (true, Some(encoded)) = (fits, encoded.get(..length)) {
+        // There is room: a body of less than 254 bytes has one byte of overhead.
+        let _ = frame.push(0);
+        let _ = frame.extend_from_slice(encoded);
+        let _ = frame.push(0);
+    }
+    frame
+}
+
+/// Finds the bodies in what comes over the line. Whatever comes, the next zero byte begins anew.
+#[derive(Debug, Default)]
+pub struct Receiver {
+    state: DecoderState,
+    bytes: Vec<u8, { MOST_BODY + CRC_BYTES }>,
+    overrun: bool,
+}
+
+impl Receiver {
+    /// One that has heard nothing.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Takes the next byte; a body where it ends a frame whose CRC-32 is right.
+    pub fn feed(&mut self, byte: u8) -> Option<&[u8]> {
+        match self.state.feed(byte) {
+            Ok(DecodeResult::DataStart) => {
+                self.bytes.clear();
+                self.overrun = false;
+                None
+            }
+            Ok(DecodeResult::DataContinue(byte)) => {
+                self.overrun |= self.bytes.push(byte).is_err();
+                None
+            }
+            Ok(DecodeResult::DataComplete) if !self.overrun => {
+                let (body, crc) = self.bytes.split_last_chunk::<CRC_BYTES>()?;
+                (CRC.checksum(body) == u32::from_le_bytes(*crc)).then_some(body)
+            }
+            Ok(DecodeResult::NoData | DecodeResult::DataComplete) | Err(_) => None,
+        }
+    }
+}

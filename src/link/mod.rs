@@ -1,0 +1,24 @@
+//! The serial port of a drive: read what is in force, try other parameters, keep them, go back.
+//!
+//! `docs/link.md` specifies every byte. Requests and answers are COBS frames with a CRC-32; the host of this crate uses the very code of the drive.
+//!
+//! | file | what |
+//! |---|---|
+//! | [`frame`] | bytes on the line to bodies and back |
+//! | [`message`] | bodies to requests and answers and back |
+//! | [`refusal`] | why a request was refused, and its CANopen abort code |
+//! | [`port`] | the drive's end: a [`Port`] over a [`Store`](crate::store::Store) and a [`Drive`] |
+//!
+//! The way of a block: [`Stage`](Request::Stage) and [`Data`](Request::Data) carry it into RAM, [`Try`](Request::Try) puts it in force there,
+//! [`Commit`](Request::Commit) stores what is on trial, [`Revert`](Request::Revert) ends the trial. What changes anything carries the number of its session
+//! and of its turn in it, so that a frame which is lost, repeated or late changes nothing, and nothing after it does.
+
+pub mod frame;
+pub mod message;
+pub mod port;
+pub mod refusal;
+
+pub use frame::{Frame, Receiver};
+pub use message::{Answer, Identified, Live, Origin, Request, Status, Tag};
+pub use port::{Drive, Port};
+pub use refusal::{Refusal, Refused};

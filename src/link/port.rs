@@ -1,0 +1,412 @@
+//! The drive's end of the line.
+
+use embedded_storage::nor_flash::NorFlash;
+
+use super::frame::{Frame, Receiver};
+use super::message::{Answer, Identified, LOAD, Live, MOST_BYTES, Origin, Request, SAVE, Status, Tag};
+use super::refusal::{Refusal, Refused};
+use crate::block::{Block, BlockError, FORMAT_VERSION, Header, Identity, ScalarKind, verify};
+use crate::store::{Entry, Store, StoreError};
+
+/// What the port asks of a drive.
+pub trait Drive {
+    /// The gear that it is mounted on; [`Identity::NONE`] where it does not know, and then the gear of the newest stored block counts.
+    fn gear(&self) -> Identity;
+
+    /// The arithmetic it computes in, and how many turning points it has room for.
+    fn arithmetic(&self) -> (ScalarKind, u16);
+
+    /// Whether its power stage is on.
+    fn is_enabled(&self) -> bool;
+
+    /// Puts a block in force, or none.
+    ///
+    /// # Errors
+    /// [`BlockError`]: what was in force before stays so.
+    fn adopt(&mut self, block: Option<&Block<'_>>) -> Result<(), BlockError>;
+
+    /// Whether the compensation is on.
+    fn is_compensating(&self) -> bool;
+
+    /// Switches the compensation.
+    fn compensate(&mut self, on: bool);
+
+    /// The gain ratio.
+    fn gain_ratio(&self) -> f32;
+
+    /// Sets the gain ratio, which lies between 0 and 1.
+    fn set_gain_ratio(&mut self, ratio: f32);
+
+    /// What it measures and computes.
+    fn live(&self) -> Live;
+}
+
+/// A serial port over a store, with room for blocks of `ROOM` bytes.
+///
+/// Call [`boot`](Self::boot) once and [`receive`](Self::receive) with what comes over the line, both outside the control interrupt: storing a block takes
+/// as long as the flash takes to erase a slot.
+#[derive(Debug)]
+pub struct Port<F, const ROOM: usize> {
+    receiver: Receiver,
+    desk: Desk<F, ROOM>,
+}
+
+impl<F: NorFlash, const ROOM: usize> Port<F, ROOM> {
+    /// A port where nothing is in force yet. `nonce` should differ from one power-up to the next: it is what tells sessions apart.
+    pub fn new(store: Store<F>, nonce: u32) -> Self {
+        let desk = Desk {
+            store,
+            stage: [0; ROOM],
+            staged: None,
+            in_force: InForce::Nothing,
+            boot_error: 0,
+            session: nonce,
+            next_turn: None,
+        };
+        Self { receiver: Receiver::new(), desk }
+    }
+
+    /// Puts the newest stored block in force that can be loaded, and tells which.
+    pub fn boot(&mut self, drive: &mut impl Drive) -> Option<Entry> {
+        self.desk.adopt_stored(drive);
+        match self.desk.in_force {
+            InForce::Stored(entry) => Some(entry),
+            _ => None,
+        }
+    }
+
+    /// Takes bytes from the line and hands back the frames that answer them.
+    pub fn receive(&mut self, bytes: &[u8], drive: &mut impl Drive, mut send: impl FnMut(&Frame)) {
+        for byte in bytes {
+            if let Some(body) = self.receiver.feed(*byte)
+                && let Some((command, tag, request)) = Request::decode(body)
+            {
+                let mut bytes = [0; MOST_BYTES];
+                let answer = request
+                    .map_err(Refused::from)
+                    .and_then(|request| self.desk.answer(request, tag, drive, &mut bytes));
+                send(&answer.unwrap_or_else(Answer::Refused).encode(command, tag));
+            }
+        }
+    }
+
+    /// Why the newest stored block could not be loaded at boot: [`BlockError::code`], or 0.
+    pub fn boot_error(&self) -> u16 {
+        self.desk.boot_error
+    }
+
+    /// The store again.
+    pub fn into_store(self) -> Store<F> {
+        self.desk.store
+    }
+}
+
+/// A block on its way.
+#[derive(Debug, Clone, Copy)]
+struct Staged {
+    length: usize,
+    crc: u32,
+    received: usize,
+}
+
+#[derive(Debug, Clone, Copy)]
+enum InForce {
+    Nothing,
+    Stored(Entry),
+    /// The whole of the stage.
+    Trial {
+        header: Header,
+        crc: u32,
+    },
+}
+
+#[derive(Debug)]
+struct Desk<F, const ROOM: usize> {
+    store: Store<F>,
+    stage: [u8; ROOM],
+    staged: Option<Staged>,
+    in_force: InForce,
+    boot_error: u16,
+    session: u32,
+    /// The turn that comes next; `None` where no session is open.
+    next_turn: Option<u32>,
+}
+
+impl<F: NorFlash, const ROOM: usize> Desk<F, ROOM> {
+    fn answer<'b>(
+        &mut self,
+        request: Request<'_>,
+        tag: Tag,
+        drive: &mut impl Drive,
+        bytes: &'b mut [u8; MOST_BYTES],
+    ) -> Result<Answer<'b>, Refused> {
+        if request.changes() {
+            self.admit(tag)?;
+        }
+        match request {
+            Request::Identify => return Ok(Answer::Identified(self.identify(drive))),
+            Request::Status => return Ok(Answer::Status(self.status(drive))),
+            Request::Read { offset, length } => {
+                let bytes = bytes.get_mut(..usize::from(length)).ok_or(Refusal::Payload)?;
+                self.read(offset, bytes)?;
+                return Ok(Answer::Bytes { offset, bytes });
+            }
+            Request::Live => return Ok(Answer::Live(drive.live())),
+            Request::Stage { length, crc } => self.begin(length, crc)?,
+            Request::Data { offset, bytes } => self.take(offset, bytes)?,
+            Request::Try => self.try_out(drive)?,
+            Request::Revert => self.revert(drive)?,
+            Request::Commit { signature, crc } => return self.commit(signature, crc, drive),
+            Request::RollBack { signature, sequence } => return self.roll_back(signature, sequence, drive),
+            Request::Compensate { on } => {
+                if on && matches!(self.in_force, InForce::Nothing) {
+                    return Err(Refusal::NoParameters.into());
+                }
+                drive.compensate(on);
+            }
+            Request::Gain { ratio } => {
+                if !(0.0..=1.0).contains(&ratio) {
+                    return Err(Refusal::Value.into());
+                }
+                drive.set_gain_ratio(ratio);
+            }
+        }
+        Ok(Answer::Done)
+    }
+
+    /// Whether a request that changes something is the session's next. Its turn is taken, whatever becomes of it.
+    fn admit(&mut self, tag: Tag) -> Result<(), Refusal> {
+        let next = self.next_turn.filter(|_| tag.session == self.session).ok_or(Refusal::Session)?;
+        if tag.turn != next {
+            return Err(Refusal::Order);
+        }
+        self.next_turn = next.checked_add(1);
+        Ok(())
+    }
+
+    fn identify(&mut self, drive: &impl Drive) -> Identified {
+        // A walk through all 2³² numbers: none comes twice while the drive is powered.
+        self.session = self.session.wrapping_mul(0x0019_660D).wrapping_add(0x3C6E_F35F);
+        self.next_turn = Some(0);
+        if !self.is_on_trial() {
+            self.staged = None;
+        }
+        let (scalar, stack_depth) = drive.arithmetic();
+        Identified {
+            session: self.session,
+            gear: self.gear(drive),
+            room: self.room() as u32,
+            format_version: FORMAT_VERSION,
+            scalar,
+            stack_depth,
+        }
+    }
+
+    fn status(&mut self, drive: &impl Drive) -> Status {
+        let (origin, header, crc) = match self.in_force {
+            InForce::Nothing => (Origin::Nowhere, None, 0),
+            InForce::Stored(entry) => (Origin::Stored, Some(entry.header), entry.crc),
+            InForce::Trial { header, crc } => (Origin::Trial, Some(header), crc),
+        };
+        Status {
+            origin,
+            sequence: header.map_or(0, |header| header.sequence),
+            crc,
+            length: header.map_or(0, |header| header.length),
+            stored_sequence: self.stored_sequence(),
+            boot_error: self.boot_error,
+            enabled: drive.is_enabled(),
+            compensating: drive.is_compensating(),
+            gain_ratio: drive.gain_ratio(),
+        }
+    }
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Refusal> {
+        let end = (offset as usize).checked_add(bytes.len()).ok_or(Refusal::Offset)?;
+        match self.in_force {
+            InForce::Nothing => Err(Refusal::NoParameters),
+            InForce::Stored(entry) if end <= entry.header.length as usize => {
+                self.store.read(&entry, offset, bytes).map_err(refusal)
+            }
+            InForce::Trial { header, .. } if end <= header.length as usize => {
+                bytes.copy_from_slice(self.stage.get(offset as usize..end).ok_or(Refusal::Offset)?);
+                Ok(())
+            }
+            _ => Err(Refusal::Offset),
+        }
+    }
+
+    fn begin(&mut self, length: u32, crc: u32) -> Result<(), Refusal> {
+        if self.is_on_trial() {
+            return Err(Refusal::OnTrial);
+        }
+        let length = length as usize;
+        if length > self.room() {
+            return Err(Refusal::Room);
+        }
+        self.staged = Some(Staged { length, crc, received: 0 });
+        Ok(())
+    }
+
+    fn take(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Refusal> {
+        if self.is_on_trial() {
+            return Err(Refusal::OnTrial);
+        }
+        let staged = self.staged.as_mut().ok_or(Refusal::Incomplete)?;
+        let end = staged.received.saturating_add(bytes.len());
+        if offset as usize != staged.received || end > staged.length {
+            return Err(Refusal::Offset);
+        }
+        self.stage.get_mut(staged.received..end).ok_or(Refusal::Offset)?.copy_from_slice(bytes);
+        staged.received = end;
+        Ok(())
+    }
+
+    fn try_out(&mut self, drive: &mut impl Drive) -> Result<(), Refused> {
+        if self.is_on_trial() {
+            return Err(Refusal::OnTrial.into());
+        }
+        if drive.is_compensating() {
+            return Err(Refusal::Compensating.into());
+        }
+        let staged = self.staged.filter(|staged| staged.received == staged.length).ok_or(Refusal::Incomplete)?;
+        let (newest, gear) = (self.stored_sequence(), self.gear(drive));
+        let block = self.stage.get(..staged.length).ok_or(Refusal::Incomplete)?;
+        let block = verify(block).map_err(refused_block)?;
+        if block.crc() != staged.crc {
+            return Err(Refusal::Checksum.into());
+        }
+        if gear != Identity::NONE && block.header().identity != gear {
+            return Err(Refusal::Gear.into());
+        }
+        if block.header().sequence <= newest {
+            return Err(Refusal::Sequence.into());
+        }
+        drive.adopt(Some(&block)).map_err(refused_block)?;
+        self.in_force = InForce::Trial { header: *block.header(), crc: block.crc() };
+        Ok(())
+    }
+
+    fn revert(&mut self, drive: &mut impl Drive) -> Result<(), Refusal> {
+        if !self.is_on_trial() {
+            return Err(Refusal::NotOnTrial);
+        }
+        if drive.is_compensating() {
+            return Err(Refusal::Compensating);
+        }
+        self.adopt_stored(drive);
+        Ok(())
+    }
+
+    fn commit<'b>(&mut self, signature: u32, crc: u32, drive: &impl Drive) -> Result<Answer<'b>, Refused> {
+        if signature != SAVE {
+            return Err(Refusal::Signature.into());
+        }
+        if drive.is_enabled() {
+            return Err(Refusal::Enabled.into());
+        }
+        let InForce::Trial { header, crc: on_trial } = self.in_force else {
+            return Err(Refusal::NotOnTrial.into());
+        };
+        if crc != on_trial {
+            return Err(Refusal::Checksum.into());
+        }
+        let bytes = self.stage.get(..header.length as usize).ok_or(Refusal::Incomplete)?;
+        let block = verify(bytes).map_err(refused_block)?;
+        let entry = self.store.write(&block).map_err(refusal)?;
+        // Boot must find it, too.
+        if self.store.newest() != Some(entry) {
+            return Err(Refusal::ReadBack.into());
+        }
+        self.in_force = InForce::Stored(entry);
+        self.staged = None;
+        self.boot_error = 0;
+        Ok(Answer::Stored { sequence: entry.header.sequence, crc: entry.crc })
+    }
+
+    fn roll_back<'b>(&mut self, signature: u32, sequence: u32, drive: &mut impl Drive) -> Result<Answer<'b>, Refused> {
+        if signature != LOAD {
+            return Err(Refusal::Signature.into());
+        }
+        if drive.is_enabled() {
+            return Err(Refusal::Enabled.into());
+        }
+        if drive.is_compensating() {
+            return Err(Refusal::Compensating.into());
+        }
+        if self.is_on_trial() {
+            return Err(Refusal::OnTrial.into());
+        }
+        let [Some(newest), Some(before)] = self.store.entries() else { return Err(Refusal::NothingBefore.into()) };
+        if newest.header.sequence != sequence {
+            return Err(Refusal::Sequence.into());
+        }
+        self.staged = None;
+        self.adopt_entry(&before, drive)?;
+        let rolled_back = self.store.roll_back();
+        // Whatever has become of the flash, what it holds is in force.
+        self.adopt_stored(drive);
+        let entry = rolled_back.map_err(refusal)?;
+        Ok(Answer::Stored { sequence: entry.header.sequence, crc: entry.crc })
+    }
+
+    /// Puts the newest stored block in force that can be loaded, or none.
+    fn adopt_stored(&mut self, drive: &mut impl Drive) {
+        self.staged = None;
+        self.boot_error = 0;
+        self.in_force = InForce::Nothing;
+        for entry in self.store.entries().into_iter().flatten() {
+            match self.adopt_entry(&entry, drive) {
+                Ok(()) => {
+                    self.in_force = InForce::Stored(entry);
+                    return;
+                }
+                Err(refused) if self.boot_error == 0 => self.boot_error = refused.detail,
+                Err(_) => {}
+            }
+        }
+        // Nothing is always accepted.
+        let _ = drive.adopt(None);
+    }
+
+    fn adopt_entry(&mut self, entry: &Entry, drive: &mut impl Drive) -> Result<(), Refused> {
+        let bytes = self.stage.get_mut(..entry.header.length as usize).ok_or(refused_block(BlockError::NoRoom))?;
+        self.store.read(entry, 0, bytes).map_err(refusal)?;
+        let block = verify(bytes).map_err(refused_block)?;
+        drive.adopt(Some(&block)).map_err(refused_block)
+    }
+
+    fn is_on_trial(&self) -> bool {
+        matches!(self.in_force, InForce::Trial { .. })
+    }
+
+    fn stored_sequence(&mut self) -> u32 {
+        self.store.newest().map_or(0, |entry| entry.header.sequence)
+    }
+
+    /// The gear whose blocks are accepted; none accepts any.
+    fn gear(&mut self, drive: &impl Drive) -> Identity {
+        match drive.gear() {
+            Identity::NONE => self.store.newest().map_or(Identity::NONE, |entry| entry.header.identity),
+            gear => gear,
+        }
+    }
+
+    fn room(&self) -> usize {
+        ROOM.min(self.store.room() as usize)
+    }
+}
+
+fn refused_block(error: BlockError) -> Refused {
+    Refused { refusal: Refusal::Block, detail: error.code() }
+}
+
+fn refusal<E>(error: StoreError<E>) -> Refusal {
+    match error {
+        StoreError::Flash(_) => Refusal::Flash,
+        StoreError::NotNewer { .. } => Refusal::Sequence,
+        StoreError::TooLong { .. } => Refusal::Room,
+        StoreError::ReadBack => Refusal::ReadBack,
+        StoreError::NothingBefore => Refusal::NothingBefore,
+    }
+}
