@@ -2,7 +2,7 @@
 
 mod gears;
 
-use gears::{Path, cycle, published, record};
+use gears::{Path, cycle, foreign, published, record};
 use gmhm_tools::estimate::FitOptions;
 use gmhm_tools::estimate::rivals::{Comparison, compare};
 use gmhm_tools::recording::Recording;
@@ -84,43 +84,9 @@ fn an_unseen_amplitude_is_held_out_whole() {
     assert!(rms(&lines, "two lines").unseen_recording_rms.unwrap() > 5.0 * gear);
 }
 
-/// A gear of 24 slip elements, their reaches spread over a decade and a half as asperities are, beside a hardening spring: nothing of GMHM's own.
-fn foreign(amplitude: f64, seed: u64) -> Recording {
-    use rand::SeedableRng;
-    use rand_distr::{Distribution, StandardNormal};
-    let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
-    let theta = cycle(amplitude, 1500, 2.5);
-    let elements: Vec<(f64, f64)> = (0..24)
-        .map(|k| {
-            let reach = 2.0 * A * 10.0_f64.powf(-1.5 + 1.5 * f64::from(k) / 23.0);
-            (reach, 120.0 * (1.0 + 3.0 * (f64::from(k) * 0.37).sin().powi(2)))
-        })
-        .collect();
-    let mut stops = [0.0_f64; 24];
-    let mut last = 0.0;
-    let torque = theta.iter().map(|theta| {
-        let mut sum = 2.1e4 * theta + 8e8 * theta.powi(3);
-        for (stop, (reach, stiffness)) in stops.iter_mut().zip(&elements) {
-            *stop = (*stop + theta - last).clamp(-reach, *reach);
-            sum += stiffness * *stop;
-        }
-        last = *theta;
-        let noise: f64 = StandardNormal.sample(&mut random);
-        sum + 0.02 * noise
-    });
-    let torque = torque.collect();
-    Recording {
-        name: format!("24 elements to {amplitude}"),
-        time_s: (0..theta.len()).map(|k| 1e-2 * k as f64).collect(),
-        torque: Some(torque),
-        deflection_rad: Some(theta),
-        ..Recording::default()
-    }
-}
-
 #[test]
 fn a_foreign_gear_of_24_slip_elements() {
-    let recordings = [foreign(0.4 * A, 1), foreign(0.7 * A, 2), foreign(A, 3)];
+    let recordings = [0.4, 0.7, 1.0].map(|size| foreign(A, size, (10.0 * size) as u64));
     let options = FitOptions { rated_deflection_rad: Some(A), ..FitOptions::default() };
     let lines = compare(&recordings, &options, &()).unwrap();
     let unseen = |name: &str| rms(&lines, name).unseen_recording_rms.unwrap();

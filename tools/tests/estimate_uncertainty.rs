@@ -78,6 +78,7 @@ fn standard_deviations_agree_with_the_scatter_of_500_refits() {
                 .collect();
             for name in names {
                 let ratio = scatter_over_reported(&fits, name);
+                println!("{:?}, noise AR(1) {phi}: {name}: scatter/reported {ratio:.3}", memory.law);
                 assert!(
                     (ratio - 1.0).abs() < 0.15,
                     "{:?}, noise AR(1) {phi}: {name}: scatter/reported {ratio}",

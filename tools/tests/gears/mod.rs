@@ -71,3 +71,35 @@ pub fn record(a: f64, elastic: Elastic, memory: Memory, path: &Path, noise_nm: f
         ..Recording::default()
     }
 }
+
+/// A gear of 24 slip elements, their reaches spread over a decade and a half as asperities are, beside a hardening spring: nothing of GMHM's own.
+pub fn foreign(a: f64, size: f64, seed: u64) -> Recording {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let theta = cycle(size * a, 1500, 2.5);
+    let elements: Vec<(f64, f64)> = (0..24)
+        .map(|k| {
+            let reach = 2.0 * a * 10.0_f64.powf(-1.5 + 1.5 * f64::from(k) / 23.0);
+            (reach, 120.0 * (1.0 + 3.0 * (f64::from(k) * 0.37).sin().powi(2)))
+        })
+        .collect();
+    let mut stops = [0.0_f64; 24];
+    let mut last = 0.0;
+    let torque = theta.iter().map(|theta| {
+        let mut sum = 2.1e4 * theta + 8e8 * theta.powi(3);
+        for (stop, (reach, stiffness)) in stops.iter_mut().zip(&elements) {
+            *stop = (*stop + theta - last).clamp(-reach, *reach);
+            sum += stiffness * *stop;
+        }
+        last = *theta;
+        let noise: f64 = StandardNormal.sample(&mut random);
+        sum + 0.02 * noise
+    });
+    let torque = torque.collect();
+    Recording {
+        name: format!("24 slip elements, {size} of the rated deflection"),
+        time_s: (0..theta.len()).map(|k| 1e-2 * k as f64).collect(),
+        torque: Some(torque),
+        deflection_rad: Some(theta),
+        ..Recording::default()
+    }
+}
