@@ -4,6 +4,10 @@ mod gears;
 
 use gears::{Path, cycle, published, record};
 use gmhm::{Gate, Kernel, Law, Memory};
+use gmhm_tools::estimate::bounded::Bound;
+use gmhm_tools::estimate::columns::{Column, Columns, Contribution, Evaluate, Mark, Offset, Past, Rows, Stretch};
+use gmhm_tools::estimate::problem::Problem;
+use gmhm_tools::estimate::uncertainty::of_columns;
 use gmhm_tools::estimate::{Fit, FitOptions, fit};
 use gmhm_tools::model::Model;
 use gmhm_tools::recording::Recording;
@@ -129,9 +133,65 @@ fn a_bound_that_holds_is_said() {
     let spring = Memory { alpha: 0.0, ..memory };
     let recording = record(A, elastic, spring, &Path { theta: cycle(A, 200, 2.0), period_s: 0.1 }, 0.1, 8);
     let found = fit(&[recording], &given(memory), &()).unwrap();
-    for parameter in found.uncertainty.parameters.iter().filter(|p| matches!(p.name, "e" | "h")) {
+    for parameter in found.uncertainty.parameters.iter().filter(|p| matches!(p.name.as_ref(), "e" | "h")) {
         assert!(parameter.value >= 0.0);
         assert!(parameter.value > 0.0 || parameter.at_bound, "{parameter:?}");
         assert!(parameter.at_bound || parameter.undetermined, "{parameter:?}");
+    }
+}
+
+/// A slow sine and a slow square wave, as two columns.
+struct Waves([Column; 2]);
+
+impl Contribution for Waves {
+    fn columns(&self) -> &[Column] {
+        &self.0
+    }
+
+    fn start<'a>(&'a self, _: &[f64], _: &'a Rows<'a>, _: usize) -> Box<dyn Evaluate + 'a> {
+        Box::new(AtWork)
+    }
+}
+
+struct AtWork;
+
+impl Evaluate for AtWork {
+    fn fill(&mut self, stretch: &Stretch<'_>, columns: &mut Columns<'_>) {
+        for (at, row) in stretch.range.clone().enumerate() {
+            let phase = row as f64 / 40.0;
+            columns.set(at, &[phase.sin(), (0.7 * phase).cos().signum()]);
+        }
+    }
+}
+
+#[test]
+fn without_a_noise_model_the_scatter_of_blocks_gives_standard_deviations() {
+    let waves = Waves(["sine", "square"].map(|name| Column::of_gear(name, "N·m", Bound::Free)));
+    let count = 4800;
+    let quiet = Recording {
+        time_s: (0..count).map(|k| k as f64).collect(),
+        torque: Some(vec![0.0; count]),
+        ..Recording::default()
+    };
+    let found: Vec<Vec<(f64, f64)>> = (0..400)
+        .map(|seed| {
+            let recording = with_coloured_noise(&quiet, 0.9, 0.1, seed);
+            let rows = [Rows {
+                recording: &recording,
+                deflection_rad: (&[][..]).into(),
+                torque: recording.torque.as_deref().unwrap().into(),
+                marks: vec![Mark::Used; count],
+                past: Past::Rest,
+            }];
+            let problem = Problem { rows: &rows, corrections: Vec::new(), contributions: vec![&Offset, &waves] };
+            let known = of_columns(&problem, &[], None, "");
+            known.parameters.iter().map(|p| (p.value, p.sd.unwrap())).collect()
+        })
+        .collect();
+    for (k, column) in waves.0.iter().enumerate() {
+        let scatter = (found.iter().map(|f| f[k].0.powi(2)).sum::<f64>() / found.len() as f64).sqrt();
+        let reported = (found.iter().map(|f| f[k].1.powi(2)).sum::<f64>() / found.len() as f64).sqrt();
+        println!("{}: scatter/reported {:.3}", column.name, scatter / reported);
+        assert!((scatter / reported - 1.0).abs() < 0.15, "{}: {scatter} {reported}", column.name);
     }
 }

@@ -4,7 +4,7 @@ mod browser;
 
 use browser::{assert_self_contained, screenshot};
 use gmhm_tools::recording::TorqueUnit;
-use gmhm_tools::report::figures::{self, TrendAxis};
+use gmhm_tools::report::figures::{self, Abscissa, TrendAxis};
 use gmhm_tools::report::page::{Input, Page, Provenance, Section, Table, TableRow, Tone, Verdict};
 use gmhm_tools::report::plot::{Curve, Figure, HeatMap, Role, Side, Style};
 
@@ -78,7 +78,13 @@ fn gallery(rows: usize) -> Page {
                         "Shaded: seconds that stand out.".into(),
                     ),
                     (
-                        figures::residual_by_direction("Residual over deflection", &theta, &left, UNIT),
+                        figures::residual_by_direction(
+                            "Residual over deflection",
+                            Abscissa::DEFLECTION,
+                            &theta,
+                            &left,
+                            UNIT,
+                        ),
                         "By direction.".into(),
                     ),
                 ])

@@ -18,7 +18,8 @@ pub(super) fn fit(fit: &Fit) -> String {
         };
         lines.push(format!("Structure {} ({of}), seed {}", chosen.name, fit.seed));
     }
-    lines.extend(fit.uncertainty.parameters.iter().map(parameter));
+    let width = fit.uncertainty.parameters.iter().map(|p| p.name.len()).max().unwrap_or(0);
+    lines.extend(fit.uncertainty.parameters.iter().map(|p| parameter(p, width)));
     lines.extend(notes(&fit.uncertainty.parameters));
     lines.push(format!("Left over: {:.4} {unit} rms in {} rows, {:.4} held out", fit.rms, fit.rows, fit.heldout_rms));
     lines.join("\n") + "\n"
@@ -85,10 +86,10 @@ fn percent(share: f64) -> String {
 }
 
 /// One parameter on a line.
-fn parameter(p: &Estimated) -> String {
+fn parameter(p: &Estimated, width: usize) -> String {
     let sd = p.sd.map_or("(not determined)".to_owned(), |sd| format!("± {sd:.1e}"));
     let bound = if p.at_bound { "  at its bound" } else { "" };
-    format!("  {:<20} {:>13.5e}  {sd:<17} {}{bound}", p.name, p.value, p.unit)
+    format!("  {:<width$} {:>13.5e}  {sd:<17} {}{bound}", p.name, p.value, p.unit)
 }
 
 /// What there is to say of parameters, each note once.
@@ -97,8 +98,8 @@ fn notes(parameters: &[Estimated]) -> Vec<String> {
     for p in parameters {
         let Some(note) = p.note.as_deref() else { continue };
         match notes.iter_mut().find(|(_, known)| *known == note) {
-            Some((names, _)) => names.push(p.name),
-            None => notes.push((vec![p.name], note)),
+            Some((names, _)) => names.push(&p.name),
+            None => notes.push((vec![&p.name], note)),
         }
     }
     notes.into_iter().map(|(names, note)| format!("  {}: {note}", names.join(", "))).collect()

@@ -143,6 +143,16 @@ pub fn back_substitute(factor: &Triangle, count: usize, rhs: &[f64]) -> Vec<f64>
     x
 }
 
+/// x with Rᵀ·x = rhs for the leading `count` columns.
+pub fn forward_substitute(factor: &Triangle, count: usize, rhs: &[f64]) -> Vec<f64> {
+    let mut x = vec![0.0; count];
+    for i in 0..count {
+        let known: f64 = (0..i).map(|j| factor.get(j, i) * x[j]).sum();
+        x[i] = (rhs[i] - known) / factor.get(i, i);
+    }
+    x
+}
+
 /// The factor of a small dense matrix given by rows, right-hand side last.
 pub fn factor_of_rows(rows: &[Vec<f64>]) -> Triangle {
     let columns = rows.first().map_or(0, Vec::len);

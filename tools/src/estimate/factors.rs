@@ -68,6 +68,29 @@ impl Factors {
         (triangle.squared_norm_of_product(&x), *rows)
     }
 
+    /// For each block the products of the columns with the residual, the nuisances eliminated: JᵀR of the gear's columns and derivatives.
+    pub fn scores(&self, system: &System, linear: &Linear) -> Vec<Vec<f64>> {
+        let mut scores = Vec::new();
+        for (recording, blocks) in self.triangles.iter().enumerate() {
+            let (kept, whole) = &system.parts[recording];
+            let mut x: Vec<f64> = linear.recordings[recording].iter().chain(&linear.gear).map(|b| -b).collect();
+            x.resize(self.nuisances + self.gear + self.derivatives, 0.0);
+            x.push(1.0);
+            for (triangle, _) in blocks {
+                let all = triangle.products(&x);
+                let own: Vec<f64> = kept.iter().map(|&j| all[j]).collect();
+                // Each column less its projection on the nuisances.
+                let weights = bounded::forward_substitute(whole, kept.len(), &own);
+                let shared = (0..self.gear + self.derivatives).map(|j| {
+                    let on: f64 = weights.iter().enumerate().map(|(i, w)| w * whole.get(i, kept.len() + j)).sum();
+                    all[self.nuisances + j] - on
+                });
+                scores.push(shared.collect());
+            }
+        }
+        scores
+    }
+
     /// Blocks a recording.
     pub fn folds(&self) -> usize {
         self.triangles.first().map_or(0, Vec::len)

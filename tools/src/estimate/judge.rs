@@ -47,8 +47,8 @@ pub struct Reason {
 pub struct Assessment {
     /// The judgement.
     pub verdict: Judgement,
-    /// What the recordings exercise.
-    pub coverage: Coverage,
+    /// What the recordings exercise; absent for a joint log.
+    pub coverage: Option<Coverage>,
     /// What the residual repeats; absent where the recordings are too short to tell.
     pub structure: Option<Structure>,
     /// Other models on the same recordings, the gear's own first.
@@ -92,7 +92,8 @@ impl Assessment {
         };
         let residuals: Vec<Vec<f64>> = recordings.iter().zip(&predictions).zip(&fit.offsets).map(left).collect();
         let gear = &fit.model.gear;
-        let rated = gear.rated_deflection_rad.unwrap_or(f64::NAN);
+        // A joint log has neither a rated deflection nor yardsticks for a loop.
+        let rated = gear.rated_deflection_rad.filter(|_| fit.model.elastic.is_some());
         let total: usize = recordings.iter().map(Recording::len).sum();
         let comparison_rows = if total <= COMPARED_ROWS { total } else { COMPARED_ROWS / recordings.len() };
         let beginnings: Vec<Recording> = recordings.iter().map(|r| r.beginning(comparison_rows)).collect();
@@ -109,9 +110,9 @@ impl Assessment {
         };
         let mut assessment = Self {
             verdict: Judgement { grade: Grade::Good, sentence: String::new(), reasons: Vec::new() },
-            coverage: Coverage::of(recordings, gear.deflection_zero_rad, rated),
+            coverage: rated.map(|rated| Coverage::of(recordings, gear.deflection_zero_rad, rated)),
             structure: structure(recordings, &residuals, fit.seed),
-            comparison: compare(&beginnings, &options, progress)?,
+            comparison: if rated.is_some() { compare(&beginnings, &options, progress)? } else { Vec::new() },
             comparison_rows,
             torque_peak: recordings.iter().map(size).fold(0.0, f64::max),
             predictions,
@@ -153,7 +154,8 @@ fn judge(fit: &Fit, evidence: &Assessment) -> Judgement {
         let times = fit.heldout_rms / rms;
         say(grade, format!("rows that took no part are predicted {times:.1} times worse than those fitted"));
     }
-    if let Some(Ok(params)) = fit.model.params(evidence.coverage.rated_deflection_rad) {
+    let rated = evidence.coverage.as_ref().map_or(f64::NAN, |c| c.rated_deflection_rad);
+    if let Some(Ok(params)) = fit.model.params(rated) {
         match invertible_range(&params, DRIVE_PERIOD_S) {
             Ok(range) if range > 0.995 => {}
             Ok(range) => {
@@ -172,8 +174,7 @@ fn judge(fit: &Fit, evidence: &Assessment) -> Judgement {
     for p in fit.uncertainty.parameters.iter().filter(|p| p.at_bound) {
         say(Grade::Caution, format!("{} is at its bound {}", p.name, p.value));
     }
-    let reach = evidence.coverage.reach();
-    if reach < REACH {
+    if let Some(reach) = evidence.coverage.as_ref().map(Coverage::reach).filter(|reach| *reach < REACH) {
         let percent = 100.0 * reach;
         say(
             Grade::Caution,
@@ -183,14 +184,14 @@ fn judge(fit: &Fit, evidence: &Assessment) -> Judgement {
         );
     }
     let vague = fit.uncertainty.parameters.iter().filter(|p| p.undetermined && p.sd.is_some() && !p.at_bound);
-    let vague: Vec<&str> = vague.map(|p| p.name).collect();
+    let vague: Vec<&str> = vague.map(|p| p.name.as_ref()).collect();
     if !vague.is_empty() {
         let (are, them) = if vague.len() == 1 { ("is", "it") } else { ("are", "them") };
         let names = vague.join(", ");
         say(
             Grade::Caution,
             format!(
-                "{names} {are} not determined by these recordings: within the strokes recorded that does no harm, beyond them do not rely on {them}"
+                "{names} {are} not determined by these recordings: within the motion recorded that does no harm, beyond them do not rely on {them}"
             ),
         );
     }
@@ -199,7 +200,7 @@ fn judge(fit: &Fit, evidence: &Assessment) -> Judgement {
         say(
             Grade::Caution,
             format!(
-                "{percent:.0} % of what is left repeats at the same deflection and direction, so physics is left out: run gmhm diagnose"
+                "{percent:.0} % of what is left repeats at the same place and direction, so physics is left out: run gmhm diagnose"
             ),
         );
     }
@@ -227,7 +228,7 @@ fn judge(fit: &Fit, evidence: &Assessment) -> Judgement {
     Judgement { grade, sentence, reasons }
 }
 
-/// What of a residual comes back at the same deflection and direction.
+/// What of a residual comes back at the same deflection (angle of a joint log) and direction.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Structure {
     /// Share of the residual's power that its first half predicts of its second, by deflection and direction.
@@ -251,7 +252,7 @@ pub fn structure(recordings: &[Recording], residuals: &[Vec<f64>], seed: u64) ->
     // Product of the bin means of the first half with the sums of each block of the second.
     let mut blocks: Vec<f64> = Vec::new();
     for (recording, residual) in recordings.iter().zip(residuals) {
-        let theta = recording.deflection_rad.as_deref()?;
+        let theta = recording.deflection_rad.as_deref().or(recording.theta_out_rad.as_deref())?;
         let rows = theta.len().min(residual.len());
         let fold = |(low, high): (f64, f64), x: &f64| (low.min(*x), high.max(*x));
         let (low, high) = theta[..rows].iter().fold((f64::INFINITY, f64::NEG_INFINITY), fold);

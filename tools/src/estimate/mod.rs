@@ -6,6 +6,7 @@
 //! | [`base`], [`assembly`] | the base model as contributions, and back |
 //! | [`problem`], [`factors`], [`triangle`], [`bounded`] | one pass over the recordings, its triangular factor, the exact bounded optimum |
 //! | [`swarm`], [`polish`] | search and polish of the nonlinear parameters |
+//! | [`joint`] | joint logs: gravity, inertia, friction |
 //! | [`noise`] | colour, outliers, quantisation |
 //! | [`select`] | law, kernel, gate and play by held-out prediction |
 //! | [`uncertainty`] | standard deviations, and what the recordings cannot tell |
@@ -26,6 +27,7 @@ pub mod bounded;
 pub mod columns;
 pub mod coverage;
 pub mod factors;
+pub mod joint;
 pub mod judge;
 pub mod noise;
 pub mod polish;
@@ -49,7 +51,8 @@ use base::{Play, Structure};
 use columns::{Mark, Past, Rows};
 use noise::Noise;
 use polish::Polished;
-use problem::Sweep;
+use problem::{Problem, Sweep};
+use refine::Weighted;
 use select::Candidate;
 use swarm::Stop;
 use uncertainty::{Estimated, Fitted, Uncertainty};
@@ -135,7 +138,7 @@ pub enum EstimateError {
         recording: String,
     },
     /// The gear does not move.
-    #[error("the deflection is the same in every row: nothing can be fitted")]
+    #[error("the deflection is the same in every row, or the joint of a joint log stands still: nothing can be fitted")]
     NoMovement,
     /// The torque does not change.
     #[error("the torque is the same in every row: nothing can be fitted")]
@@ -153,6 +156,12 @@ pub enum EstimateError {
     HasTerms {
         /// Its kind.
         kind: String,
+    },
+    /// A joint log that the base terms cannot be evaluated on.
+    #[error("{why}")]
+    Joint {
+        /// Why.
+        why: String,
     },
     /// The core refused the gear.
     #[error("the fitted gear is none: {0}")]
@@ -197,6 +206,8 @@ pub struct Fit {
     pub unsettled_rows: Vec<usize>,
     /// Noise of each recording.
     pub noise: Vec<Noise>,
+    /// Whether the rows were weighted against that noise; if not, the residual is physics left out more than noise, and the fit is plain least squares.
+    pub prewhitened: bool,
     /// Why the search stopped.
     pub stop: Stop,
     /// Evaluations of the whole problem.
@@ -213,11 +224,14 @@ impl Fit {
 /// Rows that the choice of the structure looks at; the chosen one is then fitted to all.
 const SELECTION_ROWS: usize = 20_000;
 
-/// Fits the base model to recordings of one gear.
+/// Fits the base model to recordings of one gear. Joint logs, which know no deflection, have the base model of [`joint`].
 ///
 /// # Errors
 /// When a recording lacks what is needed, or `progress` cancels.
 pub fn fit(recordings: &[Recording], options: &FitOptions, progress: &dyn Progress) -> Result<Fit, EstimateError> {
+    if options.method == Method::Auto && !recordings.is_empty() && recordings.iter().all(Recording::is_joint_log) {
+        return joint::fit(recordings, options, progress);
+    }
     let prepared = Prepared::new(recordings, options)?;
     let structures = prepared.structures(options);
     let Prepared { mut rows, mut gear, rated_deflection_rad, torque_nm, mut start } = prepared;
@@ -237,19 +251,20 @@ pub fn fit(recordings: &[Recording], options: &FitOptions, progress: &dyn Progre
     let gauge = options.start.as_ref().and_then(|m| m.memory).map_or(1.0, |m| m.omega_per_s.abs());
     let mut gauge_omega_per_s = if gauge > 0.0 { gauge } else { 1.0 };
     let mut assembly = Assembly::new(structure, rated_deflection_rad, &rows, &start.known)?;
-    let (result, noise, heldout_rms) = match options.method {
+    let Weighted { polished: result, noise, prewhitened, heldout_rms } = match options.method {
         Method::Auto => {
             let refined = refine::refine(assembly, &mut rows, &start.known, from, progress)?;
             assembly = refined.assembly;
-            (refined.polished, refined.noise, refined.heldout_rms)
+            refined.weighted
         }
         Method::Pso => {
             let allowed = options.evaluations.unwrap_or(pso::EVALUATIONS);
             let found = pso::search(&assembly, &rows, torque_nm, allowed, options.seed, progress)?;
             gauge_omega_per_s = found.omega_per_s.max(f64::MIN_POSITIVE);
-            let noise = refine::noise_of(&assembly, &rows, &found.polished);
-            let heldout_rms = select::heldout(&assembly.problem(&rows), &found.polished.nonlinear).0;
-            (found.polished, noise, heldout_rms)
+            let noise = refine::noise_of(&assembly.problem(&rows), &found.polished);
+            let heldout_rms = select::heldout(&assembly.problem(&rows), &found.polished.nonlinear, None).rms;
+            let prewhitened = noise.iter().all(Noise::is_white);
+            Weighted { polished: found.polished, noise, prewhitened, heldout_rms }
         }
     };
     evaluations += result.evaluations;
@@ -270,9 +285,9 @@ pub fn fit(recordings: &[Recording], options: &FitOptions, progress: &dyn Progre
         searched_play: matches!(structure.play, Play::UpTo(_)),
         torque_nm,
     };
-    let sweep = Sweep { noise: Some(&noise), ..Sweep::PLAIN };
-    let uncertainty = uncertainty::assess(&fitted, &rows, sweep, |rss, freedom| rss / freedom.max(1) as f64)?;
-    let (rss, counted) = plain_rss(&assembly, &rows, &result);
+    let mut uncertainty = uncertainty::assess(&fitted, &rows, prewhitened.then_some(&noise[..]))?;
+    uncertainty.per(recordings[0].torque_unit);
+    let (rss, counted) = plain_rss(&assembly.problem(&rows), &result);
     for candidate in &mut selection {
         candidate.chosen = candidate.structure == structure;
     }
@@ -292,6 +307,7 @@ pub fn fit(recordings: &[Recording], options: &FitOptions, progress: &dyn Progre
         known_start: start.known,
         unsettled_rows: start.unsettled,
         noise,
+        prewhitened,
         stop: result.stop,
         evaluations,
     })
@@ -345,8 +361,9 @@ fn named_model(
     Model { name, gear, torque_unit, elastic: Some(elastic), memory: Some(memory), terms: Vec::new() }
 }
 
-fn plain_rss(assembly: &Assembly, rows: &[Rows<'_>], result: &Polished) -> (f64, usize) {
-    let residuals = assembly.problem(rows).residuals(&result.nonlinear, &result.linear);
+fn plain_rss(problem: &Problem<'_>, result: &Polished) -> (f64, usize) {
+    let rows = problem.rows;
+    let residuals = problem.residuals(&result.nonlinear, &result.linear);
     let counted = |mark: &Mark| matches!(mark, Mark::Used | Mark::First);
     let mut sum = 0.0;
     let mut count = 0;

@@ -55,6 +55,11 @@ impl Noise {
         Self { innovation_sd: 1.0, rms: 1.0, ..Self::white() }
     }
 
+    /// Neither coloured nor of another size than elsewhere.
+    pub fn is_white(&self) -> bool {
+        self.order() == 0 && self.weight == 1.0
+    }
+
     /// p.
     pub fn order(&self) -> usize {
         self.coefficients.len()

@@ -12,6 +12,24 @@ const FEWEST_ROWS: usize = 12;
 
 /// The rows of each recording, its deflection relative to the gear's deflection zero.
 pub fn rows<'a>(recordings: &'a [Recording], gear: &GearSection) -> Result<Vec<Rows<'a>>, EstimateError> {
+    with_deflection(recordings, |recording| {
+        let mut deflection_rad = deflection(recording, gear)?;
+        if gear.deflection_zero_rad != 0.0 {
+            deflection_rad.to_mut().iter_mut().for_each(|theta| *theta -= gear.deflection_zero_rad);
+        }
+        Ok(deflection_rad)
+    })
+}
+
+/// The rows of joint logs, which have no deflection.
+pub fn joint_rows(recordings: &[Recording]) -> Result<Vec<Rows<'_>>, EstimateError> {
+    with_deflection(recordings, |_| Ok(Cow::Borrowed(&[])))
+}
+
+fn with_deflection<'a>(
+    recordings: &'a [Recording],
+    deflection: impl Fn(&'a Recording) -> Result<Cow<'a, [f64]>, EstimateError>,
+) -> Result<Vec<Rows<'a>>, EstimateError> {
     let first = recordings.first().ok_or(EstimateError::NoRecording)?;
     recordings
         .iter()
@@ -28,13 +46,9 @@ pub fn rows<'a>(recordings: &'a [Recording], gear: &GearSection) -> Result<Vec<R
                 });
             }
             let torque = recording.torque.as_deref().ok_or_else(|| EstimateError::NoTorque { recording: name() })?;
-            let mut deflection_rad = deflection(recording, gear)?;
-            if gear.deflection_zero_rad != 0.0 {
-                deflection_rad.to_mut().iter_mut().for_each(|theta| *theta -= gear.deflection_zero_rad);
-            }
             Ok(Rows {
                 recording,
-                deflection_rad,
+                deflection_rad: deflection(recording)?,
                 torque: Cow::Borrowed(torque),
                 marks: gaps(&recording.time_s),
                 past: Past::Rest,
@@ -77,11 +91,12 @@ pub fn deflection_range(rows: &[Rows<'_>]) -> (f64, f64) {
     all.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &theta| (low.min(theta), high.max(theta)))
 }
 
-/// Largest torque beside its mean, N·m.
+/// Largest torque beside its mean, N·m; 0 where only rounding is left.
 pub fn torque_size(rows: &[Rows<'_>]) -> f64 {
     let count: usize = rows.iter().map(Rows::len).sum();
     let mean = rows.iter().flat_map(|r| r.torque.iter()).sum::<f64>() / count.max(1) as f64;
-    rows.iter().flat_map(|r| r.torque.iter()).fold(0.0, |size: f64, t| size.max((t - mean).abs()))
+    let size = rows.iter().flat_map(|r| r.torque.iter()).fold(0.0, |size: f64, t| size.max((t - mean).abs()));
+    if size > 1e-12 * mean.abs() { size } else { 0.0 }
 }
 
 /// The rates 1/s between which a memory can be told from a spring and from an offset: a tenth of the recordings' length to ten a sample.

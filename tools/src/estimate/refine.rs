@@ -5,7 +5,7 @@ use super::base::Structure;
 use super::columns::{Mark, Rows};
 use super::noise::{self, Noise};
 use super::polish::{Polished, polish, project};
-use super::problem::{Sweep, Tangent};
+use super::problem::{Problem, Sweep, Tangent};
 use super::select::heldout;
 use super::{EstimateError, Progress, Start};
 
@@ -13,13 +13,24 @@ use super::{EstimateError, Progress, Start};
 pub struct Refined {
     /// The parts, the zero of the deflection among them where the data show one.
     pub assembly: Assembly,
+    /// Against which noise, and how well.
+    pub weighted: Weighted,
+}
+
+/// A fit, the noise beside it, and whether the one was weighted against the other.
+pub struct Weighted {
     /// Where the fit ended.
     pub polished: Polished,
     /// Noise of each recording.
     pub noise: Vec<Noise>,
+    /// Whether the rows were filtered white.
+    pub prewhitened: bool,
     /// Root mean square on blocks held out, N·m.
     pub heldout_rms: f64,
 }
+
+/// Prewhitening that predicts held-out rows worse than this many times the plain fit took physics for noise.
+const PHYSICS: f64 = 1.05;
 
 /// Fits and noise estimates in turn, at most so often.
 const ROUNDS: usize = 4;
@@ -77,21 +88,35 @@ pub fn refine(
     let plain =
         if outliers > 0 { polish(&assembly.problem(rows), &plain.nonlinear, Sweep::PLAIN, progress) } else { plain };
     let (assembly, plain, heldout_rms) = look_for_zero(assembly, rows, known_start, plain, progress)?;
-    let mut noise = noise_of(&assembly, rows, &plain);
-    let mut polished = plain;
+    let weighted = against_noise(&assembly.problem(rows), plain, heldout_rms, progress)?;
+    Ok(Refined { assembly, weighted })
+}
+
+/// Fits and noise estimates in turn, until neither moves.
+///
+/// Prewhitening is best where the residual is noise. Where physics was left out, it gives up the slow and large part of the torque for the fast one, and
+/// predicts worse: then the plain fit, whose error held out is handed in, is kept.
+pub fn against_noise(
+    problem: &Problem<'_>,
+    plain: Polished,
+    plain_heldout_rms: f64,
+    progress: &dyn Progress,
+) -> Result<Weighted, EstimateError> {
+    let mut noise = noise_of(problem, &plain);
+    let mut polished = plain.clone();
     for round in 0..ROUNDS {
         progress.report("fitting", 0.3 + 0.7 * round as f64 / ROUNDS as f64);
         if progress.cancelled() {
             return Err(EstimateError::Cancelled);
         }
-        if noise.iter().all(|n| n.order() == 0 && n.weight == 1.0) {
+        if noise.iter().all(Noise::is_white) {
             break;
         }
         let sweep = Sweep { noise: Some(&noise), ..Sweep::PLAIN };
         let used = polished.evaluations;
-        polished = polish(&assembly.problem(rows), &polished.nonlinear, sweep, progress);
+        polished = polish(problem, &polished.nonlinear, sweep, progress);
         polished.evaluations += used;
-        let again = noise_of(&assembly, rows, &polished);
+        let again = noise_of(problem, &polished);
         let settled = noise.iter().zip(&again).all(|(a, b)| {
             a.order() == b.order() && (a.innovation_sd - b.innovation_sd).abs() <= 1e-3 * b.innovation_sd
         });
@@ -101,13 +126,22 @@ pub fn refine(
         }
     }
     if noise.iter().any(|n| n.order() > 0) {
-        restore_slowness(&assembly, rows, &polished.nonlinear, &mut noise);
+        restore_slowness(problem, &polished.nonlinear, &mut noise);
         let sweep = Sweep { noise: Some(&noise), ..Sweep::PLAIN };
         let used = polished.evaluations;
-        polished = polish(&assembly.problem(rows), &polished.nonlinear, sweep, progress);
+        polished = polish(problem, &polished.nonlinear, sweep, progress);
         polished.evaluations += used;
     }
-    Ok(Refined { assembly, polished, noise, heldout_rms })
+    if noise.iter().all(Noise::is_white) {
+        return Ok(Weighted { polished, noise, prewhitened: true, heldout_rms: plain_heldout_rms });
+    }
+    let heldout_rms = heldout(problem, &polished.nonlinear, Some(&noise)).rms;
+    if heldout_rms > PHYSICS * plain_heldout_rms {
+        let noise = noise_of(problem, &plain);
+        let polished = Polished { evaluations: polished.evaluations, ..plain };
+        return Ok(Weighted { polished, noise, prewhitened: false, heldout_rms: plain_heldout_rms });
+    }
+    Ok(Weighted { polished, noise, prewhitened: true, heldout_rms })
 }
 
 /// Independent samples' worth of rows beyond which the fit takes nothing that matters out of the noise.
@@ -116,8 +150,8 @@ const PLENTY: f64 = 3000.0;
 /// The columns take up the slow part of the noise, so its residual looks faster than it is and standard deviations come out small. The first reflection
 /// coefficient is therefore moved to the optimum of the restricted likelihood, which allows for the columns (Patterson, Thompson 1971; Harville 1977):
 /// −2 ln L = (n − k) ln RSS + ln det Ω + ln det XᵀΩ⁻¹X.
-fn restore_slowness(assembly: &Assembly, rows: &[Rows<'_>], nonlinear: &[f64], noise: &mut [Noise]) {
-    let problem = assembly.problem(rows);
+fn restore_slowness(problem: &Problem<'_>, nonlinear: &[f64], noise: &mut [Noise]) {
+    let rows = problem.rows;
     let bounds = problem.bounds();
     let criterion = |noise: &[Noise]| {
         let system = problem.factor(nonlinear, None, Sweep { noise: Some(noise), ..Sweep::PLAIN }).combine(|_, _| true);
@@ -159,7 +193,7 @@ fn look_for_zero(
     without: Polished,
     progress: &dyn Progress,
 ) -> Result<(Assembly, Polished, f64), EstimateError> {
-    let before = heldout(&assembly.problem(rows), &without.nonlinear).0;
+    let before = heldout(&assembly.problem(rows), &without.nonlinear, None).rms;
     let rated = assembly.rated_deflection_rad;
     let shifted = Assembly::new(assembly.structure, rated, rows, known_start)?.with_free_zero();
     let problem = shifted.problem(rows);
@@ -181,7 +215,7 @@ fn look_for_zero(
     let with = polish(&problem, &from, Sweep::PLAIN, progress);
     let significant = without.rss - with.rss > 2.0 * SIGNIFICANT.powi(2) * with.rss / count;
     if significant && with.nonlinear[0].abs() > 1e-6 * rated {
-        let after = heldout(&problem, &with.nonlinear).0;
+        let after = heldout(&problem, &with.nonlinear, None).rms;
         if after < 0.98 * before {
             return Ok((shifted, with, after));
         }
@@ -190,8 +224,8 @@ fn look_for_zero(
 }
 
 /// The noise of each recording beside a fit. A recording with clearly more or less noise than the others counts accordingly.
-pub fn noise_of(assembly: &Assembly, rows: &[Rows<'_>], fit: &Polished) -> Vec<Noise> {
-    let problem = assembly.problem(rows);
+pub fn noise_of(problem: &Problem<'_>, fit: &Polished) -> Vec<Noise> {
+    let rows = problem.rows;
     let used = (problem.gear_columns().len() + problem.nonlinear().len()).div_ceil(rows.len()) + 1;
     let size = super::prepare::torque_size(rows);
     let residuals = problem.residuals(&fit.nonlinear, &fit.linear);

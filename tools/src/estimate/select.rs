@@ -12,10 +12,11 @@ use rayon::prelude::*;
 use super::assembly::Assembly;
 use super::base::{Play, Structure};
 use super::columns::Rows;
-use super::factors::Factors;
+use super::noise::Noise;
 use super::polish::{polish, project};
 use super::problem::{Problem, Sweep, Tangent};
 use super::swarm::{SwarmOptions, minimise};
+use super::triangle::Triangle;
 use super::{EstimateError, Progress, bounded};
 
 /// One line of the selection table.
@@ -97,8 +98,22 @@ pub fn search(problem: &Problem<'_>, seed: u64, progress: &dyn Progress) -> (Vec
     (polished.nonlinear, best.evaluations + polished.evaluations)
 }
 
-/// Held-out errors of a problem at the optimum of its nonlinear parameters: total (root mean square), and mean square of each block.
-pub fn heldout(problem: &Problem<'_>, nonlinear: &[f64]) -> (f64, Vec<f64>, f64) {
+/// Errors of a problem on blocks that took no part in its fit.
+#[derive(Debug, Clone)]
+pub struct Heldout {
+    /// Root mean square of all blocks.
+    pub rms: f64,
+    /// Root mean square of the same rows where they take part.
+    pub in_sample_rms: f64,
+    /// Mean square of each block.
+    blocks: Vec<f64>,
+}
+
+/// Left-out rows still count with this weight, so that what only they tell is taken from them, not from rounding.
+const LEFT_OUT: f64 = 1e-2;
+
+/// Held-out errors of a problem at the optimum of its nonlinear parameters, fitted against `noise` where given. The errors themselves are never filtered.
+pub fn heldout(problem: &Problem<'_>, nonlinear: &[f64], noise: Option<&[Noise]>) -> Heldout {
     let sweep = Sweep { folds: FOLDS, ..Sweep::PLAIN };
     let infos = problem.nonlinear();
     // A parameter at the edge of its range stays there.
@@ -110,61 +125,69 @@ pub fn heldout(problem: &Problem<'_>, nonlinear: &[f64]) -> (f64, Vec<f64>, f64)
     let room: Vec<(f64, f64)> =
         smooth.iter().map(|&k| (infos[k].low - nonlinear[k], infos[k].high - nonlinear[k])).collect();
     let bounds = problem.bounds();
-    let (linear, at_bound, factors) = if smooth.is_empty() {
-        let factors = problem.factor(nonlinear, None, sweep);
+    let training = Sweep { noise, ..sweep };
+    let (linear, at_bound, trained) = if smooth.is_empty() {
+        let factors = problem.factor(nonlinear, None, training);
         let system = factors.combine(|_, _| true);
         let solution = bounded::solve(&system.shared, &bounds);
         (system.linear(&solution.coefficients), solution.at_bound, factors)
     } else {
-        let (linear, solution) = problem.solve(nonlinear, Sweep::PLAIN);
+        let (linear, solution) = problem.solve(nonlinear, Sweep { noise, ..Sweep::PLAIN });
         let tangent = Tangent { parameters: &smooth, linear: &linear };
-        let factors = problem.factor(nonlinear, Some(tangent), sweep);
+        let factors = problem.factor(nonlinear, Some(tangent), training);
         (linear, solution.at_bound, factors)
     };
+    let unfiltered = noise.map(|_| {
+        let tangent = (!smooth.is_empty()).then_some(Tangent { parameters: &smooth, linear: &linear });
+        problem.factor(nonlinear, tangent, sweep)
+    });
+    let factors = unfiltered.as_ref().unwrap_or(&trained);
     let whole = factors.combine(|_, _| true);
+    let everything = trained.combine(|_, _| true).shared.scaled(LEFT_OUT);
+    // The nuisances suit the unfiltered rows, in sample as held out.
+    let linear = whole.linear(&linear.gear);
     let (mut sum, mut rows, mut in_sample) = (0.0, 0, 0.0);
-    let mut errors = Vec::new();
+    let mut blocks = Vec::new();
     let none = vec![0.0; smooth.len()];
     for recording in 0..factors.recordings() {
         for fold in 0..factors.folds() {
-            let (gear, step) = leave_out(&factors, (recording, fold), &bounds, &at_bound, &room);
+            let mut remaining = trained.combine(|r, f| (r, f) != (recording, fold)).shared;
+            remaining.merge(&everything);
+            let (gear, step) = without_block(&remaining, &bounds, &at_bound, &room);
             let shared: Vec<f64> = gear.iter().chain(&step).copied().collect();
-            let trained = whole.linear(&shared);
-            let (error, count) = factors.squared_error(recording, fold, &trained, &step);
+            let (error, count) = factors.squared_error(recording, fold, &whole.linear(&shared), &step);
             if count > 0 {
                 sum += error;
                 rows += count;
                 in_sample += factors.squared_error(recording, fold, &linear, &none).0;
-                errors.push(error / count as f64);
+                blocks.push(error / count as f64);
             }
         }
     }
     let count = rows.max(1) as f64;
-    ((sum / count).sqrt(), errors, (in_sample / count).sqrt())
+    Heldout { rms: (sum / count).sqrt(), in_sample_rms: (in_sample / count).sqrt(), blocks }
 }
 
-/// The gear's linear parameters without one block, and how far the nonlinear ones move along their derivatives.
-fn leave_out(
-    factors: &Factors,
-    left_out: (usize, usize),
+/// The gear's linear parameters without a block, and how far the nonlinear ones move along their derivatives.
+fn without_block(
+    remaining: &Triangle,
     bounds: &[bounded::Bound],
     at_bound: &[bool],
     room: &[(f64, f64)],
 ) -> (Vec<f64>, Vec<f64>) {
     let derivatives = room.len();
-    let system = factors.combine(|r, f| (r, f) != left_out);
     if derivatives == 0 {
-        return (bounded::solve(&system.shared, bounds).coefficients, Vec::new());
+        return (bounded::solve(remaining, bounds).coefficients, Vec::new());
     }
-    let reduced = project(&system.shared, at_bound, derivatives);
+    let reduced = project(remaining, at_bound, derivatives);
     let all: Vec<usize> = (0..derivatives).collect();
     let mut step = bounded::solve_subset(&reduced, &all).coefficients;
     step.iter_mut().zip(room).for_each(|(step, (low, high))| *step = step.clamp(*low, *high));
     // The torque less what the step explains, on the gear's columns.
     let gear = bounds.len();
-    let rest: Vec<Vec<f64>> = (0..system.shared.columns())
+    let rest: Vec<Vec<f64>> = (0..remaining.columns())
         .map(|i| {
-            let at = |j: usize| if j >= i { system.shared.get(i, j) } else { 0.0 };
+            let at = |j: usize| if j >= i { remaining.get(i, j) } else { 0.0 };
             let explained: f64 = (0..derivatives).map(|k| at(gear + k) * step[k]).sum();
             (0..gear).map(at).chain([at(gear + derivatives) - explained]).collect()
         })
@@ -189,7 +212,7 @@ pub fn table(
         if progress.cancelled() {
             return Err(EstimateError::Cancelled);
         }
-        let (heldout_rms, fold_errors, rms) = heldout(&problem, &nonlinear);
+        let Heldout { rms: heldout_rms, blocks: fold_errors, in_sample_rms: rms } = heldout(&problem, &nonlinear, None);
         progress.report("choosing the law", (1 + done.fetch_add(1, Relaxed)) as f64 / structures.len() as f64);
         let candidate = Candidate {
             name: name(structure),

@@ -127,6 +127,12 @@ impl Triangle {
         self.absorb(&mut block);
     }
 
+    /// The factor of the same rows, each times `weight`.
+    #[must_use]
+    pub fn scaled(&self, weight: f64) -> Self {
+        Self { columns: self.columns, r: self.r.iter().map(|x| weight * x).collect() }
+    }
+
     /// The factor of some of the columns, in the given order.
     pub fn select(&self, columns: &[usize]) -> Self {
         let mut block = Block::new(columns.len(), self.columns);
@@ -148,6 +154,13 @@ impl Triangle {
             }
         }
         tail
+    }
+
+    /// RᵀR·x.
+    pub fn products(&self, x: &[f64]) -> Vec<f64> {
+        let rows: Vec<f64> =
+            (0..self.columns).map(|i| (i..self.columns).map(|j| self.get(i, j) * x[j]).sum()).collect();
+        (0..self.columns).map(|j| (0..=j).map(|i| self.get(i, j) * rows[i]).sum()).collect()
     }
 
     /// The squared norm of R·x.

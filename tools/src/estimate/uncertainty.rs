@@ -4,28 +4,33 @@
 //! what the recordings say nothing about: a parameter with a share in one gets no standard deviation, whatever the reason (a gauge, a term the law does not
 //! have, an experiment that never moved it). Combinations without such a share keep theirs.
 
+use std::borrow::Cow;
+
 use gmhm::{Elastic, Gear, Kernel, Law, Memory, Params, State};
 use nalgebra::{DMatrix, DVector};
 
 use super::EstimateError;
 use super::base::TURNING_POINTS;
-use super::bounded::Bound;
+use super::bounded::{Bound, Solution};
 use super::columns::{
     Column, Columns, Contribution, Correction, DeflectionZero, Evaluate, Nonlinear, Offset, Rows, Stretch,
 };
-use super::problem::{Problem, Sweep, Tangent};
+use super::noise::Noise;
+use super::problem::{Linear, Problem, Sweep, Tangent};
+use crate::model::key_per;
+use crate::recording::TorqueUnit;
 
 /// One parameter as it goes into reports.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Estimated {
-    /// Its name in model files; e, h and ρ by their symbols.
-    pub name: &'static str,
+    /// Its name in model files, that of a term after its kind and a dot; e, h and ρ by their symbols.
+    pub name: Cow<'static, str>,
     /// Its value.
     pub value: f64,
     /// Standard deviation under the noise found; absent where the recordings do not fix the parameter by itself.
     pub sd: Option<f64>,
     /// Its unit.
-    pub unit: &'static str,
+    pub unit: Cow<'static, str>,
     /// Held at a bound.
     pub at_bound: bool,
     /// The recordings do not tell it from zero, or not at all.
@@ -40,9 +45,24 @@ pub struct Uncertainty {
     /// Every parameter.
     pub parameters: Vec<Estimated>,
     /// Names in the order of `correlation`.
-    pub correlated: Vec<&'static str>,
+    pub correlated: Vec<Cow<'static, str>>,
     /// Correlation matrix, by rows.
     pub correlation: Vec<Vec<f64>>,
+}
+
+impl Uncertainty {
+    /// Names and units as they read where current stands in for the torque.
+    pub(super) fn per(&mut self, unit: TorqueUnit) {
+        let in_unit = |name: &mut Cow<'static, str>| {
+            let spelled = name.split('.').map(|part| key_per(part, unit)).collect::<Vec<_>>().join(".");
+            *name = spelled.into();
+        };
+        for parameter in &mut self.parameters {
+            in_unit(&mut parameter.name);
+            parameter.unit = unit.of_parameter(&parameter.unit).into_owned().into();
+        }
+        self.correlated.iter_mut().for_each(in_unit);
+    }
 }
 
 /// A singular value below this share of the largest is a direction the recordings say nothing about. Derivatives are good to 1e-9.
@@ -156,13 +176,8 @@ pub struct Fitted<'f> {
     pub torque_nm: f64,
 }
 
-/// Standard deviations and notes. `variance` is that of the filtered rows.
-pub fn assess(
-    fitted: &Fitted<'_>,
-    rows: &[Rows<'_>],
-    sweep: Sweep<'_>,
-    variance: impl Fn(f64, usize) -> f64,
-) -> Result<Uncertainty, EstimateError> {
+/// Standard deviations and notes of a fit against `noise`, or without.
+pub fn assess(fitted: &Fitted<'_>, rows: &[Rows<'_>], noise: Option<&[Noise]>) -> Result<Uncertainty, EstimateError> {
     let whole = WholeGear::new(
         fitted.rated_deflection_rad,
         fitted.elastic,
@@ -176,20 +191,12 @@ pub fn assess(
     let problem = Problem { rows, corrections, contributions: vec![&Offset, &whole] };
     let values = WholeGear::values(&fitted.elastic, &fitted.memory);
     let nonlinear: Vec<f64> = zero.iter().map(|(around, _)| *around).chain(values).collect();
-    let (linear, solution) = problem.solve(&nonlinear, sweep);
     let all: Vec<usize> = (0..nonlinear.len()).collect();
-    let tangent = Tangent { parameters: &all, linear: &linear };
-    let system = problem.factor(&nonlinear, Some(tangent), sweep).combine(|_, _| true);
     // What is held at its bound does not vary; α = 0 leaves β and ω without a meaning, which the singular directions show.
     let held: Vec<bool> = (0..all.len()).map(|k| k >= zeros + 3 && nonlinear[k] == 0.0).collect();
     let free: Vec<usize> = all.iter().copied().filter(|&k| !held[k]).collect();
-    let jacobian = system.shared.select(&free.iter().map(|k| 1 + k).collect::<Vec<_>>());
     let count = free.len();
-    let freedom = count + system.nuisances;
-    let spread = Spread::new(
-        &DMatrix::from_fn(count, count, |i, j| jacobian.get(i, j)),
-        variance(solution.rss, system.rows.saturating_sub(freedom)),
-    );
+    let spread = Spread::of(&problem, &nonlinear, noise, |_| free.iter().map(|k| 1 + k).collect()).0;
 
     let place = |k: usize| free.iter().position(|&f| f == zeros + k);
     let unit_vector = |k: usize| place(k).map(|p| DVector::from_fn(count, |i, _| if i == p { 1.0 } else { 0.0 }));
@@ -220,16 +227,87 @@ pub fn assess(
     Ok(report.finish())
 }
 
+/// Standard deviations of a problem whose parameters are those of the model file: the gear's linear ones as named by their columns, then the nonlinear ones.
+/// `open` says what would determine what the recordings leave open.
+pub fn of_columns(problem: &Problem<'_>, nonlinear: &[f64], noise: Option<&[Noise]>, open: &str) -> Uncertainty {
+    let columns = problem.gear_columns();
+    let count = columns.len() + nonlinear.len();
+    let mut free = Vec::new();
+    let (spread, linear) = Spread::of(problem, nonlinear, noise, |solution| {
+        free = (0..count).filter(|&k| !solution.at_bound.get(k).copied().unwrap_or(false)).collect();
+        free.clone()
+    });
+    let infos = problem.nonlinear();
+    let line = |k: usize| {
+        let (name, unit, value) = match k.checked_sub(columns.len()) {
+            None => (&columns[k].name, &columns[k].unit, linear.gear[k]),
+            Some(own) => (&infos[own].name, &infos[own].unit, nonlinear[own]),
+        };
+        let place = free.iter().position(|f| *f == k);
+        let direction = place.and_then(|place| {
+            spread.direction(&DVector::from_fn(free.len(), |i, _| if i == place { 1.0 } else { 0.0 }))
+        });
+        let sd = direction.as_ref().map(|d| d.norm() * spread.variance.sqrt());
+        let vague = sd.is_some_and(|sd| 2.0 * sd >= value.abs());
+        let note = match (place, sd) {
+            (None, _) => Some("at its bound 0: the recordings ask for none".to_owned()),
+            (Some(_), None) => Some(format!("the recordings do not tell it by itself: {open}")),
+            (Some(_), Some(sd)) if vague => {
+                Some(format!("undetermined: standard deviation {:.0} % of the value; {open}", 100.0 * sd / value.abs()))
+            }
+            _ => None,
+        };
+        let (at_bound, undetermined) = (place.is_none(), place.is_some() && (sd.is_none() || vague));
+        let (name, unit) = (name.clone(), unit.clone());
+        (Estimated { name, value, sd, unit, at_bound, undetermined, note }, direction)
+    };
+    let lines: Vec<(Estimated, Option<DVector<f64>>)> = (0..count).map(line).collect();
+    correlated(lines)
+}
+
 /// Covariance with the directions that the data leave open.
 struct Spread {
     scale: DVector<f64>,
-    /// Columns: known directions over their singular values, in scaled coordinates.
+    /// A factor of the covariance over `variance`, in scaled coordinates.
     known: DMatrix<f64>,
     open: DMatrix<f64>,
     variance: f64,
 }
 
+/// Blocks into which the recordings are cut, all together, where the noise has no model.
+const SCORES: usize = 32;
+
 impl Spread {
+    /// The spread of those columns of a problem (the gear's linear parameters, then the nonlinear ones) that `choose` says are free, and the optimum.
+    ///
+    /// Against a noise model: σ²(JᵀJ)⁻¹ of the filtered rows. Without: (JᵀJ)⁻¹ (Σ g gᵀ) (JᵀJ)⁻¹ with the scores g = Jᵀr of contiguous blocks, which holds whatever
+    /// the residual is made of (Liang, Zeger, *Biometrika* 73, 1986).
+    fn of(
+        problem: &Problem<'_>,
+        nonlinear: &[f64],
+        noise: Option<&[Noise]>,
+        choose: impl FnOnce(&Solution) -> Vec<usize>,
+    ) -> (Self, Linear) {
+        let folds = if noise.is_some() { 1 } else { SCORES.div_ceil(problem.rows.len()).max(2) };
+        let (linear, solution) = problem.solve(nonlinear, Sweep { noise, ..Sweep::PLAIN });
+        let free = choose(&solution);
+        let all: Vec<usize> = (0..nonlinear.len()).collect();
+        let tangent = Tangent { parameters: &all, linear: &linear };
+        let factors = problem.factor(nonlinear, Some(tangent), Sweep { noise, folds, stride: 1 });
+        let system = factors.combine(|_, _| true);
+        let triangle = system.shared.select(&free);
+        let jacobian = DMatrix::from_fn(free.len(), free.len(), |i, j| if j >= i { triangle.get(i, j) } else { 0.0 });
+        let freedom = system.rows.saturating_sub(free.len() + system.nuisances).max(1);
+        let mut spread = Self::new(&jacobian, solution.rss / freedom as f64);
+        if noise.is_none() {
+            let scores = factors.scores(&system, &linear);
+            let scaled = DMatrix::from_fn(free.len(), scores.len(), |i, b| scores[b][free[i]] * spread.scale[i]);
+            spread.known = &spread.known * spread.known.tr_mul(&scaled);
+            spread.variance = scores.len() as f64 / (scores.len() - 1) as f64;
+        }
+        (spread, linear)
+    }
+
     fn new(jacobian: &DMatrix<f64>, variance: f64) -> Self {
         let count = jacobian.ncols();
         let scale = DVector::from_fn(count, |j, _| {
@@ -289,23 +367,30 @@ impl Report<'_> {
             None
         };
         let undetermined = open || (vague && name != "deflection_zero_rad");
+        let (name, unit) = (name.into(), unit.into());
         self.lines.push((Estimated { name, value, sd, unit, at_bound, undetermined, note }, direction));
     }
 
     fn plain(&mut self, name: &'static str, value: f64, note: &str) {
         let note = Some(note.to_owned());
-        let line = Estimated { name, value, sd: None, unit: "rad", at_bound: false, undetermined: false, note };
+        let (name, unit) = (name.into(), "rad".into());
+        let line = Estimated { name, value, sd: None, unit, at_bound: false, undetermined: false, note };
         self.lines.push((line, None));
     }
 
     fn finish(self) -> Uncertainty {
-        let known: Vec<(&'static str, &DVector<f64>)> =
-            self.lines.iter().filter_map(|(l, d)| d.as_ref().filter(|d| d.norm() > 0.0).map(|d| (l.name, d))).collect();
-        let correlation =
-            known.iter().map(|(_, a)| known.iter().map(|(_, b)| a.dot(b) / (a.norm() * b.norm())).collect()).collect();
-        let correlated = known.iter().map(|(name, _)| *name).collect();
-        Uncertainty { correlated, correlation, parameters: self.lines.into_iter().map(|(line, _)| line).collect() }
+        correlated(self.lines)
     }
+}
+
+/// Parameters with the directions of those that have a standard deviation.
+fn correlated(lines: Vec<(Estimated, Option<DVector<f64>>)>) -> Uncertainty {
+    let known: Vec<(&Cow<'static, str>, &DVector<f64>)> =
+        lines.iter().filter_map(|(l, d)| d.as_ref().filter(|d| d.norm() > 0.0).map(|d| (&l.name, d))).collect();
+    let correlation =
+        known.iter().map(|(_, a)| known.iter().map(|(_, b)| a.dot(b) / (a.norm() * b.norm())).collect()).collect();
+    let correlated = known.iter().map(|(name, _)| (*name).clone()).collect();
+    Uncertainty { correlated, correlation, parameters: lines.into_iter().map(|(line, _)| line).collect() }
 }
 
 /// What a quasi-static loop can tell of (α, β, ω): name, unit, value, gradient.

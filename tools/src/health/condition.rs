@@ -10,7 +10,7 @@ use super::HealthError;
 use super::catalogue::{Catalogue, Rating, catalogue};
 use crate::estimate::Fit;
 use crate::estimate::assembly::from_cycle;
-use crate::model::Model;
+use crate::model::{Model, key_per};
 use crate::recording::Recording;
 
 /// A number that is followed.
@@ -76,8 +76,8 @@ impl Gear {
     /// As a fit of a recording found it.
     pub fn of_fit(recording: &Recording, fit: &Fit) -> Self {
         let stated = Stated {
-            parameters: fit.uncertainty.parameters.iter().map(|p| (p.name.to_owned(), p.sd, p.at_bound)).collect(),
-            correlated: fit.uncertainty.correlated.iter().map(|name| (*name).to_owned()).collect(),
+            parameters: fit.uncertainty.parameters.iter().map(|p| (p.name.to_string(), p.sd, p.at_bound)).collect(),
+            correlated: fit.uncertainty.correlated.iter().map(ToString::to_string).collect(),
             correlation: fit.uncertainty.correlation.clone(),
         };
         let mean = |column: &Vec<f64>| column.iter().sum::<f64>() / column.len() as f64;
@@ -107,8 +107,9 @@ impl Gear {
         let known = coordinates
             .iter()
             .map(|(name, ..)| {
-                let parameter = stated.and_then(|s| s.parameters.iter().find(|p| p.0 == *name));
-                let place = stated.and_then(|s| s.correlated.iter().position(|n| n == name));
+                let name = key_per(name, model.torque_unit);
+                let parameter = stated.and_then(|s| s.parameters.iter().find(|p| p.0 == name));
+                let place = stated.and_then(|s| s.correlated.iter().position(|n| *n == name));
                 match (parameter, place) {
                     (Some((_, Some(sd), _)), Some(place)) => {
                         places.push((place, *sd));
@@ -148,7 +149,7 @@ impl Gear {
     /// # Errors
     /// What prediction refuses.
     pub fn condition(&self, rating: &Rating) -> Result<Condition, HealthError> {
-        let unit = self.model.torque_unit.symbol();
+        let unit = self.model.torque_unit;
         let mut quantities: Vec<Quantity> = self
             .coordinates
             .iter()
@@ -158,14 +159,14 @@ impl Gear {
                     Known::Estimated(place) => Some(self.covariance[(*place, *place)].sqrt()),
                     _ => None,
                 };
-                Quantity { name, value: *value, sd, unit: si.replace("N·m", unit) }
+                Quantity { name, value: *value, sd, unit: unit.of_parameter(si).into_owned() }
             })
             .collect();
         let own = figures(&catalogue(&self.model, rating)?);
         let slopes = self.slopes(rating)?;
         for (index, (name, unit_si, value)) in own.into_iter().enumerate() {
             let sd = self.sd_of(&slopes.iter().map(|slope| slope[index]).collect::<Vec<_>>());
-            quantities.push(Quantity { name, value, sd, unit: unit_si.replace("N·m", unit) });
+            quantities.push(Quantity { name, value, sd, unit: unit.of_parameter(unit_si).into_owned() });
         }
         Ok(Condition { name: self.name.clone(), temperature_c: self.temperature_c, rms: self.rms, quantities })
     }

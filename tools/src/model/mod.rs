@@ -7,6 +7,7 @@ mod write;
 
 pub use error::{ModelError, ModelProblem};
 pub use read::{load, parse};
+pub use unit::key_per;
 
 use std::collections::BTreeMap;
 

@@ -2,12 +2,22 @@
 
 use std::borrow::Cow;
 
+use crate::recording::TorqueUnit;
+
 /// How a unit may stand in a name, per newton-metre and per ampere.
 const SPELLINGS: [(&str, &str); 4] = [("_nm", "_a"), ("_nms", "_as"), ("nm", "a"), ("nms", "as")];
 
 /// A key as it reads per ampere: `c1_nm_per_rad` → `c1_a_per_rad`, `nm_per_s` → `a_per_s`. `None` where no torque is in it.
 pub(super) fn per_ampere(key: &str) -> Option<String> {
     swap(key, |(nm, a)| (nm, a))
+}
+
+/// A key, given per newton-metre, as a file with this torque spells it.
+pub fn key_per(key: &str, unit: TorqueUnit) -> Cow<'_, str> {
+    match unit {
+        TorqueUnit::NewtonMetre => key.into(),
+        TorqueUnit::Ampere => per_ampere(key).map_or(key.into(), Cow::Owned),
+    }
 }
 
 /// The key per newton-metre that a key per ampere stands for; itself where it is none.

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use gmhm::{Kernel, Law};
 
-use super::unit::per_ampere;
+use super::unit::{key_per, per_ampere};
 use super::{Model, TermValue, TorqueSide};
 use crate::recording::TorqueUnit;
 
@@ -92,8 +92,7 @@ impl Page {
     }
 
     fn entry(&mut self, key: &str, value: &str, comment: &str) {
-        let renamed = (self.unit == TorqueUnit::Ampere).then(|| per_ampere(key)).flatten();
-        let key = renamed.as_deref().unwrap_or(key);
+        let key = key_per(key, self.unit);
         let line = format!("{key} = {value}");
         // Writing to a String cannot fail.
         let _ = match comment {

@@ -8,6 +8,8 @@ mod quantity;
 mod read;
 mod write;
 
+use std::borrow::Cow;
+
 pub use error::{ColumnPlace, RecordingError, RecordingProblem};
 pub use map::{ColumnMap, MapError, Mapping};
 pub use quantity::{Quantity, Unit};
@@ -38,6 +40,14 @@ impl TorqueUnit {
         match self {
             TorqueUnit::NewtonMetre => "N·m",
             TorqueUnit::Ampere => "A",
+        }
+    }
+
+    /// The unit of a parameter, given per newton-metre, as it reads with this torque.
+    pub fn of_parameter(self, unit: &str) -> Cow<'_, str> {
+        match self {
+            TorqueUnit::NewtonMetre => unit.into(),
+            TorqueUnit::Ampere => unit.replace("kg·m²", "A·s²/rad").replace("N·m", "A").into(),
         }
     }
 }
@@ -118,6 +128,11 @@ impl Recording {
         let ratio = ratio.ok_or_else(|| self.refuse(RecordingProblem::NoRatio))?;
         self.deflection_rad = Some(input.iter().zip(output).map(|(q_m, q_o)| q_m / ratio - q_o).collect());
         Ok(())
+    }
+
+    /// Whether it is a joint log: an angle, and no deflection to be had.
+    pub fn is_joint_log(&self) -> bool {
+        self.deflection_rad.is_none() && self.theta_in_rad.is_some() != self.theta_out_rad.is_some()
     }
 
     /// The deflection, or [`RecordingProblem::NoDeflection`].

@@ -8,6 +8,24 @@ use crate::recording::TorqueUnit;
 const MRAD: f64 = 1e3;
 const DEFLECTION: &str = "torsional deflection θ in mrad";
 
+/// The coordinate that torques are drawn over.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Abscissa {
+    /// Label with the unit.
+    pub label: &'static str,
+    /// Units of the axis in a unit of the data.
+    pub scale: f64,
+    /// Short name.
+    pub symbol: &'static str,
+}
+
+impl Abscissa {
+    /// Torsional deflection, rad in the data.
+    pub const DEFLECTION: Self = Self { label: DEFLECTION, scale: MRAD, symbol: "θ" };
+    /// Output angle of a joint log.
+    pub const OUTPUT_ANGLE: Self = Self { label: "output angle in rad", scale: 1.0, symbol: "angle" };
+}
+
 fn torque_axis(what: &str, unit: TorqueUnit) -> String {
     format!("{what} in {}", unit.symbol())
 }
@@ -20,10 +38,23 @@ pub fn hysteresis_loop(
     models: &[(&str, Role, &[f64])],
     unit: TorqueUnit,
 ) -> Drawing {
-    let mut curves = vec![Curve::new("recording", Role::Measured, deflection_rad, MRAD, measured)];
-    curves.extend(models.iter().map(|(label, role, torque)| Curve::new(*label, *role, deflection_rad, MRAD, torque)));
-    let y_label = torque_axis("torque T", unit);
-    Figure { title: title.into(), x_label: DEFLECTION.into(), y_label, curves, ..Figure::default() }.draw()
+    torque_over(Abscissa::DEFLECTION, title, deflection_rad, measured, models, unit)
+}
+
+/// Torque over a coordinate, measured and by each model.
+pub fn torque_over(
+    over: Abscissa,
+    title: &str,
+    at: &[f64],
+    measured: &[f64],
+    models: &[(&str, Role, &[f64])],
+    unit: TorqueUnit,
+) -> Drawing {
+    let mut curves = vec![Curve::new("recording", Role::Measured, at, over.scale, measured)];
+    curves.extend(models.iter().map(|(label, role, torque)| Curve::new(*label, *role, at, over.scale, torque)));
+    let what = if unit == TorqueUnit::Ampere { "current" } else { "torque T" };
+    let y_label = torque_axis(what, unit);
+    Figure { title: title.into(), x_label: over.label.into(), y_label, curves, ..Figure::default() }.draw()
 }
 
 /// The two parts of the torque against deflection: elastic f and hysteresis z.
@@ -61,19 +92,20 @@ pub fn residual(
     Figure { title: title.into(), x_label: DEFLECTION.into(), y_label, curves, ..Figure::default() }.draw()
 }
 
-/// A residual against deflection, apart for rising and falling deflection: structure shows where the clouds part.
-pub fn residual_by_direction(title: &str, deflection_rad: &[f64], residual: &[f64], unit: TorqueUnit) -> Drawing {
-    let mut curves = [("θ rising", Role::Model), ("θ falling", Role::Second)]
-        .map(|(label, role)| Curve::new(label, role, &[], MRAD, &[]).styled(Style::Dots));
+/// A residual over a coordinate, apart for rising and falling: structure shows where the clouds part.
+pub fn residual_by_direction(title: &str, over: Abscissa, at: &[f64], residual: &[f64], unit: TorqueUnit) -> Drawing {
+    let mut curves = [("rising", Role::Model), ("falling", Role::Second)].map(|(label, role)| {
+        Curve::new(format!("{} {label}", over.symbol), role, &[], over.scale, &[]).styled(Style::Dots)
+    });
     let mut rising = true;
-    for (row, (theta, left)) in deflection_rad.iter().zip(residual).enumerate() {
-        let before = deflection_rad[row.saturating_sub(1)];
-        rising = if *theta == before { rising } else { *theta > before };
-        curves[usize::from(!rising)].points.push((theta * MRAD, *left));
+    for (row, (x, left)) in at.iter().zip(residual).enumerate() {
+        let before = at[row.saturating_sub(1)];
+        rising = if *x == before { rising } else { *x > before };
+        curves[usize::from(!rising)].points.push((x * over.scale, *left));
     }
     let y_label = torque_axis("recording minus model", unit);
     let curves = curves.into();
-    Figure { title: title.into(), x_label: DEFLECTION.into(), y_label, curves, ..Figure::default() }.draw()
+    Figure { title: title.into(), x_label: over.label.into(), y_label, curves, ..Figure::default() }.draw()
 }
 
 /// One or several residuals against time, seconds that stand out shaded. The last lies on top.
@@ -92,6 +124,19 @@ pub fn residual_over_time(
         y_label: torque_axis("recording minus model", unit),
         curves: residuals.iter().map(curve).collect(),
         shaded: seconds.iter().map(|(from, to)| *from..*to).collect(),
+        ..Figure::default()
+    }
+    .draw()
+}
+
+/// Parts of a torque against time.
+pub fn parts_over_time(title: &str, time_s: &[f64], parts: &[(&str, Role, &[f64])], unit: TorqueUnit) -> Drawing {
+    let curve = |(label, role, torque): &(&str, Role, &[f64])| Curve::new(*label, *role, time_s, 1.0, torque);
+    Figure {
+        title: title.into(),
+        x_label: "time in s".into(),
+        y_label: torque_axis("torque", unit),
+        curves: parts.iter().map(curve).collect(),
         ..Figure::default()
     }
     .draw()
@@ -138,8 +183,8 @@ pub fn coverage(coverage: &Coverage) -> Drawing {
 }
 
 /// A matrix of correlations.
-pub fn correlation(names: &[&str], matrix: &[Vec<f64>]) -> Drawing {
-    let names: Vec<String> = names.iter().map(|name| symbol(name).to_owned()).collect();
+pub fn correlation<N: AsRef<str>>(names: &[N], matrix: &[Vec<f64>]) -> Drawing {
+    let names: Vec<String> = names.iter().map(|name| symbol(name.as_ref()).to_owned()).collect();
     HeatMap {
         title: "How the parameters hang together".into(),
         legend: "correlation of the estimates".into(),

@@ -1,9 +1,10 @@
 //! The report of a fit: good enough to flash or not, and why.
 
-use super::figures::{self, symbol};
+use super::figures::{self, Abscissa, symbol};
 use super::number::number;
 use super::page::{Page, Provenance, Section, Table, TableRow, Tone, Verdict};
 use super::plot::{Drawing, Role};
+use crate::estimate::coverage::Coverage;
 use crate::estimate::judge::{Assessment, Grade, Judgement};
 use crate::estimate::swarm::Stop;
 use crate::estimate::uncertainty::Estimated;
@@ -17,15 +18,18 @@ pub fn page(fit: &Fit, assessment: &Assessment, recordings: &[Recording], proven
     Page {
         title: format!("Fit of {}", fit.model.name),
         verdict: verdict(&assessment.verdict),
-        sections: vec![
-            the_loop(&rows, &fit.model.name, unit),
-            left_over(fit, assessment, &rows, unit),
-            parameters(fit),
-            exercised(assessment),
-            structures(fit, unit),
-            comparison(assessment, recordings, unit),
-            search(fit),
-        ],
+        sections: [
+            Some(if fit.model.elastic.is_some() { the_loop(&rows, fit, unit) } else { the_joint(&rows, fit, unit) }),
+            Some(left_over(fit, assessment, &rows, unit)),
+            Some(parameters(fit)),
+            assessment.coverage.as_ref().map(exercised),
+            (!fit.selection.is_empty()).then(|| structures(fit, unit)),
+            (!assessment.comparison.is_empty()).then(|| comparison(assessment, recordings, unit)),
+            Some(search(fit)),
+        ]
+        .into_iter()
+        .flatten()
+        .collect(),
         provenance,
     }
 }
@@ -54,11 +58,14 @@ fn capitalised(words: &str) -> String {
 /// All recordings one after the other.
 struct Joined {
     time_s: Vec<f64>,
-    deflection_rad: Vec<f64>,
+    over: Abscissa,
+    /// The deflection, or the output angle of a joint log, rad.
+    at: Vec<f64>,
     measured: Vec<f64>,
     modelled: Vec<f64>,
     elastic: Vec<f64>,
     hysteresis: Vec<f64>,
+    terms: Vec<(String, Vec<f64>)>,
     residual: Vec<f64>,
     unsettled_s: Vec<(f64, f64)>,
     recordings: usize,
@@ -68,11 +75,13 @@ impl Joined {
     fn new(fit: &Fit, assessment: &Assessment, recordings: &[Recording]) -> Self {
         let mut all = Self {
             time_s: Vec::new(),
-            deflection_rad: Vec::new(),
+            over: if fit.model.elastic.is_some() { Abscissa::DEFLECTION } else { Abscissa::OUTPUT_ANGLE },
+            at: Vec::new(),
             measured: Vec::new(),
             modelled: Vec::new(),
             elastic: Vec::new(),
             hysteresis: Vec::new(),
+            terms: Vec::new(),
             residual: Vec::new(),
             unsettled_s: Vec::new(),
             recordings: recordings.len(),
@@ -86,7 +95,14 @@ impl Joined {
             }
             let prediction = &assessment.predictions[index];
             all.time_s.extend(recording.time_s.iter().map(|t| begin + t - first));
-            all.deflection_rad.extend(recording.deflection_rad.as_deref().unwrap_or_default());
+            let at = recording.deflection_rad.as_deref().or(recording.theta_out_rad.as_deref());
+            all.at.extend(at.unwrap_or_default());
+            for (k, (name, values)) in prediction.terms.iter().enumerate() {
+                if index == 0 {
+                    all.terms.push((name.clone(), Vec::new()));
+                }
+                all.terms[k].1.extend(values);
+            }
             all.measured.extend(recording.torque.as_deref().unwrap_or_default().iter().map(|t| t - fit.offsets[index]));
             all.modelled.extend(&prediction.torque);
             all.elastic.extend(&prediction.elastic);
@@ -98,8 +114,8 @@ impl Joined {
 
     fn loop_figure(&self, name: &str, unit: TorqueUnit) -> Drawing {
         let model = [("model, from rest", Role::Model, &self.modelled[..])];
-        let title = format!("Hysteresis loop: {name}");
-        figures::hysteresis_loop(&title, &self.deflection_rad, &self.measured, &model, unit)
+        let what = if self.over == Abscissa::DEFLECTION { "Hysteresis loop" } else { "Joint log" };
+        figures::torque_over(self.over, &format!("{what}: {name}"), &self.at, &self.measured, &model, unit)
     }
 }
 
@@ -108,14 +124,31 @@ pub fn loop_figure(fit: &Fit, assessment: &Assessment, recordings: &[Recording])
     Joined::new(fit, assessment, recordings).loop_figure(&fit.model.name, fit.model.torque_unit)
 }
 
-fn the_loop(rows: &Joined, name: &str, unit: TorqueUnit) -> Section {
+/// Torque over the output angle and what each term adds to it.
+fn the_joint(rows: &Joined, fit: &Fit, unit: TorqueUnit) -> Section {
+    let roles = [Role::Model, Role::Third, Role::Second, Role::Fourth];
+    let parts: Vec<(&str, Role, &[f64])> =
+        rows.terms.iter().zip(roles).map(|((name, values), role)| (name.as_str(), role, &values[..])).collect();
+    Section::new("The joint").figures([
+        (
+            rows.loop_figure(&fit.model.name, unit),
+            "Grey: recording, its constant offset taken off. Blue: the model, which never reads the recorded torque or current.".into(),
+        ),
+        (
+            figures::parts_over_time("What each term adds", &rows.time_s, &parts, unit),
+            "The terms of the model, which add up.".into(),
+        ),
+    ])
+}
+
+fn the_loop(rows: &Joined, fit: &Fit, unit: TorqueUnit) -> Section {
     Section::new("The loop").figures([
         (
-            rows.loop_figure(name, unit),
+            rows.loop_figure(&fit.model.name, unit),
             "Grey: recording, its constant offset taken off. Blue: the model, which never reads the recorded torque. It starts with an empty memory.".into(),
         ),
         (
-            figures::decomposition("Elastic and hysteresis torque", &rows.deflection_rad, &rows.elastic, &rows.hysteresis, unit),
+            figures::decomposition("Elastic and hysteresis torque", &rows.at, &rows.elastic, &rows.hysteresis, unit),
             "The two parts of the model: what the spring gives back, and what depends on the way there.".into(),
         ),
     ])
@@ -134,13 +167,15 @@ fn left_over(fit: &Fit, assessment: &Assessment, rows: &Joined, unit: TorqueUnit
     };
     let structure = match assessment.structure {
         Some(s) if s.significant => format!(
-            "{:.0} % of its power repeats from the first half to the second at the same deflection and direction: not noise.",
+            "{:.0} % of its power repeats from the first half to the second at the same place and direction: not noise.",
             100.0 * s.share
         ),
-        Some(_) => "Nothing in it repeats at the same deflection and direction beyond chance.".to_owned(),
+        Some(_) => "Nothing in it repeats at the same place and direction beyond chance.".to_owned(),
         None => "The recordings are too short to tell whether it repeats.".to_owned(),
     };
     let over = [("", Role::Model, &rows.residual[..])];
+    let joint = rows.over == Abscissa::OUTPUT_ANGLE;
+    let left_title = if joint { "Residual over output angle" } else { "Residual over deflection" };
     let errors = Table {
         caption: "Training beside held-out error".into(),
         head: vec!["rows".into(), format!("rms in {symbol}"), "of the peak torque".into()],
@@ -159,8 +194,8 @@ fn left_over(fit: &Fit, assessment: &Assessment, rows: &Joined, unit: TorqueUnit
                 time + shaded,
             ),
             (
-                figures::residual_by_direction("Residual over deflection", &rows.deflection_rad, &rows.residual, unit),
-                format!("Apart by the direction of the deflection. {structure}"),
+                figures::residual_by_direction(left_title, rows.over, &rows.at, &rows.residual, unit),
+                format!("Apart by direction. {structure}"),
             ),
         ])
         .table(noise(fit, unit))
@@ -217,7 +252,7 @@ fn parameters(fit: &Fit) -> Section {
             _ if p.undetermined => "undetermined",
             _ => "",
         };
-        TableRow::new([p.name.to_owned(), value, sd, interval, p.unit.to_owned(), flag.to_owned()])
+        TableRow::new([p.name.to_string(), value, sd, interval, p.unit.to_string(), flag.to_owned()])
             .flagged(!flag.is_empty())
     };
     let table = Table {
@@ -231,8 +266,8 @@ fn parameters(fit: &Fit) -> Section {
     for p in &fit.uncertainty.parameters {
         let Some(note) = p.note.as_deref() else { continue };
         match notes.iter_mut().find(|(_, known)| *known == note) {
-            Some((names, _)) => names.push(symbol(p.name)),
-            None => notes.push((vec![symbol(p.name)], note)),
+            Some((names, _)) => names.push(symbol(&p.name)),
+            None => notes.push((vec![symbol(&p.name)], note)),
         }
     }
     let notes = notes.into_iter().map(|(names, note)| format!("{}: {note}", names.join(", ")));
@@ -246,8 +281,7 @@ fn parameters(fit: &Fit) -> Section {
     )
 }
 
-fn exercised(assessment: &Assessment) -> Section {
-    let coverage = &assessment.coverage;
+fn exercised(coverage: &Coverage) -> Section {
     let mrad = |x: f64| number(1e3 * x, 4);
     let (low, high) = coverage.deflection_rad;
     let lines = [

@@ -195,7 +195,7 @@ fn line(model: String, parameters: usize, problem: &Problem<'_>, seed: u64, prog
     let system = problem.factor(&nonlinear, None, Sweep::PLAIN).combine(|_, _| true);
     let rss = bounded::solve(&system.shared, &problem.bounds()).rss;
     let rms = (rss / system.rows.max(1) as f64).sqrt();
-    let heldout_rms = heldout(problem, &nonlinear).0;
+    let heldout_rms = heldout(problem, &nonlinear, None).rms;
     let unseen_recording_rms = (problem.rows.len() > 1).then(|| unseen(problem, &nonlinear));
     let instructions = cost::instructions(&model);
     Comparison { model, parameters, instructions, rss, rms, heldout_rms, unseen_recording_rms }
