@@ -29,7 +29,7 @@ fn block(header: Header, write: impl FnOnce(&mut Writer<'_>) -> Result<(), Block
 }
 
 fn write_gear(writer: &mut Writer<'_>, params: &Params) -> Result<(), BlockError> {
-    writer.gear(&Gear::<f32>::with_period(params, PERIOD_S), Scales::of(params))?;
+    writer.gear(&Gear::<f32>::with_period(params, PERIOD_S), params)?;
     if Inverse::<f32>::with_period(params, PERIOD_S).is_ok() {
         writer.inverse::<f32>(params, PERIOD_S)?;
     }
@@ -197,7 +197,7 @@ fn every_refusal_has_its_own_code() {
         (refusal(&appended(coulomb, &[0; 4])), 0x010a),
         (refusal(&appended(coulomb, &[0; 12])), 0x010a),
         (refusal(&appended(JOINT.tag, &[0; 20])), 0x010b),
-        (refusal(&appended(TIME.tag, &[0; 48])), 0x010b),
+        (refusal(&appended(TIME.tag, &[0; 56])), 0x010b),
         (refusal(&missing), 0x010c),
         (refusal(&with(52, &f64::NAN.to_le_bytes())), 0x010d),
         (refusal(&with(52, &0.0_f64.to_le_bytes())), 0x010d),
@@ -332,7 +332,7 @@ fn the_registry_is_whole() {
     }
     // Firmware in the field knows these.
     let sizes = [GEAR, MASING, PHASE, TIME, INVERSE, JOINT].map(|info| info.size());
-    assert_eq!(sizes, [7, 3, 4, 12, 10, 5]);
+    assert_eq!(sizes, [7, 3, 4, 14, 10, 5]);
     let numbers: Vec<u16> = KINDS.iter().filter_map(|kind| gmhm::terms::tag_of_kind(kind.name)).collect();
     assert_eq!(numbers, (1..=23).collect::<Vec<u16>>());
 }

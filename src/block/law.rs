@@ -5,17 +5,17 @@ use heapless::Vec;
 use super::Word;
 use super::error::BlockError;
 use super::layout::{MASING, PHASE, RecordInfo, TIME};
-use super::record::Block;
+use super::record::{Block, double, double_words};
 use crate::inverse::Invertible;
 use crate::memory::AnyLaw;
 use crate::memory::masing::Masing;
 use crate::memory::phase::Phase;
-use crate::memory::time::Time;
-use crate::params::{Gate, Kernel};
+use crate::memory::time::{Rates, Time};
+use crate::params::{Gate, Kernel, Params};
 use crate::scalar::Float;
 
 /// The words of a law: no law has more.
-pub type LawWords = Vec<u32, 12>;
+pub type LawWords = Vec<u32, 14>;
 
 /// A law that blocks can hold.
 pub trait BlockLaw<S: Word>: Invertible<S> {
@@ -25,8 +25,8 @@ pub trait BlockLaw<S: Word>: Invertible<S> {
     /// [`BlockError`]: none, two, or another than this.
     fn of_block(block: &Block<'_>) -> Result<Self, BlockError>;
 
-    /// Its record and its words.
-    fn record(&self) -> (&'static RecordInfo, LawWords);
+    /// Its record and its words; `params` are what it was made of.
+    fn record(&self, params: &Params) -> (&'static RecordInfo, LawWords);
 }
 
 /// The record of the one law of a block.
@@ -71,7 +71,7 @@ impl<S: Word> BlockLaw<S> for Masing<S> {
         Ok(Self { e, h, half_play })
     }
 
-    fn record(&self) -> (&'static RecordInfo, LawWords) {
+    fn record(&self, _params: &Params) -> (&'static RecordInfo, LawWords) {
         (&MASING, law_words([self.e, self.h, self.half_play].map(S::word)))
     }
 }
@@ -84,7 +84,7 @@ impl<S: Word + Float> BlockLaw<S> for Phase<S> {
         Ok(Self { quadrature, in_phase, rho, gate: gate_of(gate) })
     }
 
-    fn record(&self) -> (&'static RecordInfo, LawWords) {
+    fn record(&self, _params: &Params) -> (&'static RecordInfo, LawWords) {
         let [quadrature, in_phase, rho] = [self.quadrature, self.in_phase, self.rho].map(S::word);
         (&PHASE, law_words([self.gate as u32, quadrature, in_phase, rho]))
     }
@@ -93,19 +93,21 @@ impl<S: Word + Float> BlockLaw<S> for Phase<S> {
 impl<S: Word> BlockLaw<S> for Time<S> {
     fn of_block(block: &Block<'_>) -> Result<Self, BlockError> {
         expect(block, &TIME)?;
-        let [kernel, gate, gain, beta, f0, f1, l0, l1, i0, i1, bound, growth] = block.words::<S, 12>(&TIME)?;
+        let [kernel, gate, g0, g1, b0, b1, f0, f1, l0, l1, i0, i1, bound, growth] = block.words::<S, 14>(&TIME)?;
         let step = |words| S::gain_of_words(words).map(|(gain, _)| gain).ok_or(BlockError::Malformed(TIME.tag));
         let step = [step([f0, f1])?, step([l0, l1])?, step([i0, i1])?];
-        let (rates, bound) = ([gain, beta].map(number), [bound, growth].map(number));
-        Ok(Self::of(kernel_of(kernel), gate_of(gate), rates, step, bound))
+        let rates = Rates { kernel: kernel_of(kernel), gain: double([g0, g1]), beta_per_s: double([b0, b1]) };
+        Ok(Self::of(rates, gate_of(gate), step, [bound, growth].map(number)))
     }
 
-    fn record(&self) -> (&'static RecordInfo, LawWords) {
-        let (kernel, [gain, beta], step, [bound, growth]) = self.coefficients();
+    fn record(&self, params: &Params) -> (&'static RecordInfo, LawWords) {
+        let Rates { kernel, gain, beta_per_s } = Rates::new(params);
+        let [[g0, g1], [b0, b1]] = [gain, beta_per_s].map(double_words);
+        let (step, bound) = self.coefficients();
         let [[f0, f1], [l0, l1], [i0, i1]] = step.map(S::gain_words);
-        let [gain, beta, bound, growth] = [gain, beta, bound, growth].map(S::word);
-        let words = [kernel as u32, self.gate() as u32, gain, beta, f0, f1, l0, l1, i0, i1, bound, growth];
-        (&TIME, law_words(words))
+        let [bound, growth] = bound.map(S::word);
+        let gate = self.gate() as u32;
+        (&TIME, law_words([kernel as u32, gate, g0, g1, b0, b1, f0, f1, l0, l1, i0, i1, bound, growth]))
     }
 }
 
@@ -118,11 +120,11 @@ impl<S: Word + Float> BlockLaw<S> for AnyLaw<S> {
         })
     }
 
-    fn record(&self) -> (&'static RecordInfo, LawWords) {
+    fn record(&self, params: &Params) -> (&'static RecordInfo, LawWords) {
         match self {
-            Self::Masing(law) => law.record(),
-            Self::Phase(law) => law.record(),
-            Self::Time(law) => law.record(),
+            Self::Masing(law) => law.record(params),
+            Self::Phase(law) => law.record(params),
+            Self::Time(law) => law.record(params),
         }
     }
 }

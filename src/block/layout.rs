@@ -133,8 +133,8 @@ pub const TIME: RecordInfo = RecordInfo {
     fields: &[
         choice("kernel", KERNELS, "what the integral weighs"),
         choice("gate", GATES, "factor between memory and torque"),
-        scalar("gain", "1/s; 1 for kernel rate", Range::AtLeastZero, "α·A/T_A; for periods that vary, floats only"),
-        scalar("beta", "1/s", Range::AtLeastZero, "β; for periods that vary, floats only"),
+        double("gain", "1/s; 1 for kernel rate", Range::AtLeastZero, "α·A/T_A, for periods that vary"),
+        double("beta", "1/s", Range::AtLeastZero, "β, for periods that vary"),
         gain("forgotten", Range::Share, "1 − e^(−βΔ) at the control period"),
         gain("level", Range::Any, "what the last u adds in a step"),
         gain("increment", Range::Any, "what the increment of u adds in a step"),

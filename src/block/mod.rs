@@ -12,7 +12,7 @@
 //! the bits of the gear of its model file on every machine.
 //!
 //! ```
-//! use gmhm::block::{Header, Identity, Parameters, ScalarKind, Scales, TorqueUnit, Joint, Writer};
+//! use gmhm::block::{Header, Identity, Joint, Parameters, ScalarKind, Writer};
 //! use gmhm::{Elastic, Gear, Memory, Params};
 //!
 //! let elastic = Elastic { c1_nm_per_rad: 2.4737e4, c2_nm_per_rad3: 1.0e9, c3_nm_per_rad5: -1.1774e14 };
@@ -23,7 +23,7 @@
 //! let gear = Gear::<f32>::new(&params);
 //! let mut buffer = [0; 512];
 //! let mut writer = Writer::new(&mut buffer, Header::new(Identity::of_name("joint 3"), ScalarKind::F32));
-//! writer.gear(&gear, Scales::of(&params))?;
+//! writer.gear(&gear, &params)?;
 //! writer.inverse::<f32>(&params, 0.0)?;
 //! writer.joint(&Joint::default())?;
 //! let length = writer.finish()?;
@@ -52,7 +52,7 @@ pub use layout::{
     Coding, FIRST_TERM, FieldInfo, GEAR, INVERSE, JOINT, MASING, MAY_SKIP, NAME, PHASE, RECORDS, RecordInfo, TIME,
 };
 pub use parameters::{Joint, Parameters, Scales, TermStack};
-pub use record::{Block, MOST_BYTES, Record, Records, verify, verify_first};
+pub use record::{Block, FieldValues, MOST_BYTES, Record, Records, verify, verify_first};
 pub use term::TermRecord;
 pub use word::{ScalarKind, Word};
 pub use write::{Writer, stamp};

@@ -1,12 +1,17 @@
 //! A block whose bytes are sound, and the walk over its records.
 
+use heapless::Vec;
+
 use super::error::BlockError;
 use super::header::{HEADER_BYTES, Header};
 use super::layout::{Coding, FieldInfo, NAME, RecordInfo};
-use super::{CRC, Word};
+use super::{CRC, ScalarKind, Word};
 
 /// The most bytes of a block.
 pub const MOST_BYTES: usize = 4096;
+
+/// Fields with their values.
+pub type FieldValues = Vec<(&'static FieldInfo, f64), 10>;
 
 /// A block whose header, records and CRC-32 are in order. What its values say is for [`Parameters::load`](super::Parameters::load) to check.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -144,6 +149,31 @@ impl<'a> Record<'a> {
         words.iter_mut().zip(self.words()).for_each(|(to, from)| *to = from);
         check::<S>(info, &words)?;
         Ok(words)
+    }
+}
+
+impl Record<'_> {
+    /// The values of its fields in order, each within its range: numbers, and the numbers of choices.
+    ///
+    /// # Errors
+    /// Another length than the fields', a value out of range.
+    pub fn values(&self, info: &'static RecordInfo, scalar: ScalarKind) -> Result<FieldValues, BlockError> {
+        if self.payload.len() != 4 * info.size() {
+            return Err(BlockError::Malformed(self.tag));
+        }
+        let mut words = self.words();
+        let mut values = Vec::new();
+        for field in info.fields {
+            let first = words.next().unwrap_or_default();
+            let second = if field.coding.words() == 2 { words.next().unwrap_or_default() } else { 0 };
+            let value = match scalar {
+                ScalarKind::F32 => value::<f32>(field, [first, second]),
+            };
+            let out_of_range = BlockError::OutOfRange { tag: self.tag, field: field.key.name };
+            // There is room: no record has more fields.
+            let _ = values.push((field, value.ok_or(out_of_range)?));
+        }
+        Ok(values)
     }
 }
 

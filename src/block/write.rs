@@ -6,7 +6,7 @@ use super::error::BlockError;
 use super::header::{HEADER_BYTES, Header, SEQUENCE_AT};
 use super::law::BlockLaw;
 use super::layout::{FIRST_TERM, GEAR, INVERSE, JOINT, NAME, RecordInfo};
-use super::parameters::{Joint, Scales};
+use super::parameters::Joint;
 use super::record::{MOST_BYTES, check, double_words, verify};
 use super::{CRC, Word, term};
 use crate::gear::Gear;
@@ -60,16 +60,15 @@ impl<'a> Writer<'a> {
         Ok(())
     }
 
-    /// A gear and its law.
+    /// A gear, its law and the scales of its parameters.
     ///
     /// # Errors
     /// A value that the format cannot hold, no room.
-    pub fn gear<S: Word, L: BlockLaw<S>>(&mut self, gear: &Gear<S, L>, scales: Scales) -> Result<(), BlockError> {
-        let [a0, a1] = double_words(scales.rated_deflection_rad);
-        let [t0, t1] = double_words(scales.torque_scale_nm);
+    pub fn gear<S: Word, L: BlockLaw<S>>(&mut self, gear: &Gear<S, L>, params: &Params) -> Result<(), BlockError> {
+        let [[a0, a1], [t0, t1]] = [params.rated_deflection_rad(), params.torque_scale_nm()].map(double_words);
         let [k1, k3, k5] = [gear.elastic().k1, gear.elastic().k3, gear.elastic().k5].map(S::word);
         self.fixed::<S>(&GEAR, &[a0, a1, t0, t1, k1, k3, k5])?;
-        let (info, words) = gear.law().record();
+        let (info, words) = gear.law().record(params);
         self.fixed::<S>(info, &words)
     }
 

@@ -25,11 +25,11 @@ pub struct Time<S: Scalar> {
 
 /// What does not depend on the sample period.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Rates<S> {
-    kernel: Kernel,
+pub(crate) struct Rates<S> {
+    pub(crate) kernel: Kernel,
     /// αA/T_A: 1/s for kernel `deflection`, 1 for kernel `rate`.
-    gain: S,
-    beta_per_s: S,
+    pub(crate) gain: S,
+    pub(crate) beta_per_s: S,
 }
 
 /// One step of the recursion.
@@ -94,6 +94,20 @@ impl<G: Copy> TimeStep<G> {
     }
 }
 
+impl Rates<f64> {
+    /// Those of parameters.
+    pub(crate) fn new(params: &Params) -> Self {
+        let memory = params.memory();
+        let gain = memory.alpha * params.rated_deflection_rad() / params.torque_scale_nm();
+        Self { kernel: memory.kernel, gain, beta_per_s: memory.beta_per_s }
+    }
+
+    fn cast<S: Scalar>(self) -> Rates<S> {
+        let Self { kernel, gain, beta_per_s } = self;
+        Rates { kernel, gain: S::from_f64(gain), beta_per_s: S::from_f64(beta_per_s) }
+    }
+}
+
 impl<S: Float> Rates<S> {
     fn over(&self, period_s: S) -> TimeStep<S> {
         let (forgotten, phi1, phi2) = decay(self.beta_per_s * period_s);
@@ -110,42 +124,27 @@ impl<S: Float> Rates<S> {
 impl<S: Scalar> Time<S> {
     /// The coefficients of a gear at the sample period Δ ≥ 0 (s), whatever the law that its parameters name.
     pub fn new(params: &Params, period_s: f64) -> Self {
-        let memory = params.memory();
-        let gain = memory.alpha * params.rated_deflection_rad() / params.torque_scale_nm();
-        let rates = Rates { kernel: memory.kernel, gain, beta_per_s: memory.beta_per_s };
-        let step = rates.over(period_s);
-        let bound = match memory.kernel {
+        let rates = Rates::new(params);
+        let TimeStep { forgotten, level, increment } = rates.over(period_s);
+        let bound = match rates.kernel {
             // Without forgetting there is no bound: as good as unknown.
-            Kernel::Deflection => [(gain / memory.beta_per_s).min(UNKNOWN), 0.0],
-            Kernel::Rate => [gain, gain],
+            Kernel::Deflection => [(rates.gain / rates.beta_per_s).min(UNKNOWN), 0.0],
+            Kernel::Rate => [rates.gain, rates.gain],
         };
-        Self {
-            rates: Rates {
-                kernel: rates.kernel,
-                gain: S::from_f64(rates.gain),
-                beta_per_s: S::from_f64(rates.beta_per_s),
-            },
-            step: TimeStep {
-                forgotten: S::gain_from_f64(step.forgotten),
-                level: S::gain_from_f64(step.level),
-                increment: S::gain_from_f64(step.increment),
-            },
-            bound: bound.map(S::from_f64),
-            gate: memory.gate,
-        }
+        let step = [forgotten, level, increment].map(S::gain_from_f64);
+        Self::of(rates, params.memory().gate, step, bound.map(S::from_f64))
     }
 
-    /// The coefficients, rounded already: αA/T_A and β, what a step forgets, adds per level and per increment, the largest m.
-    pub(crate) fn of(kernel: Kernel, gate: Gate, rates: [S; 2], step: [S::Gain; 3], bound: [S; 2]) -> Self {
-        let ([gain, beta_per_s], [forgotten, level, increment]) = (rates, step);
-        Self { rates: Rates { kernel, gain, beta_per_s }, step: TimeStep { forgotten, level, increment }, bound, gate }
+    /// The law of its rates and of coefficients that are rounded already: what a step forgets, adds per level and per increment; the largest m.
+    pub(crate) fn of(rates: Rates<f64>, gate: Gate, step: [S::Gain; 3], bound: [S; 2]) -> Self {
+        let [forgotten, level, increment] = step;
+        Self { rates: rates.cast(), step: TimeStep { forgotten, level, increment }, bound, gate }
     }
 
-    /// The kernel, and what [`of`](Self::of) takes.
-    pub(crate) fn coefficients(&self) -> (Kernel, [S; 2], [S::Gain; 3], [S; 2]) {
-        let Rates { kernel, gain, beta_per_s } = self.rates;
+    /// The coefficients of a step and the largest m, as [`of`](Self::of) takes them.
+    pub(crate) fn coefficients(&self) -> ([S::Gain; 3], [S; 2]) {
         let TimeStep { forgotten, level, increment } = self.step;
-        (kernel, [gain, beta_per_s], [forgotten, level, increment], self.bound)
+        ([forgotten, level, increment], self.bound)
     }
 
     /// The next memory as a function of the next deflection.

@@ -4,6 +4,7 @@
 //! Every equation of the gear is evaluated by the core crate [`gmhm`] in `f64`; nothing here writes one again.
 
 pub mod bench;
+pub mod block;
 pub mod cli;
 pub mod demo;
 pub mod diagnosis;

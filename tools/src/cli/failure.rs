@@ -6,6 +6,7 @@ use std::io::IsTerminal;
 use miette::{Diagnostic, GraphicalReportHandler, LabeledSpan, SourceCode};
 
 use crate::bench::BenchError;
+use crate::block::{FileError, PackError};
 use crate::discover::DiscoverError;
 use crate::estimate::EstimateError;
 use crate::estimate::judge::AssessError;
@@ -49,6 +50,12 @@ pub enum Failure {
     /// Nothing could be diagnosed.
     #[error(transparent)]
     Discover(#[from] DiscoverError),
+    /// No block was made.
+    #[error(transparent)]
+    Pack(#[from] PackError),
+    /// The file of a block was refused.
+    #[error(transparent)]
+    BlockFile(#[from] FileError),
     /// Nothing could be said of a series.
     #[error(transparent)]
     Health(#[from] HealthError),
@@ -64,6 +71,8 @@ impl Failure {
             Failure::Model(e) => e.mend(),
             Failure::Output(e) => e.mend().map(str::to_owned),
             Failure::Health(e) => e.mend(),
+            Failure::Pack(e) => e.mend(),
+            Failure::BlockFile(e) => e.mend(),
             Failure::Predict(e)
             | Failure::Assess(AssessError::Predict(e))
             | Failure::Discover(DiscoverError::Predict(e)) => e.mend(),

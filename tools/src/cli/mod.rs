@@ -7,7 +7,9 @@ mod diagnose;
 mod failure;
 mod fit;
 mod health;
+mod inspect;
 mod invert;
+mod pack;
 mod predict;
 mod progress;
 mod prove;
@@ -38,7 +40,9 @@ enum Command {
     Diagnose(diagnose::DiagnoseArgs),
     Fit(fit::FitArgs),
     Health(health::HealthArgs),
+    Inspect(inspect::InspectArgs),
     Invert(invert::InvertArgs),
+    Pack(pack::PackArgs),
     Predict(predict::PredictArgs),
     Prove(prove::ProveArgs),
     Simulate(simulate::SimulateArgs),
@@ -69,7 +73,9 @@ pub fn run() -> ExitCode {
         Some(Command::Diagnose(args)) => args.run(&session),
         Some(Command::Fit(args)) => args.run(&session),
         Some(Command::Health(args)) => args.run(&session),
+        Some(Command::Inspect(args)) => args.run(),
         Some(Command::Invert(args)) => args.run(&session),
+        Some(Command::Pack(args)) => args.run(&session),
         Some(Command::Predict(args)) => args.run(&session),
         Some(Command::Prove(args)) => args.run(&session),
         Some(Command::Simulate(args)) => args.run(),

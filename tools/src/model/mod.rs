@@ -2,7 +2,7 @@
 
 mod error;
 mod read;
-mod unit;
+pub(crate) mod unit;
 mod write;
 
 pub use error::{ModelError, ModelProblem};

@@ -8,7 +8,7 @@ use crate::recording::TorqueUnit;
 const SPELLINGS: [(&str, &str); 4] = [("_nm", "_a"), ("_nms", "_as"), ("nm", "a"), ("nms", "as")];
 
 /// A key as it reads per ampere: `c1_nm_per_rad` → `c1_a_per_rad`, `nm_per_s` → `a_per_s`. `None` where no torque is in it.
-pub(super) fn per_ampere(key: &str) -> Option<String> {
+pub(crate) fn per_ampere(key: &str) -> Option<String> {
     swap(key, |(nm, a)| (nm, a))
 }
 

@@ -1,0 +1,125 @@
+//! Why no block was made, or none read.
+
+use std::path::PathBuf;
+
+use gmhm::ParamError;
+use gmhm::block::BlockError;
+use gmhm::terms::TermError;
+
+use super::pack::DRIVE_TERMS;
+
+/// Why no block was made of a model.
+#[derive(Debug, thiserror::Error)]
+pub enum PackError {
+    /// The model does not say where the model is calibrated.
+    #[error("the model has no rated_deflection_rad in [gear]")]
+    NoRatedDeflection,
+    /// The parameters are refused at the rated deflection in use.
+    #[error("the model at the rated deflection {rated_deflection_rad:?} rad: {error}")]
+    Params {
+        /// The rated deflection in use, rad.
+        rated_deflection_rad: f64,
+        /// Why the core refuses them.
+        error: ParamError,
+    },
+    /// Law `time` without a control period.
+    #[error("law time needs the control period of the drive")]
+    NoPeriod,
+    /// The model holds neither gear nor terms.
+    #[error("the model has neither [elastic] and [memory] nor any [[term]]: there is nothing to pack")]
+    EmptyModel,
+    /// A term that is refused.
+    #[error("the model's term `{kind}`: {error}")]
+    Term {
+        /// Its kind.
+        kind: String,
+        /// Why the core refuses it.
+        error: TermError,
+    },
+    /// More terms than a drive has room for.
+    #[error("the model has {0} terms, and a drive has room for {DRIVE_TERMS}")]
+    TooManyTerms(usize),
+    /// The core refuses what was made.
+    #[error("the block cannot be: {0}")]
+    Block(#[from] BlockError),
+}
+
+impl PackError {
+    /// How to mend it.
+    pub fn mend(&self) -> Option<String> {
+        Some(match self {
+            Self::NoRatedDeflection => "add rated_deflection_rad to [gear], or give --rated-deflection RAD".to_owned(),
+            Self::NoPeriod => "add --period SECONDS".to_owned(),
+            Self::TooManyTerms(_) => {
+                "leave out the terms with the smallest share, or those of the measurement".to_owned()
+            }
+            Self::Params { .. } | Self::EmptyModel | Self::Term { .. } | Self::Block(_) => return None,
+        })
+    }
+}
+
+/// Why a file of a block was refused.
+#[derive(Debug, thiserror::Error)]
+pub enum FileError {
+    /// The system could not read it.
+    #[error("{}: cannot be read: {error}", path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        error: std::io::Error,
+    },
+    /// A name that tells no form.
+    #[error("{}: a block is written as .bin, .hex (Intel HEX) or .h (C)", path.display())]
+    Form {
+        /// The file.
+        path: PathBuf,
+    },
+    /// An address where no block fits.
+    #[error("at the address {address:#x} a block of {length} bytes runs past the end of 32 bits")]
+    Address {
+        /// Where it should begin.
+        address: u32,
+        /// Its bytes.
+        length: usize,
+    },
+    /// A line that is no Intel HEX.
+    #[error("{}, line {line}: {error}", path.display())]
+    Hex {
+        /// The file.
+        path: PathBuf,
+        /// Its line, counted from 1.
+        line: usize,
+        /// What is wrong.
+        error: String,
+    },
+    /// What the file holds is no block.
+    #[error("{}: {error}", path.display())]
+    Block {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        error: BlockError,
+    },
+}
+
+impl FileError {
+    /// How to mend it.
+    pub fn mend(&self) -> Option<String> {
+        Some(match self {
+            Self::Form { .. } => "end the name in .bin, .hex or .h".to_owned(),
+            Self::Address { .. } => "give a lower --address".to_owned(),
+            Self::Hex { .. } => "write it again with gmhm pack, or read the .bin".to_owned(),
+            Self::Block { error: BlockError::Magic, .. } => {
+                "name a block that gmhm pack wrote, .bin or .hex; a C header cannot be read back".to_owned()
+            }
+            Self::Block { error: BlockError::Checksum | BlockError::Length { .. }, .. } => {
+                "pack it again from its model, or copy it again".to_owned()
+            }
+            Self::Block { error: BlockError::Version(_), .. } => {
+                "use the gmhm that packed it, or a newer one".to_owned()
+            }
+            Self::Unreadable { .. } | Self::Block { .. } => return None,
+        })
+    }
+}

@@ -1,0 +1,13 @@
+//! Parameter blocks on the host: from a model file, into files of the kinds that firmware builds and programmers read, and back in words.
+//!
+//! The format is the core's, [`gmhm::block`].
+
+mod contents;
+mod error;
+mod file;
+mod pack;
+
+pub use contents::{Contents, Quantity, Section, Shown};
+pub use error::{FileError, PackError};
+pub use file::{BlockFile, Form, read, write};
+pub use pack::{Arithmetic, DRIVE_TERMS, PackOptions, pack};

@@ -1,0 +1,158 @@
+//! From a model to the bytes of its block.
+
+use gmhm::block::{
+    BlockError, FIRST_TERM, Header, Identity, Joint, MOST_BYTES, Parameters, ScalarKind, TorqueUnit, Writer,
+};
+use gmhm::memory::AnyLaw;
+use gmhm::terms::{KeyInfo, Source, Stack, Value};
+use gmhm::{Gear, Inverse, Law, Params};
+
+use super::error::PackError;
+use crate::model::{Model, Term, TermValue, TorqueSide};
+use crate::recording;
+
+/// The most terms of a drive.
+pub const DRIVE_TERMS: usize = 8;
+
+/// What the drive computes in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Arithmetic {
+    /// Single precision.
+    #[default]
+    F32,
+}
+
+/// How a model is packed.
+#[derive(Debug, Clone, Default)]
+pub struct PackOptions {
+    /// What the drive computes in.
+    pub arithmetic: Arithmetic,
+    /// The control period, s; law `time` needs it.
+    pub period_s: Option<f64>,
+    /// A instead of the model's, rad.
+    pub rated_deflection_rad: Option<f64>,
+    /// Which gear the block is for; by default the one of the model's name.
+    pub identity: Option<Identity>,
+    /// Turning points that the drive remembers; by default 16.
+    pub stack_depth: Option<u16>,
+}
+
+/// A block, and whether the drive can invert it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Packed {
+    /// Its bytes.
+    pub bytes: Vec<u8>,
+    /// Why it holds no inverse, where it holds none: the drive then predicts, but cannot feed a deflection forward.
+    pub without_inverse: Option<String>,
+}
+
+/// The block of a model. It is loaded as the drive would before it is handed out.
+///
+/// # Errors
+/// [`PackError`]: what the model lacks, or what the core refuses.
+pub fn pack(model: &Model, options: &PackOptions) -> Result<Packed, PackError> {
+    let params = params(model, options)?;
+    if params.is_none() && model.terms.is_empty() {
+        return Err(PackError::EmptyModel);
+    }
+    if model.terms.len() > DRIVE_TERMS {
+        return Err(PackError::TooManyTerms(model.terms.len()));
+    }
+    let period_s = options.period_s.unwrap_or(0.0);
+    let mut header = Header {
+        period_s: period_s as f32,
+        torque_unit: match model.torque_unit {
+            recording::TorqueUnit::NewtonMetre => TorqueUnit::NewtonMetre,
+            recording::TorqueUnit::Ampere => TorqueUnit::Ampere,
+        },
+        ..Header::new(options.identity.unwrap_or_else(|| Identity::of_name(&model.name)), ScalarKind::F32)
+    };
+    header.stack_depth = options.stack_depth.unwrap_or(header.stack_depth);
+
+    let mut buffer = vec![0; MOST_BYTES];
+    let mut writer = Writer::new(&mut buffer, header);
+    let mut without_inverse = None;
+    if let Some(params) = &params {
+        writer.gear(&Gear::<f32>::with_period(params, period_s), params)?;
+        match Inverse::<f32>::with_period(params, period_s) {
+            Ok(_) => writer.inverse::<f32>(params, period_s)?,
+            Err(error) => without_inverse = Some(error.to_string()),
+        }
+    }
+    writer.joint(&Joint {
+        ratio: model.gear.ratio,
+        deflection_zero_rad: model.gear.deflection_zero_rad,
+        motor_side: model.gear.torque_side == TorqueSide::Motor,
+    })?;
+    for term in &model.terms {
+        writer.term(&term.kind, &Rounded::new(term)).map_err(|error| blamed(term, error))?;
+    }
+    if !model.name.is_empty() {
+        writer.name(&model.name)?;
+    }
+    let length = writer.finish()?;
+    buffer.truncate(length);
+    check(&buffer)?;
+    Ok(Packed { bytes: buffer, without_inverse })
+}
+
+/// Loads a block as a drive would: what `f32` cannot hold shows here, the model itself was checked in `f64`.
+fn check(block: &[u8]) -> Result<(), PackError> {
+    match Parameters::<f32, AnyLaw<f32>, Stack<f32, DRIVE_TERMS>>::load(block, usize::MAX) {
+        Ok(_) => Ok(()),
+        Err(BlockError::Term { tag, error }) => {
+            let kind = gmhm::terms::kind_of_tag(tag - FIRST_TERM).map_or("?", |info| info.name);
+            Err(PackError::Term { kind: kind.to_owned(), error })
+        }
+        Err(error) => Err(error.into()),
+    }
+}
+
+fn blamed(term: &Term, error: BlockError) -> PackError {
+    match error {
+        BlockError::Term { error, .. } => PackError::Term { kind: term.kind.clone(), error },
+        other => other.into(),
+    }
+}
+
+fn params(model: &Model, options: &PackOptions) -> Result<Option<Params>, PackError> {
+    if model.elastic.is_none() || model.memory.is_none() {
+        return Ok(None);
+    }
+    let rated = options.rated_deflection_rad.or(model.gear.rated_deflection_rad);
+    let rated_deflection_rad = rated.ok_or(PackError::NoRatedDeflection)?;
+    let params = model.params(rated_deflection_rad).transpose();
+    let params = params.map_err(|error| PackError::Params { rated_deflection_rad, error })?;
+    let is_time = params.is_some_and(|params| params.memory().law == Law::Time);
+    if is_time && options.period_s.is_none() { Err(PackError::NoPeriod) } else { Ok(params) }
+}
+
+/// The values of a term in single precision.
+struct Rounded<'a> {
+    term: &'a Term,
+    lists: Vec<(&'a str, Vec<f32>)>,
+}
+
+impl<'a> Rounded<'a> {
+    fn new(term: &'a Term) -> Self {
+        let list = |(key, value): (&'a String, &TermValue)| match value {
+            TermValue::List(list) => Some((key.as_str(), list.iter().map(|x| *x as f32).collect())),
+            _ => None,
+        };
+        Self { term, lists: term.values.iter().filter_map(list).collect() }
+    }
+}
+
+impl Source<f32> for Rounded<'_> {
+    fn get(&self, key: &'static KeyInfo) -> Option<Value<'_, f32>> {
+        Some(match Source::<f64>::get(self.term, key)? {
+            Value::Number(x) => Value::Number(x as f32),
+            Value::List(_) => {
+                let (_, list) = self.lists.iter().find(|(name, _)| *name == key.name)?;
+                Value::List(list)
+            }
+            Value::Choice(number) => Value::Choice(number),
+            Value::NoChoice => Value::NoChoice,
+        })
+    }
+}

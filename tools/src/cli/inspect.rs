@@ -1,0 +1,44 @@
+//! `gmhm inspect`.
+
+use std::io::Write as _;
+use std::path::PathBuf;
+
+use clap::Args;
+use gmhm::block::verify;
+
+use super::common::json;
+use super::failure::Failure;
+use crate::block::{Contents, FileError, read};
+use crate::output::Outputs;
+
+/// Show what a parameter block holds, in SI units
+///
+/// Reads .bin and .hex. A block that is damaged, of another format version or that cannot be is refused.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  gmhm pack gear.toml -o params.bin\n  gmhm inspect params.bin")]
+pub struct InspectArgs {
+    /// The block
+    #[arg(value_name = "params.bin")]
+    block: PathBuf,
+    /// The same as JSON
+    #[arg(long, value_name = "F.json")]
+    json: Option<PathBuf>,
+}
+
+impl InspectArgs {
+    pub(super) fn run(&self) -> Result<(), Failure> {
+        if let Some(path) = &self.json {
+            Outputs::check(path)?;
+        }
+        let file = read(&self.block)?;
+        let refused = |error| FileError::Block { path: self.block.clone(), error };
+        let contents = Contents::of(&verify(&file.bytes).map_err(refused)?).map_err(refused)?;
+        if let Some(path) = &self.json {
+            let mut outputs = Outputs::new();
+            outputs.add_text(path, &json(&contents.json())?)?;
+            outputs.commit()?;
+        }
+        write!(std::io::stdout().lock(), "{contents}")?;
+        Ok(())
+    }
+}

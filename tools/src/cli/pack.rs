@@ -1,0 +1,111 @@
+//! `gmhm pack`.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use gmhm::block::{Identity, verify};
+use gmhm::terms::Side;
+
+use super::Session;
+use super::common::positive;
+use super::failure::Failure;
+use crate::block::{self, Arithmetic, FileError, Form, PackOptions};
+use crate::model;
+use crate::output::Outputs;
+
+/// Make the parameter block of a model, ready for a drive
+///
+/// The ending of the output says what is written: .bin the bytes, .hex Intel HEX at --address, .h an array for C.
+/// The block holds normalised coefficients as the drive computes with them, a checksum, and which gear it is for.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  gmhm pack gear.toml --period 0.0001 -o params.bin\n  gmhm inspect params.bin")]
+pub struct PackArgs {
+    /// Model file
+    #[arg(value_name = "M.toml")]
+    model: PathBuf,
+    /// What the drive computes in
+    #[arg(long, value_enum, default_value_t)]
+    scalar: Scalar,
+    /// Control period of the drive; law time needs it
+    #[arg(long, value_name = "SECONDS", value_parser = positive)]
+    period: Option<f64>,
+    /// Which gear the block is for, at most 16 bytes (else the model's name)
+    #[arg(long, value_name = "LABEL", value_parser = identity)]
+    gear: Option<Identity>,
+    /// Turning points that the drive has room for, even, 4 or more
+    #[arg(long, value_name = "N", value_parser = depth, default_value = "16")]
+    stack_depth: u16,
+    /// Where Intel HEX puts the block, such as 0x3F000
+    #[arg(long, value_name = "ADDRESS", value_parser = address, default_value = "0")]
+    address: u32,
+    /// Rated deflection in rad (else the model's)
+    #[arg(long, value_name = "RAD", value_parser = positive)]
+    rated_deflection: Option<f64>,
+    /// Where to write the block
+    #[arg(short, long, value_name = "params.bin|.hex|.h")]
+    output: PathBuf,
+}
+
+#[derive(Debug, Clone, Copy, Default, ValueEnum)]
+enum Scalar {
+    /// Single precision
+    #[default]
+    F32,
+}
+
+fn identity(label: &str) -> Result<Identity, String> {
+    Identity::new(label).ok_or_else(|| "must have at most 16 bytes".to_owned())
+}
+
+fn depth(text: &str) -> Result<u16, String> {
+    let depth = text.parse().ok().filter(|depth: &u16| *depth >= 4 && depth.is_multiple_of(2));
+    depth.ok_or_else(|| "must be an even number of 4 or more".to_owned())
+}
+
+fn address(text: &str) -> Result<u32, String> {
+    let number = match text.strip_prefix("0x").or_else(|| text.strip_prefix("0X")) {
+        Some(digits) => u32::from_str_radix(digits, 16),
+        None => text.parse(),
+    };
+    number.map_err(|_| "must be a 32-bit address, such as 0x3F000".to_owned())
+}
+
+impl PackArgs {
+    pub(super) fn run(&self, session: &Session) -> Result<(), Failure> {
+        let form = Form::of(&self.output)?;
+        Outputs::check(&self.output)?;
+        let model = model::load(&self.model)?;
+        let options = PackOptions {
+            arithmetic: match self.scalar {
+                Scalar::F32 => Arithmetic::F32,
+            },
+            period_s: self.period,
+            rated_deflection_rad: self.rated_deflection,
+            identity: self.gear,
+            stack_depth: Some(self.stack_depth),
+        };
+        let packed = block::pack(&model, &options)?;
+        let refused = |error| FileError::Block { path: self.output.clone(), error };
+        let block = verify(&packed.bytes).map_err(refused)?;
+        let bytes = block::write(form, &self.output, &block, self.address)?;
+
+        let mut outputs = Outputs::new();
+        outputs.add(&self.output, |out| -> Result<(), Failure> { Ok(out.write_all(&bytes)?) })?;
+        outputs.commit()?;
+        session.note(&format!(
+            "block of gear \"{}\", {} bytes, CRC-32 {:#010x}",
+            block.header().identity.label(),
+            packed.bytes.len(),
+            block.crc()
+        ));
+        if let Some(why) = &packed.without_inverse {
+            session.note(&format!("the drive can predict but not invert: {why}"));
+        }
+        for term in &model.terms {
+            if term.info().is_some_and(|info| info.side == Side::Instrument) {
+                session.note(&format!("`{}` is a fault of the measurement: no drive feeds it forward", term.kind));
+            }
+        }
+        Ok(())
+    }
+}
