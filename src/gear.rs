@@ -24,7 +24,7 @@ pub struct Output<S> {
 pub struct Status {
     /// The deflection lies outside ±A, where the model is not calibrated: the gate is closed, the rest extrapolates.
     pub out_of_range: bool,
-    /// The sample was NaN, infinite or beyond [`REFUSED_BEYOND`](crate::memory::frame::REFUSED_BEYOND) rated deflections, or its period was not
+    /// The sample was NaN, infinite or beyond [`REFUSED_BEYOND`](Scalar::REFUSED_BEYOND) rated deflections, or its period was not
     /// a time: the state was left as it was, and the output is that of the last good sample.
     pub refused: bool,
 }

@@ -2,7 +2,7 @@
 //!
 //! A harmonic drive transmits the torque T = f(θ) + z at the torsional deflection θ = q_m/N − q_o: an elastic part f and a
 //! hysteresis torque z that remembers the path. This crate computes both, sample by sample, on the drive's microcontroller:
-//! no allocator, no panic in the hot path, `f32` or `f64`.
+//! no allocator, no panic in the hot path, in `f32`, `f64` or [fixed point](scalar::fixed).
 //!
 //! | module | what |
 //! |---|---|

@@ -4,12 +4,13 @@ mod common;
 
 use common::*;
 use gmhm::gear::LONGEST_PERIOD_S;
-use gmhm::memory::frame::REFUSED_BEYOND;
 use gmhm::scalar::Float;
+use gmhm::scalar::Scalar;
 use gmhm::{Gear, Law, Params, State};
 use proptest::prelude::*;
 
-const BAD: [f64; 6] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e300, -1e300, 1.001 * REFUSED_BEYOND * A];
+const BAD: [f64; 6] =
+    [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e300, -1e300, 1.001 * <f64 as Scalar>::REFUSED_BEYOND * A];
 
 /// The gear and its state after a few turns.
 fn warm<S: Float>(params: &Params) -> (Gear<S>, State<S, 16>) {

@@ -1,17 +1,21 @@
-//! forward(inverse(T)) = T under every law, kernel and gate, in both precisions, whatever the past.
+//! forward(inverse(T)) = T under every law, kernel and gate, in both precisions, whatever the past; in fixed point under the laws that it has.
 //!
 //! What the forward call may be off, as a share of the torque scale, ε being the spacing of numbers next to 1:
 //!
 //! - 8ε of residual: 4ε count as none, and the last step of the search leaves at most 4ε by the bound on d³T/dt³;
 //! - 8ε of rounding in the two evaluations of T, and as much of dT/dθ times the rounding of θ, both of order one;
 //! - where the gate is a root, θ is rounded by at most 2ε of A, which moves g by at most min(2ε/g, √(4ε)): that times e in `masing`, the largest
-//!   memory M in the others.
+//!   memory M in the others. Fixed point rounds the product under the root as well, by ε/2.
 
 mod common;
 
+use std::fmt::Debug;
+
 use common::{A, elastic};
-use gmhm::inverse::{InverseError, MOST_STEPS, invertible_range};
-use gmhm::scalar::Float;
+use gmhm::inverse::{InverseError, Invertible, MOST_STEPS, invertible_range};
+use gmhm::memory::masing::Masing as MasingLaw;
+use gmhm::memory::time::Time;
+use gmhm::scalar::{Fixed, Scalar};
 use gmhm::{Elastic, Gate, Gear, Inverse, Kernel, Law, Memory, Params, State};
 use gmhm_host_tests::Weighed;
 use gmhm_host_tests::integral::{Clock, Integral};
@@ -32,9 +36,10 @@ fn rooted(params: &Params) -> f64 {
 }
 
 /// What forward(inverse(T)) may differ from T at u = θ/A.
-fn bound<S: Float>(params: &Params, u: f64) -> f64 {
+fn bound<S: Scalar>(params: &Params, u: f64) -> f64 {
     let g = ((1.0 - u) * (1.0 + u)).max(0.0).sqrt();
-    let root = (2.0 * S::EPSILON / g).min(2.0 * S::EPSILON.sqrt());
+    let rounding = if S::SI { 2.0 } else { 2.5 } * S::EPSILON;
+    let root = (rounding / g).min((2.0 * rounding).sqrt());
     24.0 * S::EPSILON + rooted(params) * root
 }
 
@@ -59,10 +64,17 @@ struct Seen {
 }
 
 /// Loads, small and large, nested loops, holds, tips, torques beyond the range, deflections beyond the range, fresh starts.
-fn random_calls<S: Float>(params: &Params, period_s: f64, calls: u64, seed: u64) -> Seen {
-    let inverse = Inverse::<S>::with_period(params, period_s).expect("a range");
+fn random_calls<S: Scalar, L: Invertible<S> + Debug>(
+    params: &Params,
+    inverse: &Inverse<S, L>,
+    calls: u64,
+    seed: u64,
+) -> Seen
+where
+    L::State<16>: Debug,
+{
     let gear = inverse.gear();
-    let (a, scale) = (params.rated_deflection_rad(), params.torque_scale_nm());
+    let (a, scale) = if S::SI { (params.rated_deflection_rad(), params.torque_scale_nm()) } else { (1.0, 1.0) };
     let edge = gear.output(&gear.start::<16>(inverse.range())).torque.to_f64();
     let tip = gear.output(&gear.start::<16>(S::from_f64(a))).torque.to_f64();
     let tips_are_exact = params.memory().law == Law::Masing
@@ -70,7 +82,7 @@ fn random_calls<S: Float>(params: &Params, period_s: f64, calls: u64, seed: u64)
         && rooted(params) > 0.01
         && inverse.range() == S::from_f64(a);
     let mut dice = ChaCha8Rng::seed_from_u64(seed);
-    let mut state: State<S, 16> = gear.start(S::ZERO);
+    let mut state: State<S, 16, L> = gear.start(S::ZERO);
     let mut torque = 0.0_f64;
     // On the rated cycle once both tips were reached, until the gear leaves the range.
     let mut reached = [false; 2];
@@ -100,7 +112,7 @@ fn random_calls<S: Float>(params: &Params, period_s: f64, calls: u64, seed: u64)
         let asked = S::from_f64(torque);
         let before = state.clone();
         let (solution, output) = inverse.commit(&mut state, asked);
-        let told = || format!("{}, seed {seed}: {asked:?} N·m from {before:?}: {solution:?}", name(params));
+        let told = || format!("{}, seed {seed}: {asked:?} from {before:?}: {solution:?}", name(params));
         assert!(solution.converged && !solution.refused && solution.steps < MOST_STEPS, "{}", told());
         assert!(solution.theta.abs() <= inverse.range(), "{}", told());
         reached[0] |= solution.theta == -inverse.range();
@@ -152,9 +164,11 @@ fn ten_million(law: Law) {
     for (index, params) in gears.iter().enumerate() {
         for (round, period_s) in [1e-3, 1e-4].into_iter().enumerate() {
             let seed = (2 * index + round) as u64;
-            let double = random_calls::<f64>(params, period_s, CALLS.div_ceil(runs), seed);
+            let inverse = Inverse::<f64>::with_period(params, period_s).expect("a range");
+            let double = random_calls(params, &inverse, CALLS.div_ceil(runs), seed);
             print(&format!("{} f64", name(params)), &double);
-            let single = random_calls::<f32>(params, period_s, CALLS.div_ceil(runs), seed);
+            let inverse = Inverse::<f32>::with_period(params, period_s).expect("a range");
+            let single = random_calls(params, &inverse, CALLS.div_ceil(runs), seed);
             print(&format!("{} f32", name(params)), &single);
             for seen in [double, single] {
                 assert!(seen.saturated > 0 && (law != Law::Masing || seen.merged > 0 && seen.tips > 0));
@@ -179,9 +193,29 @@ fn ten_million_random_calls_converge_in_law_time() {
 }
 
 #[test]
+fn ten_million_random_calls_converge_in_fixed_point() {
+    const CALLS: u64 = 5_000_000;
+    for (seed, period_s) in [(1, 1e-4), (2, 1e-3)] {
+        let params = common::masing();
+        let inverse = Inverse::of(&params, MasingLaw::<Fixed>::new(&params), 0.0).expect("a range");
+        let seen = random_calls(&params, &inverse, CALLS, seed);
+        print("masing, fixed point", &seen);
+        assert!(seen.saturated > 0 && seen.merged > 0 && seen.tips > 0);
+        assert!(seen.at_tips < 2e-5, "{seen:?}");
+        for params in common::every_law().into_iter().filter(|params| params.memory().law == Law::Time) {
+            let law = Time::<Fixed>::new(&params, period_s);
+            let inverse = Inverse::of(&params, law, period_s).expect("a range");
+            let seen = random_calls(&params, &inverse, CALLS.div_ceil(4), seed);
+            print(&format!("{}, fixed point", name(&params)), &seen);
+            assert!(seen.saturated > 0);
+        }
+    }
+}
+
+#[test]
 fn any_gear_with_a_range_is_inverted() {
     let mut dice = ChaCha8Rng::seed_from_u64(3);
-    let (mut gears, mut ranges) = (0, 0);
+    let (mut gears, mut ranges, mut too_bent) = (0_u32, 0, 0);
     let mut worst = Seen::default();
     while gears < 1000 {
         let (e, h) = (dice.random_range(0.0..0.8), dice.random_range(1e-3..0.5));
@@ -203,7 +237,18 @@ fn any_gear_with_a_range_is_inverted() {
         let Ok(range) = invertible_range(&params, 0.0) else { continue };
         gears += 1;
         ranges += u32::from(range < 1.0);
-        for seen in [random_calls::<f64>(&params, 0.0, 1000, gears), random_calls::<f32>(&params, 0.0, 1000, gears)] {
+        let seed = u64::from(gears);
+        let double = random_calls(&params, &Inverse::<f64>::new(&params).expect("a range"), 1000, seed);
+        let single = random_calls(&params, &Inverse::<f32>::new(&params).expect("a range"), 1000, seed);
+        let fixed = match Inverse::of(&params, MasingLaw::<Fixed>::new(&params), 0.0) {
+            Ok(inverse) => random_calls(&params, &inverse, 1000, seed),
+            Err(error) => {
+                assert!(matches!(error, InverseError::Format { .. }), "{error}");
+                too_bent += 1;
+                Seen::default()
+            }
+        };
+        for seen in [double, single, fixed] {
             worst.calls += seen.calls;
             worst.steps += seen.steps;
             worst.most_steps = worst.most_steps.max(seen.most_steps);
@@ -211,7 +256,9 @@ fn any_gear_with_a_range_is_inverted() {
         }
     }
     print("random gears", &worst);
+    println!("{too_bent} of {gears} gears bend too sharply for fixed point");
     assert!(ranges > 50, "{ranges} of {gears} gears have a range below A");
+    assert!(too_bent > 0 && too_bent < gears / 50, "{too_bent} of {gears} gears bend too sharply for fixed point");
 }
 
 /// The reference under any law.

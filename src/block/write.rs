@@ -79,7 +79,7 @@ impl<'a> Writer<'a> {
     pub fn inverse<S: Word>(&mut self, params: &Params, longest_period_s: f64) -> Result<(), BlockError> {
         let none = |_: InverseError| BlockError::OutOfRange { tag: INVERSE.tag, field: "range" };
         let Monotony { reach, least_slope, bounds: [slope, bend, jerk] } =
-            Monotony::of(params, longest_period_s).map_err(none)?;
+            Monotony::of::<S>(params, longest_period_s).map_err(none)?;
         let mut words: Vec<u32, 10> = Vec::new();
         // There is room: five doubles.
         [reach, least_slope, slope, bend, jerk].map(double_words).iter().for_each(|pair| words.extend(*pair));

@@ -87,8 +87,10 @@ struct Search<'a, S> {
     torque: S,
     half_play: S,
     reach: S,
-    /// By this u it is met unless turning points were merged: the torque rises that steeply at least within the range.
-    sure: S,
+    /// That torque less the present one.
+    missing: S,
+    /// The torque rises that steeply at least within the range, unless turning points were merged.
+    least_slope: S,
 }
 
 impl<S: Scalar> Search<'_, S> {
@@ -103,9 +105,9 @@ impl<S: Scalar> Search<'_, S> {
     fn section<const N: usize>(&self, task: &Task<S>, state: &Path<S, N>, sign: S, here: S) -> Section<S> {
         let mut low = None;
         if self.half_play > S::ZERO {
-            let eta = sign * state.eta();
+            let eta = state.eta().signed(sign);
             let arc = Arc::constant(eta);
-            let end = sign * task.frame.fraction(state.filtered()) + self.half_play;
+            let end = task.frame.fraction(state.filtered()).signed(sign) + self.half_play;
             if end >= self.reach {
                 return Section { arc, low, high: None };
             }
@@ -120,8 +122,8 @@ impl<S: Scalar> Search<'_, S> {
         let (mut stage, route) = state.ahead(task.frame, sign);
         let mut high = None;
         if let Some(end) = stage.end
-            && (end.u <= self.sure || route.merging)
             && inside(end)
+            && (route.merging || (end.u - here) * self.least_slope <= self.missing)
         {
             high = Some(place(end));
             if !self.holds(place(end), end.eta) {
@@ -158,14 +160,15 @@ impl<S: Scalar> Invertible<S> for Masing<S> {
         }
         let sign = if missing > S::ZERO { S::ONE } else { -S::ONE };
         let aim = task.aim.mirrored(sign);
-        let (missing, here) = (missing.abs(), Place { u: sign * u, g });
+        let (missing, here) = (missing.abs(), Place { u: u.signed(sign), g });
         let search = Search {
             single,
             h: self.h,
             torque: aim.torque,
             half_play: task.frame.fraction(self.half_play),
             reach: task.reach,
-            sure: if outside { task.reach } else { here.u + missing * task.softness },
+            missing,
+            least_slope: if outside { S::ZERO } else { task.least_slope },
         };
         let Section { arc, low, high } = search.section(task, state, sign, here.u);
         let from = low.unwrap_or(here);
@@ -182,7 +185,7 @@ impl<S: Scalar> Invertible<S> for Masing<S> {
             high_is_edge: high.is_none(),
         };
         let (start, first) = if missing < S::from_f64(NEAR) && low.is_none() && !outside {
-            (from_point, (sign * now, sign * eug))
+            (from_point, (now.signed(sign), eug.signed(sign)))
         } else {
             // Over A and T_A, the mean stiffness is about one.
             let end = high.map_or(task.reach, |high| high.u);

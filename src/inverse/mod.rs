@@ -9,8 +9,11 @@
 //! All of them increase with θ within ±rA, the [invertible range](invertible_range) of the parameters; beyond it the solution is the edge of the range, and
 //! says so. The search is Euler's iteration within a bracket, of at most [`MOST_STEPS`] steps.
 //!
-//! **Error.** Moving the gear to the solution gives T* back within 1e-14 (`f64`) or 3e-6 (`f32`) of the torque scale, plus what the rounding of θ
-//! itself does where dz/dθ grows without bound: with δ the spacing of numbers next to 1, up to e·A·min(δ/g, √(2δ)).
+//! **Error.** Moving the gear to the solution gives T* back within 1e-14 (`f64`), 3e-6 (`f32`) or 9e-8 (fixed point) of the torque scale, plus what
+//! the rounding of θ itself does where dz/dθ grows without bound: with δ the spacing of numbers next to 1, up to e·A·min(δ/g, √(2δ)).
+//!
+//! **Fixed point** inverts laws `masing` and `time` through [`Inverse::of`]. Derivatives grow faster than torques: parameters whose torque bends too
+//! sharply for the numbers that it has are refused ([`InverseError::Format`]).
 //!
 //! ```
 //! use gmhm::{Elastic, Inverse, Memory, Params};
@@ -66,7 +69,7 @@ pub struct Inverse<S: Scalar, L = AnyLaw<S>> {
     last_step: S,
     last_chord: S,
     last_width: S,
-    softness: S,
+    least_slope: S,
 }
 
 /// A deflection for a torque.
@@ -100,8 +103,8 @@ pub struct Task<'a, S> {
     frame: &'a Frame<S>,
     spring: &'a Spring<S>,
     aim: Aim<S>,
-    /// The most that u = θ/A rises per rise of T/T_A, within the range.
-    softness: S,
+    /// The least that T/T_A rises with u = θ/A, within the range.
+    least_slope: S,
     reach: S,
     reach_half_tangent: S,
 }
@@ -154,9 +157,9 @@ impl<S: Scalar, L: Invertible<S>> Inverse<S, L> {
     /// The inverse of the gear with a law of one's own choice that follows the same parameters; `longest_period_s` counts in law `time` alone.
     ///
     /// # Errors
-    /// Parameters without an invertible range, a period that is no time.
+    /// Parameters without an invertible range, a period that is no time, numbers beyond the format.
     pub fn of(params: &Params, law: L, longest_period_s: f64) -> Result<Self, InverseError> {
-        let monotony = Monotony::of(params, longest_period_s)?;
+        let monotony = Monotony::of::<S>(params, longest_period_s)?;
         let gear = Gear::with_law(params, law);
         Ok(Self::with_monotony(gear, params.torque_scale_nm(), &monotony, longest_period_s))
     }
@@ -183,7 +186,7 @@ impl<S: Scalar, L: Invertible<S>> Inverse<S, L> {
             reach: S::from_f64(reach),
             reach_half_tangent: S::from_f64(reach_half_tangent),
             tolerance: S::from_f64(tolerance),
-            softness: S::from_f64(1.0 / least_slope),
+            least_slope: S::from_f64(least_slope),
             last_step: S::from_f64(libm::cbrt(6.0 * tolerance / third)),
             last_chord: S::from_f64(2.0 * tolerance / second.max(third)),
             last_width: S::from_f64(tolerance / first),
@@ -197,7 +200,7 @@ impl<S: Scalar, L: Invertible<S>> Inverse<S, L> {
 
     /// The edge rA of the invertible range ±rA, input units.
     pub fn range(&self) -> S {
-        self.gear.frame().rated() * self.reach
+        self.gear.frame().deflection(self.reach)
     }
 
     /// The state of a gear whose past is unknown (y = 0, m = 0) under a torque, and how it was found.
@@ -235,7 +238,7 @@ impl<S: Scalar, L: Invertible<S>> Inverse<S, L> {
                 last_chord: self.last_chord,
                 last_width: self.last_width,
             },
-            softness: self.softness,
+            least_slope: self.least_slope,
             reach: self.reach,
             reach_half_tangent: self.reach_half_tangent,
         })
@@ -280,22 +283,29 @@ impl<S: Scalar> Task<'_, S> {
     /// A root on a stretch that was mirrored by `sign`, the gear being at `here`. It never lies behind, whatever the rounding.
     #[inline]
     fn solution(&self, found: &Root<S>, sign: S, here: S) -> Solution<S> {
-        let ahead = self.frame.rated() * found.u;
-        let theta = if ahead < sign * here { here } else { sign * ahead };
+        let ahead = self.deflection(found.u);
+        let theta = if ahead < here.signed(sign) { here } else { ahead.signed(sign) };
         self.found(found, sign, theta)
+    }
+
+    /// The deflection of a solution.
+    #[inline]
+    fn deflection(&self, u: S) -> S {
+        // u = 2tq: floats round it within the range, a fixed grid by a unit beyond.
+        self.frame.deflection(if S::SI { u } else { u.clamp(-self.reach, self.reach) })
     }
 
     #[inline]
     fn found(&self, found: &Root<S>, sign: S, theta: S) -> Solution<S> {
         if found.saturated {
-            return Solution { steps: found.steps, ..self.edge(sign * found.u) };
+            return Solution { steps: found.steps, ..self.edge(found.u.signed(sign)) };
         }
         Solution { converged: found.converged, steps: found.steps, ..Solution::held(theta) }
     }
 
     /// The upper (1) or lower (−1) edge of the range.
     fn edge(&self, side: S) -> Solution<S> {
-        Solution { saturated: true, ..Solution::held(side * (self.frame.rated() * self.reach)) }
+        Solution { saturated: true, ..Solution::held(self.frame.deflection(self.reach).signed(side)) }
     }
 
     /// The root on a stretch that spans the range.
@@ -304,7 +314,7 @@ impl<S: Scalar> Task<'_, S> {
         let bracket = Bracket { low: -edge, high: edge, low_is_edge: true, high_is_edge: true };
         let start = if start.t.abs() <= edge { start } else { Point::ZERO };
         let found = root(stretch, &self.aim, bracket, start, stretch.torque(start.u, start.g));
-        self.found(&found, S::ONE, self.frame.rated() * found.u)
+        self.found(&found, S::ONE, self.deflection(found.u))
     }
 
     /// The root of the spring alone.

@@ -7,6 +7,7 @@ use crate::gear::LONGEST_PERIOD_S;
 use crate::memory::phase::Phase;
 use crate::memory::time::Time;
 use crate::params::{Gate, Kernel, Law, Params};
+use crate::scalar::Scalar;
 
 /// Why there is no inverse.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,6 +24,13 @@ pub enum InverseError {
         /// What it was, s.
         period_s: f64,
     },
+    /// The search would meet numbers that fixed point does not hold: the torque bends too sharply within the range.
+    Format {
+        /// The largest of them, over A and T_A.
+        number: f64,
+        /// What the format holds.
+        largest: f64,
+    },
 }
 
 impl fmt::Display for InverseError {
@@ -36,6 +44,10 @@ impl fmt::Display for InverseError {
             Self::Period { period_s } => {
                 write!(f, "the sample period {period_s} s must be between 0 and {LONGEST_PERIOD_S} s")
             }
+            Self::Format { number, largest } => write!(
+                f,
+                "these parameters have no inverse in fixed point: their torque bends by {number} rated torques over the rated deflection, and numbers end at {largest}; invert them in floating point"
+            ),
         }
     }
 }
@@ -101,9 +113,13 @@ pub(crate) struct Monotony {
 }
 
 impl Monotony {
-    /// That of parameters, in law `time` at every period up to the longest.
-    pub(crate) fn of(params: &Params, longest_period_s: f64) -> Result<Self, InverseError> {
+    /// That of parameters, in law `time` at every period up to the longest; the search has to be within what the scalar holds.
+    pub(crate) fn of<S: Scalar>(params: &Params, longest_period_s: f64) -> Result<Self, InverseError> {
         let reach = invertible_range(params, longest_period_s)?;
+        let number = largest_number(params, longest_period_s, reach);
+        if number >= S::LARGEST {
+            return Err(InverseError::Format { number, largest: S::LARGEST });
+        }
         let least_slope = least_slope(params, longest_period_s, reach);
         let bounds = derivative_bounds(params, longest_period_s).map(|bound| bound.min(f64::MAX));
         Ok(Self { reach, least_slope, bounds })
@@ -210,10 +226,6 @@ fn derivative_bounds(params: &Params, longest_period_s: f64) -> [f64; 3] {
             *bound = bound.max(1.05 * libm::fabs(derivative));
         }
     }
-    let gated = |m: [f64; 4]| match memory.gate {
-        Gate::Cycle => [m[1] + m[0], m[2] + 2.0 * m[1] + m[0], m[3] + 3.0 * (m[2] + m[1]) + m[0]],
-        Gate::None => [m[1], m[2], m[3]],
-    };
     let hysteresis = match memory.law {
         Law::Masing => {
             let h = memory.h() * a / scale;
@@ -221,6 +233,24 @@ fn derivative_bounds(params: &Params, longest_period_s: f64) -> [f64; 3] {
             let loops = [4.0 * h, 22.0 * h, 75.0 * h];
             return [0, 1, 2].map(|k| bounds[k] + loops[k]);
         }
+        Law::Phase | Law::Time => memory_bounds(params, longest_period_s),
+    };
+    let [d1, d2, d3] = hysteresis;
+    // dφ/dt ≤ 2, abs(d²φ/dt²) ≤ 1.3, abs(d³φ/dt³) ≤ 4.
+    let hysteresis = [2.0 * d1, 4.0 * d2 + 1.3 * d1, 8.0 * d3 + 7.8 * d2 + 4.0 * d1];
+    [0, 1, 2].map(|k| bounds[k] + hysteresis[k])
+}
+
+/// Bounds of the first three derivatives of the hysteresis torque over T_A by φ.
+fn memory_bounds(params: &Params, longest_period_s: f64) -> [f64; 3] {
+    let (a, scale, memory) = (params.rated_deflection_rad(), params.torque_scale_nm(), params.memory());
+    let gated = |m: [f64; 4]| match memory.gate {
+        Gate::Cycle => [m[1] + m[0], m[2] + 2.0 * m[1] + m[0], m[3] + 3.0 * (m[2] + m[1]) + m[0]],
+        Gate::None => [m[1], m[2], m[3]],
+    };
+    match memory.law {
+        // η′ ≤ 2 and −η″ ≤ 4 by u; a merged branch tilts by as much.
+        Law::Masing => [4.0, 8.0, 16.0].map(|bound| bound * memory.h() * a / scale),
         Law::Phase => {
             let law = Phase::<f64>::new(params);
             let steady = libm::fabs(law.quadrature) + libm::fabs(law.in_phase);
@@ -234,22 +264,39 @@ fn derivative_bounds(params: &Params, longest_period_s: f64) -> [f64; 3] {
             let growth = if memory.kernel == Kernel::Rate { memory.alpha * a / scale } else { growth };
             gated([Bound::new(params).at(1.0).0, growth, growth, growth])
         }
-    };
-    let [d1, d2, d3] = hysteresis;
-    // dφ/dt ≤ 2, abs(d²φ/dt²) ≤ 1.3, abs(d³φ/dt³) ≤ 4.
-    let hysteresis = [2.0 * d1, 4.0 * d2 + 1.3 * d1, 8.0 * d3 + 7.8 * d2 + 4.0 * d1];
-    [0, 1, 2].map(|k| bounds[k] + hysteresis[k])
+    }
 }
 
-/// The first three derivatives of f − e·u·g by t = tan(φ/2), at u = sin φ, g = cos φ.
-fn single_valued(elastic: &Polynomial<f64>, e: f64, u: f64, g: f64) -> [f64; 3] {
+/// The largest number that the search meets within ±`reach`, what is over A and T_A and their derivatives.
+fn largest_number(params: &Params, longest_period_s: f64, reach: f64) -> f64 {
+    let (a, scale, memory) = (params.rated_deflection_rad(), params.torque_scale_nm(), params.memory());
+    let elastic = params.elastic().normalised(a, scale);
+    let e = if memory.law == Law::Masing { memory.e() * a / scale } else { 0.0 };
+    let [growth, curl, _] = memory_bounds(params, longest_period_s);
+    let numbers = (0..GRID).map(|k| libm::sincos(grid(k))).take_while(|&(u, _)| u <= reach).flat_map(|(u, g)| {
+        let [slope, bend, _] = by_phase(&elastic, e, u, g);
+        let (slope, bend) = (libm::fabs(slope) + growth, libm::fabs(bend) + curl);
+        let spring = 6.0 * elastic.k3 + 20.0 * elastic.k5 * u * u;
+        // t = u/(1 + g); 2q = 1 + g.
+        [libm::fabs(spring), bend + u / (1.0 + g) * slope, (1.0 + g) * slope]
+    });
+    numbers.chain([20.0 * libm::fabs(elastic.k5)]).fold(0.0, f64::max)
+}
+
+/// The first three derivatives of f − e·u·g by φ, at u = sin φ, g = cos φ.
+fn by_phase(elastic: &Polynomial<f64>, e: f64, u: f64, g: f64) -> [f64; 3] {
     let Polynomial { k3, k5, .. } = *elastic;
     let by_u = [elastic.stiffness(u), u * (6.0 * k3 + 20.0 * k5 * u * u), 6.0 * k3 + 60.0 * k5 * u * u];
-    let by_phi = [
+    [
         by_u[0] * g - e * (g * g - u * u),
         by_u[1] * g * g - by_u[0] * u + 4.0 * e * u * g,
         by_u[2] * g * g * g - 3.0 * by_u[1] * u * g - by_u[0] * g + 4.0 * e * (g * g - u * u),
-    ];
+    ]
+}
+
+/// The same by t = tan(φ/2).
+fn single_valued(elastic: &Polynomial<f64>, e: f64, u: f64, g: f64) -> [f64; 3] {
+    let by_phi = by_phase(elastic, e, u, g);
     let (t, q) = (u / (1.0 + g), 0.5 * (1.0 + g));
     let phi = [2.0 * q, -4.0 * t * q * q, (16.0 * t * t * q - 4.0) * q * q];
     [

@@ -130,7 +130,7 @@ impl<S: Scalar> Aim<S> {
     /// The same for a stretch mirrored by `sign`.
     #[inline]
     pub(super) fn mirrored(&self, sign: S) -> Self {
-        Self { torque: sign * self.torque, ..*self }
+        Self { torque: self.torque.signed(sign), ..*self }
     }
 }
 
@@ -186,7 +186,7 @@ pub(super) fn root<S: Scalar, C: Stretch<S>>(
         let [slope, bend] = stretch.slopes(u, g, work);
         let a = q * slope;
         let b = q * q * (bend - t * slope);
-        let predicted = (a * a + (residual + residual) * b).sqrt();
+        let predicted = S::root_of_parabola(a, residual, b);
         let step = residual.over(a + predicted);
         // A NaN compares false.
         let rising = a > S::ZERO;

@@ -3,9 +3,6 @@
 use crate::params::Params;
 use crate::scalar::Scalar;
 
-/// Samples beyond this many rated deflections are refused: no gear survives them, and their powers would overflow `f32`.
-pub const REFUSED_BEYOND: f64 = 1e5;
-
 /// Rated deflection and torque scale in input units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Frame<S> {
@@ -28,7 +25,7 @@ impl<S: Scalar> Frame<S> {
             rated: S::from_f64(rated),
             inverse_rated: S::from_f64(1.0 / rated),
             torque_scale: S::from_f64(torque_scale),
-            limit: S::from_f64(rated * REFUSED_BEYOND),
+            limit: S::from_f64(rated * S::REFUSED_BEYOND),
         }
     }
 
@@ -44,6 +41,12 @@ impl<S: Scalar> Frame<S> {
         theta.normalise(self.inverse_rated)
     }
 
+    /// A fraction of A as a deflection in input units.
+    #[inline]
+    pub fn deflection(&self, u: S) -> S {
+        u.denormalise(self.rated)
+    }
+
     /// A normalised torque in output units.
     #[inline]
     pub fn torque(&self, tau: S) -> S {
@@ -56,7 +59,7 @@ impl<S: Scalar> Frame<S> {
         self.torque_scale
     }
 
-    /// Whether a sample can be a deflection at all: finite and below [`REFUSED_BEYOND`].
+    /// Whether a sample can be a deflection at all: finite and below [`REFUSED_BEYOND`](Scalar::REFUSED_BEYOND).
     #[inline]
     pub fn accepts(&self, theta: S) -> bool {
         // A NaN compares false.

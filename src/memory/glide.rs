@@ -11,28 +11,31 @@ const NEARLY_ONE: f64 = 1.0 - 1e-6;
 /// The present branch up to the place where something changes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Glide<S> {
-    /// 1 rising, −1 falling, 0 where there is no short way.
+    /// 1 rising, −1 falling.
     sign: S,
     /// 2 on the initial curve, else 1.
     steepness: S,
-    /// sign·θ has to stay below.
+    /// sign·θ has to stay below; no sample is where there is no short way.
     until: S,
 }
 
 impl<S: Scalar> Glide<S> {
     /// No short way.
-    pub(super) const NONE: Self = Self { sign: S::ZERO, steepness: S::ONE, until: S::ZERO };
+    #[inline]
+    pub(super) fn none() -> Self {
+        Self { sign: S::ONE, steepness: S::ONE, until: S::from_f64(-1e30) }
+    }
 
     /// From `here` along the arc of `anchor`, rising or falling, to the turning point `target` (without one, the initial curve), within ±A.
     pub(super) fn new(frame: &Frame<S>, half_play: S, rising: bool, here: S, anchor: S, target: Option<S>) -> Self {
         if !frame.in_range(here) {
-            return Self::NONE;
+            return Self::none();
         }
         let sign = if rising { S::ONE } else { -S::ONE };
         let nearly_rated = frame.rated() * S::from_f64(NEARLY_ONE);
-        let half_arc = sign * anchor + nearly_rated;
+        let half_arc = anchor.signed(sign) + nearly_rated;
         let (steepness, end) = match target {
-            Some(target) => (S::ONE, (half_arc + nearly_rated).min(sign * target)),
+            Some(target) => (S::ONE, (half_arc + nearly_rated).min(target.signed(sign))),
             None => (S::TWO, half_arc),
         };
         Self { sign, steepness, until: end.min(nearly_rated - half_play) }
@@ -41,8 +44,8 @@ impl<S: Scalar> Glide<S> {
     /// The deflection after the play, if a sample at `theta` goes on along the arc; it then lies within ±A.
     #[inline]
     pub(super) fn follow(&self, half_play: S, filtered: S, theta: S) -> Option<S> {
-        let ahead = self.sign * theta - half_play;
-        (ahead > self.sign * filtered && ahead < self.until).then(|| self.sign * ahead)
+        let ahead = theta.signed(self.sign) - half_play;
+        (ahead > filtered.signed(self.sign) && ahead < self.until).then(|| ahead.signed(self.sign))
     }
 
     /// η at a distance `step` (over A) from the anchor.

@@ -43,8 +43,8 @@ enum Direction {
 struct Blend<S> {
     entry_theta: S,
     entry_gap: S,
-    gap_growth: S,
-    inverse_length: S,
+    /// Growth of the gap over θ/A.
+    tilt: S,
 }
 
 /// The path as the loop remembers it: up to `N` turning points.
@@ -88,7 +88,7 @@ impl<S: Scalar, const N: usize> Path<S, N> {
             highest: theta,
             merging: false,
             merged_pairs: 0,
-            glide: Glide::NONE,
+            glide: Glide::none(),
         }
     }
 
@@ -142,7 +142,7 @@ impl<S: Scalar, const N: usize> Path<S, N> {
         self.filtered = theta;
         self.eta = self.branch(frame, theta);
         self.glide = if self.blend.is_some() {
-            Glide::NONE
+            Glide::none()
         } else {
             let target = self.target().map(|target| target.theta);
             Glide::new(frame, half_play, direction == Direction::Rising, theta, self.anchor.theta, target)
@@ -173,10 +173,7 @@ impl<S: Scalar, const N: usize> Path<S, N> {
         let eta = self.plain_branch(frame, theta);
         match self.blend {
             None => eta,
-            Some(blend) => {
-                let travelled = (theta - blend.entry_theta).abs() * blend.inverse_length;
-                eta + blend.entry_gap + blend.gap_growth * travelled
-            }
+            Some(blend) => eta + blend.entry_gap + blend.tilt * frame.fraction(theta - blend.entry_theta),
         }
     }
 
@@ -250,16 +247,12 @@ impl<S: Scalar, const N: usize> Path<S, N> {
         if !self.merging {
             return;
         }
-        let length = (target.theta - entry.theta).abs();
-        if length > S::ZERO {
+        let length = frame.fraction(target.theta - entry.theta);
+        if length != S::ZERO {
             let entry_gap = entry.eta - self.plain_branch(frame, entry.theta);
             let target_gap = target.eta - self.plain_branch(frame, target.theta);
-            self.blend = Some(Blend {
-                entry_theta: entry.theta,
-                entry_gap,
-                gap_growth: target_gap - entry_gap,
-                inverse_length: length.recip(),
-            });
+            self.blend =
+                Some(Blend { entry_theta: entry.theta, entry_gap, tilt: (target_gap - entry_gap).over(length) });
         }
     }
 }

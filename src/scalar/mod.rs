@@ -1,13 +1,17 @@
 //! The operations that the model asks of a number.
 //!
-//! [`Scalar`] is what the quasi-static law needs: sums, products, one square root. [`Float`] adds what the memory integral
-//! needs. Both are implemented for `f32` and `f64` by the `libm` crate alone, so that host and microcontroller agree bit by bit.
+//! [`Scalar`] is what the quasi-static law and the memory in real time need: sums, products, one square root. [`Float`] adds what the memory
+//! in pseudo-time and varying sample periods need. Both are implemented for `f32` and `f64` by the `libm` crate alone, [`Scalar`] also for
+//! [`Fixed`] point, so that host and microcontroller agree bit by bit.
 
 pub mod circle;
+pub mod fixed;
 mod float;
 
 use core::fmt::Debug;
 use core::ops::{Add, Mul, Neg, Sub};
+
+pub use self::fixed::Fixed;
 
 /// A number the model can be evaluated in.
 ///
@@ -34,8 +38,12 @@ pub trait Scalar:
     const TWO: Self;
     /// The spacing of the numbers next to 1.
     const EPSILON: f64;
+    /// No number is larger.
+    const LARGEST: f64;
     /// Whether input units are SI (floats) or fractions of the rated deflection and the rated torque (fixed point).
     const SI: bool;
+    /// Samples beyond this many rated deflections are refused: no gear survives them, and their powers would overflow.
+    const REFUSED_BEYOND: f64;
 
     /// A factor that may be far smaller than one, kept to the full precision of a word.
     type Gain: Copy + Debug + PartialEq;
@@ -56,6 +64,16 @@ pub trait Scalar:
     #[inline]
     fn over(self, divisor: Self) -> Self {
         self * divisor.recip()
+    }
+    /// √(a² + 2xy), 0 where that is negative; the squares may be larger than any number is.
+    #[inline]
+    fn root_of_parabola(a: Self, x: Self, y: Self) -> Self {
+        (a * a + (x + x) * y).sqrt()
+    }
+    /// self·sign for a sign of 1 or −1.
+    #[inline]
+    fn signed(self, sign: Self) -> Self {
+        self * sign
     }
     /// An input-unit difference as a fraction of the rated deflection.
     fn normalise(self, inverse_scale: Self) -> Self;

@@ -110,11 +110,11 @@ impl<S: Scalar> Arc<S> {
 
 impl<S: Scalar> View<'_, S> {
     fn u(&self, theta: S) -> S {
-        self.sign * self.frame.fraction(theta)
+        self.frame.fraction(theta).signed(self.sign)
     }
 
     fn knot(&self, point: TurningPoint<S>) -> Knot<S> {
-        Knot { u: self.u(point.theta), eta: self.sign * point.eta }
+        Knot { u: self.u(point.theta), eta: point.eta.signed(self.sign) }
     }
 }
 
@@ -137,10 +137,7 @@ impl<S: Scalar, const N: usize> Path<S, N> {
             let arc = Arc::branch(view.knot(self.anchor));
             let arc = match self.blend {
                 None => arc,
-                Some(blend) => {
-                    let growth = sign * blend.gap_growth * (blend.inverse_length * frame.rated());
-                    arc.tilted(view.u(blend.entry_theta), sign * blend.entry_gap, growth)
-                }
+                Some(blend) => arc.tilted(view.u(blend.entry_theta), blend.entry_gap.signed(sign), blend.tilt),
             };
             return (Stage { arc, end: Some(view.knot(target)) }, route(outer, self.merging));
         }
