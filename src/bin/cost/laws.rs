@@ -3,20 +3,30 @@
 use gmhm::inverse::Invertible;
 use gmhm::memory::MemoryLaw;
 use gmhm::memory::masing::Masing;
-use gmhm::memory::phase::Phase;
 use gmhm::memory::time::Time;
-use gmhm::scalar::Float;
+use gmhm::scalar::{Float, Scalar};
 use gmhm::{Gate, Gear, Inverse, Kernel, Law, Params, State};
 
+use crate::journey::Journey;
 use crate::platform::gears::{self, RATED_NM, RATED_RAD};
-use crate::{CALLS, report, report_from, say, ticks};
+use crate::{CALLS, counter, report, report_from, say, ticks};
 
 const POINTS: usize = 16;
 const PERIOD_S: f64 = 1e-4;
 
-/// Measures every law.
+/// Measures every law in `f32`.
+#[cfg(target_abi = "eabihf")]
 pub fn measure() {
-    if masing().and_then(|()| phase()).and_then(|()| time()).is_none() {
+    if masing::<f32>().and_then(|()| chosen()).and_then(|()| phase()).and_then(|()| time::<f32>()).is_none() {
+        say!("0 1 parameters refused");
+    }
+}
+
+/// Measures the laws that fixed point has.
+#[cfg(not(target_abi = "eabihf"))]
+pub fn measure() {
+    use gmhm::scalar::Fixed;
+    if masing::<Fixed>().and_then(|()| time::<Fixed>()).is_none() {
         say!("0 1 parameters refused");
     }
 }
@@ -26,25 +36,35 @@ fn published(law: Law, kernel: Kernel, gate: Gate) -> Option<Params> {
     gears::published(law, kernel, gate, 0.0).ok()
 }
 
+/// What the core takes for a share of the rated deflection.
+fn deflection<S: Scalar>(share: f64) -> S {
+    S::from_f64(share * if S::SI { f64::from(RATED_RAD) } else { 1.0 })
+}
+
+/// What the core takes for a share of the rated torque.
+fn load<S: Scalar>(share: f64) -> S {
+    S::from_f64(share * if S::SI { f64::from(RATED_NM) } else { 1.0 })
+}
+
 /// One call as a control loop makes it: the torque alone is wanted.
 #[inline(never)]
-fn step<L: MemoryLaw<f32>>(gear: &Gear<f32, L>, state: &mut State<f32, POINTS, L>, theta: f32) -> f32 {
+fn step<S: Scalar, L: MemoryLaw<S>>(gear: &Gear<S, L>, state: &mut State<S, POINTS, L>, theta: S) -> S {
     gear.step(state, theta).torque
 }
 
 /// One call of the inverse: the deflection alone is wanted.
 #[inline(never)]
-fn peek<L: Invertible<f32>>(inverse: &Inverse<f32, L>, state: &State<f32, POINTS, L>, torque: f32) -> f32 {
+fn peek<S: Scalar, L: Invertible<S>>(inverse: &Inverse<S, L>, state: &State<S, POINTS, L>, torque: S) -> S {
     inverse.peek(state, torque).theta
 }
 
 /// The inverse along a sine of 100 samples, the gear following; the gear's own step is taken off.
 #[inline(never)]
-fn invert_sine<L: Invertible<f32>>(name: &'static str, inverse: &Inverse<f32, L>, amplitude_nm: f32) {
+fn invert_sine<S: Scalar, L: Invertible<S>>(name: &'static str, inverse: &Inverse<S, L>, amplitude: f64) {
     let mut state = after(inverse.gear(), [1.0, -1.0, 0.0]);
-    let sine: [f32; 100] =
-        core::array::from_fn(|k| amplitude_nm * Float::sin(core::f32::consts::TAU * k as f32 / 100.0));
-    let mut path = [(0.0, 0.0); 100];
+    let sine: [S; 100] =
+        core::array::from_fn(|k| load(amplitude * Float::sin(core::f64::consts::TAU * k as f64 / 100.0)));
+    let mut path = [(S::ZERO, S::ZERO); 100];
     // Twice, so that the loop is closed.
     for _ in 0..2 {
         for (place, torque) in path.iter_mut().zip(sine) {
@@ -63,73 +83,99 @@ fn invert_sine<L: Invertible<f32>>(name: &'static str, inverse: &Inverse<f32, L>
     say!("{} {} {}", both.saturating_sub(steps), CALLS, name);
 }
 
+/// The dearest call of the inverse among many: torques of all sizes, nested loops, jumps across a full stack, the range exceeded.
+#[inline(never)]
+fn invert_worst<S: Scalar, L: Invertible<S>>(name: &'static str, inverse: &Inverse<S, L>) {
+    let mut state = after(inverse.gear(), [1.0, -1.0, 0.0]);
+    let mut worst = (0, state.clone(), S::ZERO);
+    let mut journey = Journey::new(1.0);
+    for _ in 0..JOURNEY {
+        let share = journey.next_deflection();
+        let torque = if share.abs() < 2.0 { load(f64::from(share)) } else { S::ZERO };
+        let taken = counter::ticks(FEW, &[torque], |torque| peek(inverse, &state, torque));
+        if taken > worst.0 {
+            worst = (taken, state.clone(), torque);
+        }
+        let theta = peek(inverse, &state, torque);
+        step(inverse.gear(), &mut state, theta);
+    }
+    report(name, &[worst.2], |torque| peek(inverse, &worst.1, torque));
+}
+
+/// Torques among which the dearest is sought, and calls of each: some ticks.
+const JOURNEY: u32 = 5000;
+const FEW: u32 = 4;
+
 /// Away from a reversal: a thousand samples from −0.99 A to 0.99 A.
 #[inline(never)]
-fn rise<L: MemoryLaw<f32>>(name: &'static str, gear: &Gear<f32, L>) {
-    let samples: [f32; 1000] = core::array::from_fn(|k| RATED_RAD * 0.99 * (k as f32 / 500.0 - 1.0));
+fn rise<S: Scalar, L: MemoryLaw<S>>(name: &'static str, gear: &Gear<S, L>) {
+    let samples: [S; 1000] = core::array::from_fn(|k| deflection(0.99 * (k as f64 / 500.0 - 1.0)));
     let mut state = after(gear, [1.0, -1.0, -0.99]);
     report(name, &samples, |theta| step(gear, &mut state, theta));
 }
 
 /// The state after these turning points, in A.
-fn after<L: MemoryLaw<f32>>(gear: &Gear<f32, L>, turns: impl IntoIterator<Item = f32>) -> State<f32, POINTS, L> {
-    let mut state = gear.start(0.0);
+fn after<S: Scalar, L: MemoryLaw<S>>(gear: &Gear<S, L>, turns: impl IntoIterator<Item = f64>) -> State<S, POINTS, L> {
+    let mut state = gear.start(S::ZERO);
     for turn in turns {
-        step(gear, &mut state, turn * RATED_RAD);
+        step(gear, &mut state, deflection(turn));
     }
     state
 }
 
 #[inline(never)]
-fn masing() -> Option<()> {
+fn masing<S: Scalar>() -> Option<()> {
     let params = published(Law::Masing, Kernel::Deflection, Gate::Cycle)?;
-    let gear = Gear::<f32, _>::with_law(&params, Masing::new(&params));
+    let gear = Gear::<S, _>::with_law(&params, Masing::new(&params));
 
     rise("law `masing`, away from a reversal", &gear);
 
     let rising = after(&gear, [1.0, -1.0, 0.0]);
-    report_from("law `masing`, reversal", &rising, -0.5 * RATED_RAD, |state, theta| step(&gear, state, theta));
+    report_from("law `masing`, reversal", &rising, deflection(-0.5), |state, theta| step(&gear, state, theta));
 
     // Shrinking strokes, the last one rising: sixteen turning points and no more room.
-    let full = after(&gear, (0..POINTS).map(|k| (0.9 - 0.05 * k as f32) * if k % 2 == 0 { 1.0 } else { -1.0 }));
-    report_from("law `masing`, reversal with a full stack", &full, 0.12 * RATED_RAD, |state, theta| {
+    let full = after(&gear, (0..POINTS).map(|k| (0.9 - 0.05 * k as f64) * if k % 2 == 0 { 1.0 } else { -1.0 }));
+    report_from("law `masing`, reversal with a full stack", &full, deflection(0.12), |state, theta| {
         step(&gear, state, theta)
     });
-    report_from("law `masing`, full stack wiped out", &full, -0.95 * RATED_RAD, |state, theta| {
+    report_from("law `masing`, full stack wiped out", &full, deflection(-0.95), |state, theta| {
         step(&gear, state, theta)
     });
-    report_from("law `masing`, reversal that wipes out a full stack", &full, 0.95 * RATED_RAD, |state, theta| {
+    report_from("law `masing`, reversal that wipes out a full stack", &full, deflection(0.95), |state, theta| {
         step(&gear, state, theta)
     });
 
-    let inverse = Inverse::of(&params, Masing::new(&params), 0.0).ok()?;
-    invert_sine("inverse of law `masing`, mean of a sine", &inverse, 0.95 * RATED_NM);
-    report("inverse of law `masing`, across a full stack", &[-0.97 * RATED_NM], |torque| peek(&inverse, &full, torque));
-
-    let gear = Gear::<f32>::new(&params);
-    rise("law `masing` chosen at run time, away from a reversal", &gear);
+    let inverse = Inverse::of(&params, *gear.law(), 0.0).ok()?;
+    invert_sine("inverse of law `masing`, mean of a sine", &inverse, 0.95);
+    report("inverse of law `masing`, across a full stack", &[load(-0.97)], |torque| peek(&inverse, &full, torque));
+    invert_worst("inverse of law `masing`, the dearest of 5000", &inverse);
     Some(())
 }
 
+#[cfg(target_abi = "eabihf")]
+#[inline(never)]
+fn chosen() -> Option<()> {
+    let params = published(Law::Masing, Kernel::Deflection, Gate::Cycle)?;
+    rise("law `masing` chosen at run time, away from a reversal", &Gear::<f32>::new(&params));
+    Some(())
+}
+
+#[cfg(target_abi = "eabihf")]
 #[inline(never)]
 fn phase() -> Option<()> {
     let params = published(Law::Phase, Kernel::Deflection, Gate::Cycle)?;
-    let gear = Gear::<f32, _>::with_law(&params, Phase::new(&params));
+    let gear = Gear::<f32, _>::with_law(&params, gmhm::memory::phase::Phase::new(&params));
     rise("law `phase`, away from a reversal", &gear);
-    invert_sine(
-        "inverse of law `phase`, mean of a sine",
-        &Inverse::of(&params, *gear.law(), 0.0).ok()?,
-        0.5 * RATED_NM,
-    );
+    invert_sine("inverse of law `phase`, mean of a sine", &Inverse::of(&params, *gear.law(), 0.0).ok()?, 0.5);
     let rising = after(&gear, [1.0, -1.0, 0.0]);
-    report_from("law `phase`, reversal by a large step", &rising, -0.95 * RATED_RAD, |state, theta| {
+    report_from("law `phase`, reversal by a large step", &rising, deflection(-0.95), |state, theta| {
         step(&gear, state, theta)
     });
     Some(())
 }
 
 #[inline(never)]
-fn time() -> Option<()> {
+fn time<S: Scalar>() -> Option<()> {
     for (name, inverse_name, kernel, gate) in [
         (
             "law `time`, kernel `deflection`, gate `cycle`",
@@ -145,9 +191,9 @@ fn time() -> Option<()> {
         ),
     ] {
         let params = published(Law::Time, kernel, gate)?;
-        let gear = Gear::<f32, _>::with_law(&params, Time::new(&params, PERIOD_S));
+        let gear = Gear::<S, _>::with_law(&params, Time::new(&params, PERIOD_S));
         rise(name, &gear);
-        invert_sine(inverse_name, &Inverse::of(&params, *gear.law(), PERIOD_S).ok()?, 0.8 * RATED_NM);
+        invert_sine(inverse_name, &Inverse::of(&params, *gear.law(), PERIOD_S).ok()?, 0.8);
     }
     Some(())
 }

@@ -1,16 +1,23 @@
 //! What a call of the core costs, and what the customary alternatives cost: ticks of the core clock under the emulator's instruction
-//! count. `cargo xtask cost` turns them into instructions.
+//! count. `cargo xtask cost` turns them into instructions. In `f32` on a core that has it in hardware, else in fixed point.
 #![no_std]
 #![no_main]
 
 mod counter;
+#[path = "../journey/mod.rs"]
+#[allow(dead_code, reason = "every period here is the same")]
+mod journey;
 mod laws;
 #[path = "../platform/mod.rs"]
 mod platform;
+#[cfg(target_abi = "eabihf")]
 mod rivals;
+#[cfg(target_abi = "eabihf")]
 mod terms;
+#[cfg(target_abi = "eabihf")]
 #[path = "../typical/mod.rs"]
 mod typical;
+#[cfg(target_abi = "eabihf")]
 mod yardsticks;
 
 use core::hint::black_box;
@@ -22,9 +29,12 @@ const CALLS: u32 = 1000;
 fn main() -> ! {
     counter::start();
     laws::measure();
-    terms::measure();
-    rivals::measure();
-    yardsticks::measure();
+    #[cfg(target_abi = "eabihf")]
+    {
+        terms::measure();
+        rivals::measure();
+        yardsticks::measure();
+    }
     platform::end()
 }
 

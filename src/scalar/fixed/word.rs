@@ -67,7 +67,7 @@ const ROOT_SEEDS: [u8; 256] = {
     let mut seeds = [0; 256];
     let mut i = 64;
     while i < 256 {
-        seeds[i] = ((((1_u32 << 27) / (2 * i as u32 + 1)).isqrt() + 1) / 2 - 256) as u8;
+        seeds[i] = (((1_u32 << 27) / (2 * i as u32 + 1)).isqrt().div_ceil(2) - 256) as u8;
         i += 1;
     }
     seeds
@@ -117,7 +117,7 @@ const RECIPROCAL_SEEDS: [u8; 256] = {
     let mut seeds = [0; 256];
     let mut i = 128;
     while i < 256 {
-        seeds[i] = (((1_u32 << 18) / (2 * i as u32 + 1) + 1) / 2 - 256) as u8;
+        seeds[i] = (((1_u32 << 18) / (2 * i as u32 + 1)).div_ceil(2) - 256) as u8;
         i += 1;
     }
     seeds

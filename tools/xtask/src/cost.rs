@@ -15,7 +15,20 @@ const TABLE: &str = "docs/cost.md";
 /// Counts that differ by less are the same: the code generator may place a constant differently.
 pub const TOLERANCE: f64 = 1.0;
 
-/// What a control loop can afford, instructions on the Cortex-M4F. Exceeding one fails.
+/// What is counted on one machine.
+struct Image {
+    machine: Machine,
+    /// What the table says of it.
+    place: &'static str,
+    /// What a control loop there can afford, instructions. Exceeding that fails.
+    limits: &'static [(&'static str, f64)],
+}
+
+const IMAGES: [Image; 2] = [
+    Image { machine: machine::M4F, place: "Cortex-M4F in `f32`", limits: &LIMITS },
+    Image { machine: machine::M0, place: "Cortex-M0 in fixed point", limits: &[] },
+];
+
 const LIMITS: [(&str, f64); 6] = [
     ("law `masing`, away from a reversal", 60.0),
     ("inverse of law `masing`, mean of a sine", 350.0),
@@ -27,6 +40,8 @@ const LIMITS: [(&str, f64); 6] = [
 
 /// One line of the table.
 pub struct Call {
+    /// Where it was counted.
+    pub place: String,
     /// What is called.
     pub name: String,
     /// What a call takes.
@@ -35,12 +50,17 @@ pub struct Call {
 
 /// Counts every call. A count above that of the table fails, unless it is accepted by `overwrite`.
 pub fn run(shell: &Shell, overwrite: bool) -> Result<()> {
-    let calls = count(shell, machine::M4F)?;
-    for (name, limit) in LIMITS {
-        let call = calls.iter().find(|call| call.name == name).with_context(|| format!("`{name}` was not counted"))?;
-        if call.instructions > limit {
-            bail!("{name}: {} instructions, and at most {limit} are allowed", call.instructions);
+    let mut calls = Vec::new();
+    for Image { machine, place, limits } in IMAGES {
+        let counted = count(shell, machine, place)?;
+        for (name, limit) in limits {
+            let call =
+                counted.iter().find(|call| call.name == *name).with_context(|| format!("`{name}` was not counted"))?;
+            if call.instructions > *limit {
+                bail!("{place}: {name}: {} instructions, and at most {limit} are allowed", call.instructions);
+            }
         }
+        calls.extend(counted);
     }
     let table = table(&calls)?;
     print!("{table}");
@@ -53,7 +73,7 @@ pub fn run(shell: &Shell, overwrite: bool) -> Result<()> {
     compare(&parse(&golden), &calls)
 }
 
-fn count(shell: &Shell, machine: Machine) -> Result<Vec<Call>> {
+fn count(shell: &Shell, machine: Machine, place: &str) -> Result<Vec<Call>> {
     let image = machine.build(shell, "cost")?;
     let lines = emulator::lines(&image, machine, Clock::Instructions)?;
     lines
@@ -65,7 +85,11 @@ fn count(shell: &Shell, machine: Machine) -> Result<Vec<Call>> {
                 bail!("the image `cost` printed `{line}`: expected ticks, calls and a name");
             };
             let name = words.next().unwrap_or_default().to_owned();
-            Ok(Call { name, instructions: (ticks * machine.instructions_per_tick / calls).round() })
+            Ok(Call {
+                place: place.to_owned(),
+                name,
+                instructions: (ticks * machine.instructions_per_tick / calls).round(),
+            })
         })
         .collect()
 }
@@ -73,43 +97,51 @@ fn count(shell: &Shell, machine: Machine) -> Result<Vec<Call>> {
 fn table(calls: &[Call]) -> Result<String> {
     let mut text = String::from(
         "# Cost of a call\n\n\
-         Instructions on a Cortex-M4F in `f32`, call included, counted by the emulator (`-icount shift=0`). Written by\n\
-         `cargo xtask cost --overwrite`; `cargo xtask cost` fails where a count has grown. An instruction is not a cycle: a division or a square\n\
-         root takes 14, a taken branch 2 to 4, most others 1, flash wait states aside.\n\n\
-         | call | instructions |\n|---|---:|\n",
+         Instructions, call included, counted by the emulator (`-icount shift=0`). Written by `cargo xtask cost --overwrite`; `cargo xtask cost`\n\
+         fails where a count has grown. An instruction is not a cycle: on a Cortex-M4F a division or a square root takes 14, a taken branch 2 to 4,\n\
+         most others 1, flash wait states aside.\n",
     );
+    let mut place = "";
     for call in calls {
+        if call.place != place {
+            place = &call.place;
+            write!(text, "\n{HEADING}{place}\n\n| call | instructions |\n|---|---:|\n")?;
+        }
         writeln!(text, "| {} | {} |", call.name, call.instructions)?;
     }
     Ok(text)
 }
 
+const HEADING: &str = "## ";
+
 fn parse(table: &str) -> Vec<Call> {
-    let row = |line: &str| {
+    let mut place = "";
+    let mut row = |line| {
+        place = str::strip_prefix(line, HEADING).unwrap_or(place);
         let mut cells = line.trim_matches('|').split(" | ").map(str::trim);
         let (name, instructions) = (cells.next()?.to_owned(), cells.next()?.parse().ok()?);
-        Some(Call { name, instructions })
+        Some(Call { place: place.to_owned(), name, instructions })
     };
-    table.lines().filter_map(row).collect()
+    table.lines().filter_map(&mut row).collect()
 }
 
 fn compare(golden: &[Call], calls: &[Call]) -> Result<()> {
     let mut complaints = Vec::new();
+    let same = |a: &Call, b: &Call| a.place == b.place && a.name == b.name;
     for call in calls {
-        match golden.iter().find(|known| known.name == call.name) {
-            None => complaints.push(format!("{}: not in the table", call.name)),
-            Some(known) if call.instructions > known.instructions + TOLERANCE => complaints.push(format!(
-                "{}: {} instructions, {} in the table",
-                call.name, call.instructions, known.instructions
-            )),
-            Some(known) if call.instructions < known.instructions - TOLERANCE => {
-                println!("cost: {} fell from {}: lower the table with --overwrite", call.name, known.instructions);
+        let Call { place, name, instructions } = call;
+        match golden.iter().find(|known| same(known, call)) {
+            None => complaints.push(format!("{place}: {name}: not in the table")),
+            Some(known) if *instructions > known.instructions + TOLERANCE => complaints
+                .push(format!("{place}: {name}: {instructions} instructions, {} in the table", known.instructions)),
+            Some(known) if *instructions < known.instructions - TOLERANCE => {
+                println!("cost: {place}: {name} fell from {}: lower the table with --overwrite", known.instructions);
             }
             Some(_) => {}
         }
     }
-    for known in golden.iter().filter(|known| !calls.iter().any(|call| call.name == known.name)) {
-        complaints.push(format!("{}: in the table, but no longer counted", known.name));
+    for known in golden.iter().filter(|known| !calls.iter().any(|call| same(known, call))) {
+        complaints.push(format!("{}: {}: in the table, but no longer counted", known.place, known.name));
     }
     if complaints.is_empty() {
         return Ok(());
