@@ -13,17 +13,18 @@ fn answers_from_files_score_as_the_same_diagnosis_from_memory() {
     let none = dir.path("no-recordings").display().to_string();
     let common = format!("prove --cases 2 --seed 3 --recordings {none}");
     let done = dir.succeed(&format!("{common} --json direct.json --keys direct.sha256"));
-    for part in ["seed 3", "false alarms", "aims", "no real recordings at hand"] {
+    for part in ["2 cases of seed 3", "false alarms", "aims"] {
         assert!(done.stdout.contains(part), "{part} in {}", done.stdout);
     }
 
+    // One number fixes every key: that of the file with their hashes.
+    let fixed = gmhm_tools::prove::key::sha256(dir.read("direct.sha256").as_bytes());
+    let told = done.stdout.find(&fixed).unwrap_or_else(|| panic!("{fixed} in {}", done.stdout));
+    assert!(told < done.stdout.find("false alarms").unwrap(), "the keys are fixed before the diagnosis");
+    assert!(done.stdout.contains("a full run, --cases 1500 with 500 nulls, takes about"), "{}", done.stdout);
+
     dir.succeed(&format!("{common} --export cases"));
-    let sorted = |file: &str| {
-        let mut lines: Vec<String> = dir.read(file).lines().map(str::to_owned).collect();
-        lines.sort();
-        lines
-    };
-    assert_eq!(sorted("direct.sha256"), sorted("cases/keys.sha256"));
+    assert_eq!(dir.read("direct.sha256"), dir.read("cases/keys.sha256"));
 
     std::fs::create_dir(dir.path("answers")).unwrap();
     let (case, answer) = (format!("cases/case_{CASE:04}"), format!("answers/case_{CASE:04}"));
@@ -56,4 +57,21 @@ fn what_cannot_be_proved_is_refused() {
     dir.refuse("prove --cases 1 --json nowhere/report.json", &["nowhere"]);
     assert_eq!(dir.gmhm("prove --cases 0").status, Some(2));
     assert_eq!(dir.gmhm("prove --export a --answers b").status, Some(2));
+    let unknown = dir.gmhm("prove --only nulls");
+    assert!(unknown.status == Some(2) && unknown.stderr.contains("real-noise"), "{}", unknown.stderr);
+    dir.refuse("prove --only real-noise --recordings nowhere", &["nowhere", "--recordings"]);
+}
+
+#[test]
+fn blocks_can_be_proved_alone() {
+    let dir = WorkDir::new();
+    dir.succeed("prove --only left-out,pair --cases 4 --seed 3 --export cases");
+    let mut cases: Vec<String> = std::fs::read_dir(dir.path("cases/keys"))
+        .unwrap()
+        .map(|entry| std::fs::read_to_string(entry.unwrap().path()).unwrap())
+        .filter_map(|text| gmhm_tools::prove::key::Key::from_toml(&text).ok())
+        .map(|key| key.block)
+        .collect();
+    cases.sort();
+    assert_eq!(cases, ["left out", "left out", "pair", "pair"]);
 }

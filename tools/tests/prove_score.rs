@@ -7,7 +7,7 @@ use gmhm_tools::model::Model;
 use gmhm_tools::prove::generator::{Case, case, case_seed};
 use gmhm_tools::prove::key::Key;
 use gmhm_tools::prove::table::{BlockRow, ProveReport};
-use gmhm_tools::prove::{Detector, Found, Progress, export, mix, run};
+use gmhm_tools::prove::{Detector, Found, export, mix, run};
 use gmhm_tools::recording::Recording;
 
 const SEED: u64 = 11;
@@ -96,7 +96,7 @@ impl Detector for Blind {
 }
 
 fn prove(detector: &dyn Detector) -> ProveReport {
-    run(SEED, CASES, &[], detector, &|_: Progress| ())
+    run(SEED, CASES, &[], detector, &|_| ())
 }
 
 fn all(report: &ProveReport) -> &BlockRow {
@@ -111,8 +111,20 @@ fn an_oracle_scores_perfectly() {
     for rate in [row.found, row.exact, row.class_hits, row.located, row.explained_well, row.coverage] {
         assert!(rate.of > 0 && rate.hits == rate.of, "{rate}\n{report}");
     }
-    assert_eq!((row.false_alarms.hits, row.wrong_names, row.failed), (0, 0, 0));
+    for block in &report.blocks {
+        let full = [block.found, block.exact, block.class_hits, block.located, block.explained_well, block.coverage];
+        assert!(full.iter().all(|rate| rate.hits == rate.of), "{}\n{report}", block.block);
+        assert_eq!((block.false_alarms.hits, block.misnamed.hits, block.wrong_names, block.failed), (0, 0, 0, 0));
+        assert!([block.class_size_ratio, block.f1].iter().flatten().all(|x| *x == 1.0), "{}", block.block);
+        let powers = [block.explained, block.explained_median];
+        assert!(powers.iter().flatten().all(|x| (x - 1.0).abs() < 1e-12), "{}: {powers:?}", block.block);
+    }
     assert_eq!((row.class_size_ratio, row.f1), (Some(1.0), Some(1.0)));
+    let listed = report.confusion.iter().filter(|(kind, _)| !kind.contains("not in the library"));
+    for (kind, said) in listed {
+        assert!(said.named.hits == said.named.of && said.in_class.hits == said.in_class.of, "{kind}");
+        assert_eq!(said.names[kind], said.named.of);
+    }
     assert!(row.unseen_error_nm.unwrap() < 1e-9);
     assert!((row.interval_width.unwrap() - 0.02).abs() < 1e-3);
     for aim in report.aims.iter().filter(|a| !a.aim.contains("cover")) {
@@ -128,7 +140,8 @@ fn a_blind_detector_has_no_false_alarm_and_no_hit() {
     let row = all(&report);
     assert_eq!((row.false_alarms.hits, row.found.hits, row.exact.hits, row.class_hits.hits), (0, 0, 0, 0));
     assert_eq!((row.wrong_names, row.located.hits, row.failed), (0, 0, row.cases));
-    assert_eq!((row.f1, row.explained_median), (Some(0.0), Some(0.0)));
+    assert_eq!((row.misnamed.hits, row.coverage.of, row.class_size_ratio), (0, 0, None));
+    assert_eq!((row.f1, row.explained, row.explained_median), (Some(0.0), Some(0.0), Some(0.0)));
     assert!(report.confusion.values().all(|row| row.names.keys().all(String::is_empty)));
 }
 
@@ -192,7 +205,7 @@ fn the_report_repeats_itself_and_is_json() {
 #[test]
 fn cases_go_out_as_files_with_their_keys_apart() {
     let folder = tempfile::tempdir().unwrap();
-    export::write(folder.path(), SEED, 3, &[], &mut |_, _| ()).unwrap();
+    export::write(folder.path(), SEED, &mix::suite(SEED, 3, &[]), &mut |_| ()).unwrap();
     let case = folder.path().join("case_0001");
     let text = std::fs::read_to_string(case.join("recording_1.csv")).unwrap();
     assert!(text.starts_with("time_s,") && text.lines().next().unwrap().contains("torque_nm"));

@@ -2,6 +2,7 @@
 
 use std::fmt::Display;
 use std::io::IsTerminal;
+use std::path::PathBuf;
 
 use miette::{Diagnostic, GraphicalReportHandler, LabeledSpan, SourceCode};
 
@@ -59,6 +60,12 @@ pub enum Failure {
     /// Nothing could be said of a series.
     #[error(transparent)]
     Health(#[from] HealthError),
+    /// A proof on real noise only, without any.
+    #[error("{}: holds none of the real recordings whose residual is to be the noise of block real-noise", folder.display())]
+    NoRealNoise {
+        /// The folder that was looked into.
+        folder: PathBuf,
+    },
     /// The system refused.
     #[error(transparent)]
     System(#[from] std::io::Error),
@@ -77,6 +84,9 @@ impl Failure {
             | Failure::Assess(AssessError::Predict(e))
             | Failure::Discover(DiscoverError::Predict(e)) => e.mend(),
             Failure::Invert(e) => e.mend(),
+            Failure::NoRealNoise { .. } => {
+                Some("name their folder with --recordings FOLDER, or prove other blocks".to_owned())
+            }
             Failure::Bench(_)
             | Failure::Copy(_)
             | Failure::Estimate(_)

@@ -4,11 +4,10 @@ use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
-use super::generator::{Case, Unseen, case, case_seed};
-use super::mix;
+use super::generator::{Case, CaseSpec, Unseen, case, case_seed};
 use crate::recording::Recording;
 
-/// Writes the cases of a proof under `folder`, each in a folder of its own:
+/// Writes the cases of a proof ([`mix::suite`](super::mix::suite)) under `folder`, each in a folder of its own:
 ///
 /// - `case_0007/recording_1.csv` …, `model.toml`, `removed.txt` (kinds it may not use): what the detector may see;
 /// - `case_0007/unseen_1.csv`: recordings to be predicted, without their torque;
@@ -17,18 +16,11 @@ use crate::recording::Recording;
 ///
 /// # Errors
 /// What the file system refuses.
-pub fn write(
-    folder: &Path,
-    seed: u64,
-    cases: usize,
-    real: &[Vec<f64>],
-    progress: &mut dyn FnMut(usize, usize),
-) -> io::Result<()> {
+pub fn write(folder: &Path, seed: u64, cases: &[(usize, CaseSpec)], progress: &mut dyn FnMut(usize)) -> io::Result<()> {
     let keys = folder.join("keys");
     fs::create_dir_all(&keys)?;
     let mut hashes = String::new();
-    let specs = mix::suite(seed, cases, real);
-    for (done, (index, spec)) in specs.iter().enumerate() {
+    for (done, (index, spec)) in cases.iter().enumerate() {
         let name = format!("case_{index:04}");
         let case = case(case_seed(seed, *index as u64), spec);
         write_case(&folder.join(&name), &case)?;
@@ -37,7 +29,7 @@ pub fn write(
             write_truth(&keys.join(format!("{name}_unseen_{}.csv", k + 1)), unseen)?;
         }
         hashes += &format!("{}  keys/{name}.toml\n", case.key.sha256());
-        progress(done + 1, specs.len());
+        progress(done + 1);
     }
     fs::write(folder.join("keys.sha256"), hashes)
 }

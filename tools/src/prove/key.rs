@@ -22,6 +22,8 @@ pub struct Key {
     pub nature: String,
     /// The experiment.
     pub motion: String,
+    /// Whether the recordings start after an excursion that was not recorded.
+    pub remanent: bool,
     /// Colour of the torque noise.
     pub noise: String,
     /// Its rms, N·m.

@@ -12,7 +12,15 @@ const ROUND: [usize; 30] = [0, 1, 2, 3, 0, 4, 1, 0, 2, 6, 0, 1, 2, 3, 0, 5, 4, 0
 /// The cases of a proof with their numbers. Case `n` is the same whatever the length of the run. Cases that need real noise
 /// are left out where `real` is empty.
 pub fn suite(seed: u64, cases: usize, real: &[Vec<f64>]) -> Vec<(usize, CaseSpec)> {
-    (0..cases).filter_map(|index| Some((index, spec(seed, index, real)?))).collect()
+    only(&BLOCKS, seed, cases, real)
+}
+
+/// The first `cases` cases of some of [`BLOCKS`], with the numbers that they have among all. Cases that need real noise are
+/// left out where `real` is empty.
+pub fn only(blocks: &[&str], seed: u64, cases: usize, real: &[Vec<f64>]) -> Vec<(usize, CaseSpec)> {
+    let rounds = cases * ROUND.len();
+    let wanted = (0..rounds).filter(|index| blocks.contains(&BLOCKS[ROUND[index % ROUND.len()]]));
+    wanted.take(cases).filter_map(|index| Some((index, spec(seed, index, real)?))).collect()
 }
 
 fn spec(seed: u64, index: usize, real: &[Vec<f64>]) -> Option<CaseSpec> {
@@ -93,5 +101,19 @@ mod tests {
             }
         }
         assert_eq!(suite(1, 60, &[]).len(), 58);
+    }
+
+    #[test]
+    fn a_block_alone_holds_the_cases_that_it_has_among_all() {
+        let all = suite(9, 90, &[]);
+        let left_out: Vec<_> = all.iter().filter(|(_, spec)| spec.block == "left out").cloned().collect();
+        assert_eq!(only(&["left out"], 9, left_out.len(), &[]), left_out);
+        // Every kind is left out once in as many cases as there are kinds.
+        let mut kinds: Vec<_> = only(&["left out"], 9, 22, &[]).into_iter().map(|(_, spec)| spec.removed).collect();
+        kinds.sort();
+        kinds.dedup();
+        assert_eq!(kinds.len(), 22);
+        assert_eq!(only(&["null"], 9, 500, &[]).len(), 500);
+        assert!(only(&["real noise"], 9, 5, &[]).is_empty());
     }
 }

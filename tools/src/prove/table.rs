@@ -156,6 +156,8 @@ pub struct Aim {
 pub struct ProveReport {
     /// The seed that repeats it.
     pub seed: u64,
+    /// SHA-256 of the hashes of all keys, fixed before the first diagnosis.
+    pub keys_sha256: String,
     /// What was left out, and why.
     pub notes: Vec<String>,
     /// The table.
@@ -170,11 +172,7 @@ pub struct ProveReport {
 
 impl ProveReport {
     /// Sums up `scores`.
-    pub fn new(seed: u64, without_real: bool, scores: Vec<CaseScore>) -> Self {
-        let mut notes = Vec::new();
-        if without_real {
-            notes.push("no real recordings at hand: the block \"real noise\" was not run".to_owned());
-        }
+    pub fn new(seed: u64, keys_sha256: String, scores: Vec<CaseScore>) -> Self {
         let blocks: Vec<BlockRow> = BLOCKS
             .iter()
             .map(|block| BlockRow::new(block, scores.iter().filter(|s| s.block == *block)))
@@ -183,7 +181,14 @@ impl ProveReport {
         let all = BlockRow::new("all", scores.iter());
         let aims = aims(&blocks, &all);
         let blocks = blocks.into_iter().chain([all]).collect();
-        Self { seed, notes, blocks, aims, confusion: confusion(&scores), cases: scores }
+        Self { seed, keys_sha256, notes: Vec::new(), blocks, aims, confusion: confusion(&scores), cases: scores }
+    }
+
+    /// Notes that so many cases were left out for want of real noise; nothing where there was none.
+    pub fn note_left_out(&mut self, cases: usize) {
+        if cases > 0 {
+            self.notes.push(format!("{cases} cases of block real noise left out: no real recordings at hand"));
+        }
     }
 
     /// The report as JSON.
@@ -243,13 +248,16 @@ fn median(mut x: Vec<f64>) -> Option<f64> {
 
 impl Display for ProveReport {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        let number = |x: Option<f64>| x.map_or("-".to_owned(), |x| format!("{x:.3}"));
+        // A prediction that ran away is told by its order, not by its digits.
+        let digits = |x: f64| if x.abs() < 1e4 { format!("{x:.3}") } else { format!("{x:.0e}") };
+        let number = |x: Option<f64>| x.map_or("-".to_owned(), digits);
         writeln!(
             f,
             "concealed-physics proof, seed {}: {} cases (synthetic unless named real)",
             self.seed,
             self.cases.len()
         )?;
+        writeln!(f, "keys fixed before the first diagnosis, SHA-256 of their hashes {}", self.keys_sha256)?;
         writeln!(
             f,
             "shares with 95 % Wilson intervals; effects that nobody could see in their noise are counted apart\n"

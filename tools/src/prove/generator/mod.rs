@@ -72,6 +72,8 @@ pub struct Case {
     pub base: Model,
     /// Kinds that it may not use.
     pub removed: Vec<String>,
+    /// The same recordings without noise, to check the key by; nobody sees them.
+    pub noise_free: Vec<Recording>,
     /// What it never sees.
     pub unseen: Vec<Unseen>,
     /// The key.
@@ -175,10 +177,11 @@ fn record(seed: u64, dice: &Dice, spec: &CaseSpec, noise: &Noise, draft: &Draft)
     let effects: Vec<Scaled> = draft.hidden.iter().zip(draft.scales.iter().copied()).collect();
     let truths = experiment.truth(&effects);
     let mut measure = dice.stream(2);
-    let (mut recordings, mut realised) = (Vec::new(), Vec::new());
+    let (mut recordings, mut realised, mut noise_free) = (Vec::new(), Vec::new(), Vec::new());
     for (index, truth) in truths.iter().enumerate() {
         let (recording, left) = measured(&mut measure, experiment, truth, Some(noise), index);
         recordings.push(recording);
+        noise_free.push(measured(&mut Dice::new(0), experiment, truth, None, index).0);
         realised.push(left);
     }
     let (base, handed) = handed(&mut dice.stream(3), experiment, &effects, noise, spec.nature);
@@ -205,13 +208,14 @@ fn record(seed: u64, dice: &Dice, spec: &CaseSpec, noise: &Noise, draft: &Draft)
         seed,
         nature: format!("{:?}", spec.nature).to_lowercase(),
         motion: format!("{:?}", experiment.plan.kind),
+        remanent: experiment.motions.iter().any(|m| !m.history.is_empty()),
         noise: noise.name.clone(),
         noise_rms_nm: noise.rms_nm,
         handed: handed.to_owned(),
         removed: spec.removed.clone(),
         effects: entries,
     };
-    Case { recordings, base, removed: spec.removed.clone(), unseen, key }
+    Case { recordings, base, removed: spec.removed.clone(), noise_free, unseen, key }
 }
 
 fn pack_unseen(experiment: &Experiment, truth: &Truth, columns: &[Vec<f64>], fitted: &[f64]) -> Unseen {
