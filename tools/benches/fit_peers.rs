@@ -21,6 +21,10 @@ use gmhm_tools::recording::Recording;
 #[path = "../tests/gears/mod.rs"]
 mod gears;
 
+#[path = "peers/environment.rs"]
+mod environment;
+
+use environment::environment;
 use gears::{Path, cycle, published, record};
 
 const A: f64 = 1.168e-3;
@@ -35,7 +39,7 @@ struct Runs {
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let seeds: usize = std::env::args().filter_map(|a| a.parse().ok()).next().unwrap_or(20);
     let target = PathBuf::from(env!("CARGO_TARGET_TMPDIR"));
-    let python = environment(&target);
+    let python = environment("peers-venv", "requirements.txt");
     if let Err(why) = &python {
         println!("SciPy and pyswarms are left out: {why}");
     }
@@ -149,23 +153,6 @@ fn argmin_swarm(rows: &[[f64; 6]], bounds: &[(f64, f64); 6], seeds: usize) -> Re
         runs.sse.push(found.state().best_individual.as_ref().map_or(f64::INFINITY, |best| best.cost));
     }
     Ok(runs)
-}
-
-/// The Python of a virtual environment with the pinned requirements.
-fn environment(target: &FilePath) -> Result<PathBuf, String> {
-    let folder = target.join("peers-venv");
-    let python = folder.join("bin/python");
-    let requirements = FilePath::new(env!("CARGO_MANIFEST_DIR")).join("benches/peers/requirements.txt");
-    let run = |command: &mut Command| {
-        let out = command.output().map_err(|e| format!("{command:?}: {e}"))?;
-        let message = String::from_utf8_lossy(&out.stderr).into_owned();
-        if out.status.success() { Ok(()) } else { Err(format!("{command:?}: {message}")) }
-    };
-    if !python.exists() {
-        run(Command::new("python3").args(["-m", "venv"]).arg(&folder))?;
-    }
-    run(Command::new(&python).args(["-m", "pip", "install", "-q", "-r"]).arg(requirements))?;
-    Ok(python)
 }
 
 fn peers(
