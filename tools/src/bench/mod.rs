@@ -106,9 +106,12 @@ pub enum BenchError {
     /// The torque could not be computed.
     #[error(transparent)]
     Predict(#[from] PredictError),
-    /// The gear of the joint cannot be inverted.
+    /// The gear of the joint cannot be fed forward.
     #[error(transparent)]
-    NoInverse(#[from] gmhm::InverseError),
+    FeedForward(#[from] joint::FeedForwardFailure),
+    /// The encoders of the joint do not suit the gear.
+    #[error("encoders of the joint: {0}")]
+    Encoders(#[from] gmhm::drive::SetupError),
     /// An effect could not be hidden.
     #[error(transparent)]
     Hide(#[from] HideError),
@@ -126,6 +129,7 @@ enum Stream {
     Temperature,
     Identification,
     Hidden,
+    Joint,
 }
 
 fn random(seed: u64, stream: Stream) -> ChaCha8Rng {
@@ -154,7 +158,7 @@ pub fn simulate(
     plan::check(experiment, options)?;
     let mut motion = random(seed, Stream::Motion);
     let (perfect, truth, hidden) = if experiment == Experiment::Joint {
-        let mut recording = joint::record(model, &params, options, seed)?;
+        let mut recording = joint::record(model, options, seed)?;
         recording.temperature_c = Some(machine::temperatures(options.warm_up_k, &recording.time_s));
         (recording, model.clone(), Vec::new())
     } else {

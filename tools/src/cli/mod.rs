@@ -78,7 +78,7 @@ pub fn run() -> ExitCode {
         Some(Command::Pack(args)) => args.run(&session),
         Some(Command::Predict(args)) => args.run(&session),
         Some(Command::Prove(args)) => args.run(&session),
-        Some(Command::Simulate(args)) => args.run(),
+        Some(Command::Simulate(args)) => args.run(&session),
         None => demo::DemoArgs::default().run(&session),
     };
     match done {

@@ -2,24 +2,29 @@
 
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 
-use super::common::SeedArgs;
+use super::Session;
+use super::common::{SeedArgs, json};
 use super::failure::Failure;
-use crate::bench::{self, Experiment, Options};
+use super::progress::Progress;
+use crate::bench::joint::{self, Plant};
+use crate::bench::{self, BenchError, Experiment, Options};
 use crate::model;
 use crate::output::Outputs;
 
 /// Run the virtual test bench on the gear of a model file: a synthetic recording
 ///
 /// The bench has a motor, the gear, a torque sensor, two encoders and a machine that loads and brakes. The torque is that of the core, as in
-/// gmhm predict; sensors add noise and quantisation. What was true goes into the key.
+/// gmhm predict; sensors add noise and quantisation. What was true goes into the key. Experiment joint also tells what each compensation leaves,
+/// on the gear of --plant or else on all of them.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   gmhm simulate gear.toml --experiment cycle -o cycle.csv
   gmhm simulate gear.toml --experiment running --noise torque=0.1,ar=0.95,encoder_bits=20 --seed 7 -o running.csv --key key.toml
   gmhm simulate gear.toml --experiment running --hide kinematic_error=0.15 --hide wear:step=0.1 -o worn.csv --key key.toml
-  gmhm simulate gear.toml --experiment joint --plant maxwell-slip --compensation reference -o joint.csv")]
+  gmhm simulate gear.toml --experiment joint --plant maxwell-slip --compensation reference -o joint.csv
+  gmhm simulate gear.toml --experiment joint -o joint.csv --plot joint.svg --json joint.json")]
 pub struct SimulateArgs {
     /// Model file of the gear
     #[arg(value_name = "M.toml")]
@@ -33,6 +38,12 @@ pub struct SimulateArgs {
     /// Where to write what was true
     #[arg(long, value_name = "K.toml")]
     key: Option<PathBuf>,
+    /// Where to draw the link's error by compensation, on the gear of --plant or else maxwell-slip (joint)
+    #[arg(long, value_name = "F.svg")]
+    plot: Option<PathBuf>,
+    /// Where to write what each compensation leaves (joint)
+    #[arg(long, value_name = "F.json")]
+    json: Option<PathBuf>,
     #[command(flatten)]
     options: Options,
     #[command(flatten)]
@@ -40,26 +51,47 @@ pub struct SimulateArgs {
 }
 
 impl SimulateArgs {
-    pub(super) fn run(&self) -> Result<(), Failure> {
-        for output in [Some(&self.output), self.key.as_ref()].into_iter().flatten() {
+    pub(super) fn run(&self, session: &Session) -> Result<(), Failure> {
+        let joint = self.experiment == Experiment::Joint;
+        for (option, path) in [("--plot", &self.plot), ("--json", &self.json)] {
+            if path.is_some() && !joint {
+                return Err(BenchError::NotInExperiment { option, experiment: self.experiment }.into());
+            }
+        }
+        for output in
+            [Some(&self.output), self.key.as_ref(), self.plot.as_ref(), self.json.as_ref()].into_iter().flatten()
+        {
             Outputs::check(output)?;
         }
-        let model = model::load(&self.model)?;
-        let (recording, mut key) = bench::simulate(&model, self.experiment, &self.options, self.seed.seed)?;
+        let (model, seed) = (model::load(&self.model)?, self.seed.seed);
+        let (recording, mut key) = bench::simulate(&model, self.experiment, &self.options, seed)?;
         key.command = std::env::args().collect::<Vec<_>>().join(" ");
         let mut outputs = Outputs::new();
         outputs.add(&self.output, |out| Ok::<(), Failure>(recording.write(out)?))?;
         if let Some(path) = &self.key {
             outputs.add_text(path, &key.to_toml())?;
         }
-        outputs.commit()?;
-        println!(
-            "Synthetic recording of experiment {}: {} rows, {:.6} s, seed {}, noise {}",
+        let mut told = format!(
+            "Synthetic recording of experiment {}: {} rows, {:.6} s, seed {}, noise {}\n",
             self.experiment, key.rows, key.duration_s, key.seed, key.noise
         );
-        if self.experiment == Experiment::Joint {
-            println!("\n{}", bench::joint::run(&model, self.seed.seed)?);
+        if joint {
+            let given = self.options.plant;
+            let plants = given.as_ref().map_or(Plant::value_variants(), std::slice::from_ref);
+            let progress = Progress::new("Driving the joint", Progress::WHOLE, session.quiet);
+            let report = joint::run(&model, plants, seed, &progress)?;
+            drop(progress);
+            told += &format!("\n{report}\n");
+            if let Some(path) = &self.json {
+                outputs.add_text(path, &json(&report)?)?;
+            }
+            if let Some(path) = &self.plot {
+                let figure = joint::figure(&model, given.unwrap_or(Plant::MaxwellSlip), seed)?;
+                outputs.add_text(path, &figure.to_file())?;
+            }
         }
+        outputs.commit()?;
+        print!("{told}");
         println!("Recording written to {}", self.output.display());
         Ok(())
     }

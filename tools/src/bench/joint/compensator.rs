@@ -1,11 +1,10 @@
-//! From the torque that the link needs to the offset of the motor.
+//! What the drive knows of the gear, and how it makes up for it: the core's feed-forward, in `f32` as on a drive.
 
 use clap::ValueEnum;
-use gmhm::{Inverse, Memory, Params, State};
+use gmhm::feedforward::{Controls, FeedForward, FeedForwardError, Settings, Source};
+use gmhm::{Elastic, Memory, ParamError, Params};
 
-use super::super::BenchError;
-use super::drive::DEFLECTION_RESOLUTION_RAD;
-use crate::physics::CAPACITY;
+use super::drive::PERIOD_S;
 
 /// How the drive makes up for the deflection of the gear.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -33,6 +32,16 @@ impl Compensation {
             Self::Measurement => "measurement",
         }
     }
+
+    /// Whether it knows of hysteresis.
+    pub const fn knows_hysteresis(self) -> bool {
+        matches!(self, Self::Reference | Self::Measurement)
+    }
+
+    pub(super) fn controls(self) -> Controls<f32> {
+        let source = if self == Self::Measurement { Source::Measurement } else { Source::Reference };
+        Controls { on: self != Self::Off, source, ratio: 1.0 }
+    }
 }
 
 /// What the drive knows of the gear.
@@ -44,7 +53,7 @@ pub(super) struct Knowledge {
 
 impl Knowledge {
     /// The same with the elastic stiffness and the hysteresis multiplied by these.
-    pub fn scaled(&self, elastic_factor: f64, memory_factor: f64) -> Result<Self, gmhm::ParamError> {
+    pub fn scaled(&self, elastic_factor: f64, memory_factor: f64) -> Result<Self, ParamError> {
         let mut elastic = self.params.elastic();
         elastic.c1_nm_per_rad *= elastic_factor;
         elastic.c2_nm_per_rad3 *= elastic_factor;
@@ -55,40 +64,38 @@ impl Knowledge {
             spring_nm_per_rad: self.spring_nm_per_rad * elastic_factor,
         })
     }
-}
 
-/// A compensation at work.
-#[derive(Debug, Clone)]
-pub(super) struct Compensator {
-    kind: Compensation,
-    spring_nm_per_rad: f64,
-    inverse: Inverse<f64>,
-    state: State<f64, CAPACITY>,
-}
-
-impl Compensator {
-    /// At rest, unloaded. Along the measurement an input play of four counts of the link's encoder keeps its flicker from turning the memory.
-    pub fn new(kind: Compensation, mut knowledge: Knowledge) -> Result<Self, BenchError> {
-        if kind == Compensation::Measurement {
-            let p = knowledge.params;
-            let play = p.memory().reversal_play_rad.max(4.0 * DEFLECTION_RESOLUTION_RAD);
-            let memory = Memory { reversal_play_rad: play, ..p.memory() };
-            knowledge.params = Params::new(p.rated_deflection_rad(), p.elastic(), memory)?;
-        }
-        let inverse = Inverse::new(&knowledge.params)?;
-        Ok(Self { kind, spring_nm_per_rad: knowledge.spring_nm_per_rad, inverse, state: inverse.gear().start(0.0) })
+    /// The same gear without its loop: h = 0, and e as it was.
+    pub fn without_loop(&self) -> Result<Self, ParamError> {
+        let memory = Memory { alpha: self.params.memory().e(), beta_per_s: 1.0, omega_per_s: 0.0, ..Memory::default() };
+        let params = Params::new(self.params.rated_deflection_rad(), self.params.elastic(), memory)?;
+        Ok(Self { params, ..*self })
     }
 
-    /// The motor-side offset for a torque, rad; beyond the range of the model its edge. `deflection_rad` is what the encoders show.
-    pub fn offset_rad(&mut self, torque_nm: f64, deflection_rad: f64) -> f64 {
-        match self.kind {
-            Compensation::Off => 0.0,
-            Compensation::Spring => torque_nm / self.spring_nm_per_rad,
-            Compensation::Reference => self.inverse.commit(&mut self.state, torque_nm).0.theta,
-            Compensation::Measurement => {
-                self.inverse.gear().step(&mut self.state, deflection_rad);
-                self.inverse.peek(&self.state, torque_nm).theta
+    /// The feed-forward of a compensation. Along the measurement an input play of `play_rad` keeps the noise of the encoders from turning the memory.
+    pub fn feed_forward(&self, kind: Compensation, play_rad: f64) -> Result<FeedForward<f32>, FeedForwardFailure> {
+        let (mut elastic, mut memory) = (self.params.elastic(), self.params.memory());
+        match kind {
+            Compensation::Off | Compensation::Spring => {
+                elastic = Elastic { c1_nm_per_rad: self.spring_nm_per_rad, ..Elastic::default() };
+                memory = Memory { alpha: 0.0, ..memory };
             }
+            Compensation::Reference => {}
+            Compensation::Measurement => memory.reversal_play_rad = memory.reversal_play_rad.max(play_rad),
         }
+        let params = Params::new(self.params.rated_deflection_rad(), elastic, memory)?;
+        let settings = Settings { period_s: PERIOD_S, ramp_s: 0.5, ..Settings::default() };
+        Ok(FeedForward::new(&params, &settings)?)
     }
+}
+
+/// Why the drive cannot feed forward.
+#[derive(Debug, thiserror::Error)]
+pub enum FeedForwardFailure {
+    /// No gear.
+    #[error("the identified gear is none: {0}")]
+    Params(#[from] ParamError),
+    /// No inverse.
+    #[error(transparent)]
+    FeedForward(#[from] FeedForwardError),
 }

@@ -1,12 +1,12 @@
 //! Experiment `joint`: a flexible joint under a drive, with and without compensation of its gear.
 //!
 //! Motor and link inertia with the gear between; motor friction; a 2 kHz cascade (position P, velocity PI, current lag) on the motor's encoder with
-//! quantisation, a period of delay each way and feed-forward of velocity and torque. The compensation adds the deflection under the reference
-//! torque to the motor's reference. It knows the gear only from a fit to a noisy bench recording of that very gear.
+//! noise, quantisation, a period of delay each way and feed-forward of torque. The core's feed-forward adds the deflection under the
+//! reference torque to the motor's reference. It knows the gear only from a fit to a noisy bench recording of that very gear.
 //!
-//! Two gears: the model's own, and a Maxwell-slip gear that no GMHM parameters describe. Two tasks: the link *tracks* an angle under gravity and
-//! inertia, judged by the link's angle error; the held link *presses* with a torque that is set through the motor's position alone, judged by the
-//! torque error. With compensation off the drive takes the gear for rigid.
+//! Gears: the model's own, and eight of Maxwell slip that no GMHM parameters describe, fixed here before any of them was run. Two tasks: the link
+//! *tracks* an angle under gravity and inertia, judged by the link's angle error; the held link *presses* with a torque that is set
+//! through the motor's position alone, judged by the torque error. With compensation off the drive takes the gear for rigid.
 
 mod compensator;
 mod drive;
@@ -15,91 +15,114 @@ mod plant;
 mod report;
 mod task;
 
-pub use compensator::Compensation;
-pub use report::{JointReport, Line};
+pub use compensator::{Compensation, FeedForwardFailure};
+pub use report::{Errors, JointReport, Knows, Line};
 
 use clap::ValueEnum;
 use gmhm::{Memory, Params};
+use rayon::prelude::*;
 
 use super::noise::Noise;
 use super::plan;
 use super::{BenchError, Experiment, Options, Stream, random, sensors};
-use crate::estimate::{self, FitOptions};
+use crate::estimate::{self, FitOptions, Progress};
 use crate::model::Model;
 use crate::recording::Recording;
-use compensator::{Compensator, Knowledge};
-use drive::{Cascade, Command, Measured, PERIOD_S};
+use crate::report::plot::Drawing;
+use compensator::Knowledge;
+use drive::{Drive, PERIOD_S};
 use gear::JointGear;
 use plant::{Joint, Masses};
 use task::{DURATION_S, SETTLED_S, Task};
 
 /// Which gear sits in the joint.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, ValueEnum)]
 pub enum Plant {
     /// The model's own
     #[default]
     Model,
-    /// A Maxwell-slip gear with the model's elastic torque and about as wide a loop
+    /// Maxwell slip with the model's elastic torque: ten elements, first loading 1 − exp(−3θ/A)
     MaxwellSlip,
+    /// Three elements: a loop with corners
+    Coarse,
+    /// First loading 1 − exp(−12θ/A): slips soon, almost as friction does
+    Early,
+    /// First loading 1 − exp(−θ/A) up to 3 A: never slips whole
+    Late,
+    /// As maxwell-slip, on a spring that is 28 % softer about zero (soft windup)
+    Windup,
+    /// Eight elements of random reach and torque
+    #[value(name = "random-1")]
+    Random1,
+    /// Eight others
+    #[value(name = "random-2")]
+    Random2,
+    /// Eight others
+    #[value(name = "random-3")]
+    Random3,
 }
 
 impl Plant {
     /// Its name on the command line and in reports.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Model => "model",
-            Self::MaxwellSlip => "maxwell-slip",
-        }
-    }
-
-    fn gear(self, params: &Params, period_s: f64) -> JointGear {
-        match self {
-            Self::Model => JointGear::model(params, period_s),
-            Self::MaxwellSlip => JointGear::maxwell_slip(params),
-        }
+    pub fn name(self) -> String {
+        self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
     }
 }
-
-/// Share of the motor's friction that the drive knows and feeds forward.
-const KNOWN_FRICTION: f64 = 0.8;
 
 /// Physics steps a control period.
 const STEPS: u32 = 10;
 /// Their length, s.
 const STEP_S: f64 = PERIOD_S / STEPS as f64;
 
-/// Runs both tasks on both gears under every compensation, with fitted parameters and with all of them 10 % off.
+/// Runs both tasks on gears under every compensation, with fitted parameters and with wrong ones.
 ///
 /// # Errors
-/// A model without a gear; a gear that cannot be fitted.
-pub fn run(model: &Model, seed: u64) -> Result<JointReport, BenchError> {
-    let params = super::gear_of(model)?;
-    let masses = Masses::of(&params);
-    let mut lines = Vec::new();
-    for plant in [Plant::Model, Plant::MaxwellSlip] {
-        let fitted = identify(plant, &params, seed)?;
-        for (parameters, knowledge) in [
-            ("fitted", fitted),
-            ("memory 10 % off", fitted.scaled(1.0, 1.1)?),
-            ("all 10 % off", fitted.scaled(1.1, 1.1)?),
-        ] {
-            for compensation in Compensation::ALL {
-                let error = |task| run_task(task, plant, &params, &masses, compensation, knowledge, |_, _, _| {});
-                lines.push(Line {
-                    plant,
-                    parameters,
-                    compensation,
-                    position_error_rad: error(Task::Track)?.angle_rad,
-                    torque_error_nm: error(Task::Press)?.torque_nm,
-                });
+/// A model without a gear; a gear that cannot be fitted; `progress` cancels.
+pub fn run(model: &Model, plants: &[Plant], seed: u64, progress: &dyn Progress) -> Result<JointReport, BenchError> {
+    let bench = Bench::new(model, seed)?;
+    let known: Vec<Knowledge> =
+        plants.iter().map(|plant| identify(*plant, &bench.params, seed, progress)).collect::<Result<_, _>>()?;
+    let mut runs = Vec::new();
+    for (plant, fitted) in plants.iter().zip(known) {
+        for knows in Knows::ALL {
+            for compensation in Compensation::ALL.into_iter().filter(|kind| knows.matters_to(*kind)) {
+                runs.push((*plant, knows, compensation, fitted));
             }
         }
     }
-    Ok(JointReport { seed, lines })
+    let done = std::sync::atomic::AtomicUsize::new(0);
+    let line = |(plant, knows, compensation, fitted): &(Plant, Knows, Compensation, Knowledge)| {
+        if progress.cancelled() {
+            return Err(BenchError::Estimate(estimate::EstimateError::Cancelled));
+        }
+        let [elastic, memory] = knows.factors();
+        let line = bench.line(*plant, *knows, *compensation, &fitted.scaled(elastic, memory)?);
+        let done = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
+        progress.report("joint", done as f64 / runs.len() as f64);
+        line
+    };
+    Ok(JointReport { seed, lines: runs.par_iter().map(line).collect::<Result<_, _>>()? })
+}
+
+/// The link's position error over time on one gear, by compensation with fitted parameters.
+///
+/// # Errors
+/// As [`run`].
+pub fn figure(model: &Model, plant: Plant, seed: u64) -> Result<Drawing, BenchError> {
+    let bench = Bench::new(model, seed)?;
+    let knowledge = identify(plant, &bench.params, seed, &())?;
+    let mut traces = Vec::new();
+    for compensation in Compensation::ALL {
+        let joint = bench.joint(Task::Track, plant);
+        let errors = bench.drive(Task::Track, joint, compensation, &knowledge, |_, _, _| {})?;
+        let time = |k: usize| SETTLED_S + k as f64 * PERIOD_S;
+        traces.push((compensation, errors.iter().enumerate().map(|(k, error)| (time(k), 1e6 * error)).collect()));
+    }
+    Ok(report::figure(plant, &traces))
 }
 
 /// One run of the tracking task as perfect sensors on the joint record it.
-pub(super) fn record(model: &Model, params: &Params, options: &Options, seed: u64) -> Result<Recording, BenchError> {
+pub(super) fn record(model: &Model, options: &Options, seed: u64) -> Result<Recording, BenchError> {
     let ratio = model.gear.ratio.ok_or(BenchError::NoRatio { experiment: Experiment::Joint })?;
     let sample_rate_hz = options.sample_rate_hz.unwrap_or(500.0);
     let every = (1.0 / (PERIOD_S * sample_rate_hz)).round();
@@ -109,11 +132,11 @@ pub(super) fn record(model: &Model, params: &Params, options: &Options, seed: u6
     }
     let plant = options.plant.unwrap_or_default();
     let compensation = options.compensation.unwrap_or(Compensation::Off);
-    let masses = Masses::of(params);
-    let knowledge = identify(plant, params, seed)?;
+    let bench = Bench::new(model, seed)?;
+    let knowledge = identify(plant, &bench.params, seed, &())?;
     let (mut time, mut torque, mut input, mut output, mut velocity) = (vec![], vec![], vec![], vec![], vec![]);
     let mut deflection = vec![];
-    run_task(Task::Track, plant, params, &masses, compensation, knowledge, |period, t, joint| {
+    bench.drive(Task::Track, bench.joint(Task::Track, plant), compensation, &knowledge, |period, t, joint| {
         if period % every as usize == 0 {
             time.push(t);
             torque.push(joint.torque_nm);
@@ -134,60 +157,81 @@ pub(super) fn record(model: &Model, params: &Params, options: &Options, seed: u6
     })
 }
 
-/// Root mean square errors of a run once settled.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Errors {
-    angle_rad: f64,
-    torque_nm: f64,
+/// What all runs of a model have in common.
+struct Bench {
+    params: Params,
+    masses: Masses,
+    seed: u64,
 }
 
-/// Runs a task from rest. `watch` sees the joint at the start of every control period.
-fn run_task(
-    task: Task,
-    plant: Plant,
-    params: &Params,
-    masses: &Masses,
-    compensation: Compensation,
-    knowledge: Knowledge,
-    mut watch: impl FnMut(usize, f64, &Joint),
-) -> Result<Errors, BenchError> {
-    let rated_nm = params.rated_torque_nm();
-    let mut joint = Joint::at_rest(*masses, task.output(), plant.gear(params, STEP_S));
-    let mut cascade = Cascade::new(masses, rated_nm);
-    let mut compensator = Compensator::new(compensation, knowledge)?;
-    let mut seen = Measured::default();
-    let (mut angle, mut torque, mut count) = (0.0, 0.0, 0.0);
-    for period in 0..(DURATION_S / PERIOD_S) as usize {
-        let t = period as f64 * PERIOD_S;
-        let reference = task.reference(masses, rated_nm, t);
-        watch(period, t, &joint);
-        if t >= SETTLED_S {
-            angle += (joint.link_rad - reference.angle_rad).powi(2);
-            torque += (joint.torque_nm - reference.torque_nm).powi(2);
-            count += 1.0;
-        }
-        let offset = compensator.offset_rad(reference.torque_nm, seen.motor_rad - seen.link_rad);
-        let asked_nm = cascade.asked_nm();
-        cascade.control(
-            &Command {
-                motor_rad: reference.angle_rad + offset,
-                torque_nm: masses.motor_kgm2 * reference.acceleration
-                    + reference.torque_nm
-                    + KNOWN_FRICTION * masses.friction_nm(reference.velocity),
-            },
-            &seen,
-        );
-        seen = Measured::of(joint.motor_rad, joint.link_rad);
-        for _ in 0..STEPS {
-            let motor_nm = cascade.torque_nm(asked_nm, STEP_S);
-            joint.step(motor_nm, STEP_S);
-        }
+impl Bench {
+    fn new(model: &Model, seed: u64) -> Result<Self, BenchError> {
+        let params = super::gear_of(model)?;
+        Ok(Self { params, masses: Masses::of(&params), seed })
     }
-    Ok(Errors { angle_rad: f64::sqrt(angle / count), torque_nm: f64::sqrt(torque / count) })
+
+    fn joint(&self, task: Task, plant: Plant) -> Joint {
+        Joint::at_rest(self.masses, task.output(), JointGear::of(plant, &self.params, STEP_S))
+    }
+
+    fn line(
+        &self,
+        plant: Plant,
+        knows: Knows,
+        compensation: Compensation,
+        knowledge: &Knowledge,
+    ) -> Result<Line, BenchError> {
+        let rms = |of: &[f64]| (of.iter().map(|x| x * x).sum::<f64>() / of.len() as f64).sqrt();
+        // Without loop, what the drive knows of it would be one more error.
+        let without = if compensation.knows_hysteresis() { knowledge.without_loop()? } else { *knowledge };
+        let both = |task: Task| -> Result<[f64; 2], BenchError> {
+            let joint = self.joint(task, plant);
+            let middle = joint.clone().without_hysteresis(self.params.rated_deflection_rad());
+            let errors = self.drive(task, joint, compensation, knowledge, |_, _, _| {})?;
+            let calm = self.drive(task, middle, compensation, &without, |_, _, _| {})?;
+            let difference: Vec<f64> = errors.iter().zip(calm).map(|(a, b)| a - b).collect();
+            Ok([rms(&errors), rms(&difference)])
+        };
+        let (track, press) = (both(Task::Track)?, both(Task::Press)?);
+        let [all, by_hysteresis] = [0, 1].map(|k| Errors { position_rad: track[k], torque_nm: press[k] });
+        Ok(Line { plant, knows, compensation, all, by_hysteresis })
+    }
+
+    /// Runs a task from rest and returns its error in every control period once settled. `watch` sees the joint at the start of every period.
+    fn drive(
+        &self,
+        task: Task,
+        mut joint: Joint,
+        compensation: Compensation,
+        knowledge: &Knowledge,
+        mut watch: impl FnMut(usize, f64, &Joint),
+    ) -> Result<Vec<f64>, BenchError> {
+        let rated_nm = self.params.rated_torque_nm();
+        let noise = random(self.seed, Stream::Joint);
+        let mut drive = Drive::new(&self.masses, rated_nm, compensation, knowledge, noise)?;
+        let mut errors = Vec::new();
+        for period in 0..(DURATION_S / PERIOD_S) as usize {
+            let t = period as f64 * PERIOD_S;
+            let reference = task.reference(&self.masses, rated_nm, t);
+            watch(period, t, &joint);
+            if t >= SETTLED_S {
+                errors.push(match task {
+                    Task::Track => joint.link_rad - reference.angle_rad,
+                    Task::Press => joint.torque_nm - reference.torque_nm,
+                });
+            }
+            let asked_nm = drive.control(&reference, &self.masses, joint.motor_rad, joint.link_rad);
+            for _ in 0..STEPS {
+                let motor_nm = drive.torque_nm(asked_nm, STEP_S);
+                joint.step(motor_nm, STEP_S);
+            }
+        }
+        Ok(errors)
+    }
 }
 
 /// Fits law `masing`, and a linear spring, to a noisy bench recording of the gear.
-fn identify(plant: Plant, params: &Params, seed: u64) -> Result<Knowledge, BenchError> {
+fn identify(plant: Plant, params: &Params, seed: u64, progress: &dyn Progress) -> Result<Knowledge, BenchError> {
     let mut recording = bench_recording(plant, params, seed);
     recording.name = format!("bench recording of the gear {}", plant.name());
     let start = Model {
@@ -204,7 +248,7 @@ fn identify(plant: Plant, params: &Params, seed: u64) -> Result<Knowledge, Bench
     let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let spring_nm_per_rad = product(torque, theta) / product(theta, theta);
     let options = FitOptions { seed, start: Some(start), ..FitOptions::default() };
-    let fit = estimate::fit(&[recording], &options, &())?;
+    let fit = estimate::fit(&[recording], &options, progress)?;
     let params = fit.model.params(params.rated_deflection_rad()).ok_or(BenchError::NoGear)??;
     Ok(Knowledge { params, spring_nm_per_rad })
 }
@@ -213,7 +257,7 @@ fn identify(plant: Plant, params: &Params, seed: u64) -> Result<Knowledge, Bench
 fn bench_recording(plant: Plant, params: &Params, seed: u64) -> Recording {
     let noise = Noise::typical(params.rated_torque_nm());
     let (time_s, theta) = plan::nested_cycles(params.rated_deflection_rad());
-    let mut gear = plant.gear(params, time_s[1] - time_s[0]);
+    let mut gear = JointGear::of(plant, params, time_s[1] - time_s[0]);
     let mut torque: Vec<f64> = theta.iter().map(|theta| gear.step(*theta)).collect();
     let mut deflection_rad = theta;
     sensors::torque(&noise, &mut torque, &mut random(seed, Stream::Identification));

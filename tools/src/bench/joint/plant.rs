@@ -88,6 +88,11 @@ impl Joint {
         }
     }
 
+    /// The same joint, its gear without hysteresis.
+    pub fn without_hysteresis(self, rated_deflection_rad: f64) -> Self {
+        Self { gear: self.gear.middle(rated_deflection_rad), ..self }
+    }
+
     /// θ = p − q, rad.
     pub fn deflection_rad(&self) -> f64 {
         self.motor_rad - self.link_rad

@@ -1,10 +1,71 @@
-//! What the compensations left, as a table.
+//! What the compensations left, as tables and as a figure.
 
 use std::fmt;
 
 use serde::{Serialize, Serializer};
 
 use super::{Compensation, Plant};
+use crate::report::plot::{Curve, Drawing, Figure, Role};
+
+/// How far the drive's knowledge of the gear is off.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Knows {
+    /// As fitted to a noisy recording of the gear.
+    Fitted,
+    /// The hysteresis 10 % too large.
+    MemoryOff,
+    /// Stiffness and hysteresis 10 % too large.
+    AllOff,
+}
+
+impl Knows {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Fitted, Self::MemoryOff, Self::AllOff];
+
+    /// In words.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Fitted => "fitted",
+            Self::MemoryOff => "memory 10 % off",
+            Self::AllOff => "all 10 % off",
+        }
+    }
+
+    /// Factors of stiffness and hysteresis.
+    pub(super) const fn factors(self) -> [f64; 2] {
+        match self {
+            Self::Fitted => [1.0, 1.0],
+            Self::MemoryOff => [1.0, 1.1],
+            Self::AllOff => [1.1, 1.1],
+        }
+    }
+
+    /// Whether a compensation can tell it from what comes before.
+    pub(super) const fn matters_to(self, compensation: Compensation) -> bool {
+        match self {
+            Self::Fitted => true,
+            Self::MemoryOff => compensation.knows_hysteresis(),
+            Self::AllOff => !matches!(compensation, Compensation::Off),
+        }
+    }
+}
+
+/// Root mean squares of an error.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct Errors {
+    /// Of the link's angle while tracking, rad.
+    pub position_rad: f64,
+    /// Of the torque while pressing, N·m.
+    pub torque_nm: f64,
+}
+
+impl Errors {
+    /// How many times less than another: position and torque.
+    pub fn beside(&self, other: &Self) -> [f64; 2] {
+        [other.position_rad / self.position_rad, other.torque_nm / self.torque_nm]
+    }
+}
 
 /// One gear, parameter set and compensation.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -12,19 +73,20 @@ pub struct Line {
     /// The gear in the joint.
     #[serde(serialize_with = "plant_name")]
     pub plant: Plant,
-    /// `fitted`, or `10 % off`: every stiffness too large by 10 %.
-    pub parameters: &'static str,
+    /// What the drive knows of it.
+    pub knows: Knows,
     /// How the drive made up for it.
     #[serde(serialize_with = "compensation_name")]
     pub compensation: Compensation,
-    /// Rms error of the link's angle while tracking, rad.
-    pub position_error_rad: f64,
-    /// Rms error of the torque while pressing, N·m.
-    pub torque_error_nm: f64,
+    /// What was off in all.
+    pub all: Errors,
+    /// What the hysteresis did to it: the difference to a run without, the gear replaced by the middle of its loop and the drive's knowledge by
+    /// that of a gear without loop.
+    pub by_hysteresis: Errors,
 }
 
 fn plant_name<S: Serializer>(plant: &Plant, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.serialize_str(plant.name())
+    serializer.serialize_str(&plant.name())
 }
 
 fn compensation_name<S: Serializer>(compensation: &Compensation, serializer: S) -> Result<S::Ok, S::Error> {
@@ -34,27 +96,27 @@ fn compensation_name<S: Serializer>(compensation: &Compensation, serializer: S) 
 /// What each compensation leaves on each gear.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct JointReport {
-    /// The seed of the identification's noise.
+    /// The seed of the identification's and of the sensors' noise.
     pub seed: u64,
-    /// All runs.
+    /// All runs. What a compensation cannot tell is not run again: off there is one line a gear.
     pub lines: Vec<Line>,
 }
 
 impl JointReport {
-    /// One run.
-    pub fn line(&self, plant: Plant, parameters: &str, compensation: Compensation) -> Option<&Line> {
-        self.lines.iter().find(|l| l.plant == plant && l.parameters == parameters && l.compensation == compensation)
+    /// One run, or the one that it cannot be told from.
+    pub fn line(&self, plant: Plant, knows: Knows, compensation: Compensation) -> Option<&Line> {
+        let of = |line: &&Line| line.plant == plant && line.compensation == compensation;
+        let same = if knows.matters_to(compensation) { knows } else { Knows::Fitted };
+        self.lines.iter().filter(of).find(|line| line.knows == same)
     }
-}
 
-/// Errors, and how many times less than with the compensation off and than by the linear spring.
-impl fmt::Display for JointReport {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    fn table(&self, f: &mut fmt::Formatter<'_>, title: &str, errors: fn(&Line) -> &Errors) -> fmt::Result {
+        writeln!(f, "{title}")?;
         writeln!(
             f,
-            "{:<13} {:<15} {:<12} {:>14} {:>9} {:>10} {:>13} {:>9} {:>10}",
+            "{:<13} {:<15} {:<12} {:>13} {:>9} {:>10} {:>11} {:>9} {:>10}",
             "gear",
-            "parameters",
+            "knowledge",
             "compensation",
             "position µrad",
             "off / it",
@@ -64,22 +126,62 @@ impl fmt::Display for JointReport {
             "spring/it"
         )?;
         for line in &self.lines {
-            let other = |kind| self.line(line.plant, line.parameters, kind).unwrap_or(line);
-            let (off, spring) = (other(Compensation::Off), other(Compensation::Spring));
+            let it = errors(line);
+            let beside = |kind| self.line(line.plant, line.knows, kind).map_or([f64::NAN; 2], |l| it.beside(errors(l)));
+            let (off, spring) = (beside(Compensation::Off), beside(Compensation::Spring));
+            let knows = if line.compensation == Compensation::Off { "" } else { line.knows.name() };
             writeln!(
                 f,
-                "{:<13} {:<15} {:<12} {:>14.2} {:>9.1} {:>10.1} {:>13.4} {:>9.1} {:>10.1}",
+                "{:<13} {:<15} {:<12} {:>13.2} {:>9.1} {:>10.1} {:>11.4} {:>9.1} {:>10.1}",
                 line.plant.name(),
-                line.parameters,
+                knows,
                 line.compensation.name(),
-                1e6 * line.position_error_rad,
-                off.position_error_rad / line.position_error_rad,
-                spring.position_error_rad / line.position_error_rad,
-                line.torque_error_nm,
-                off.torque_error_nm / line.torque_error_nm,
-                spring.torque_error_nm / line.torque_error_nm,
+                1e6 * it.position_rad,
+                off[0],
+                spring[0],
+                it.torque_nm,
+                off[1],
+                spring[1],
             )?;
         }
         Ok(())
     }
+}
+
+/// Errors, and how many times less than with the compensation off and than by the linear spring.
+impl fmt::Display for JointReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.table(f, "Error in all (rms once settled):", |line| &line.all)?;
+        writeln!(f)?;
+        self.table(f, "Of it by hysteresis (rms difference to the same joint without):", |line| &line.by_hysteresis)
+    }
+}
+
+/// The link's position error over time, once settled, by compensation.
+pub(super) fn figure(plant: Plant, traces: &[(Compensation, Vec<(f64, f64)>)]) -> Drawing {
+    let rms = |trace: &[(f64, f64)]| (trace.iter().map(|p| p.1 * p.1).sum::<f64>() / trace.len() as f64).sqrt();
+    let mut off = String::new();
+    let mut curves = Vec::new();
+    for (compensation, trace) in traces {
+        let rms = rms(trace);
+        let (role, words) = match compensation {
+            Compensation::Off => {
+                off = format!(", off: {rms:.0} µrad rms");
+                continue;
+            }
+            Compensation::Spring => (Role::Second, "linear spring"),
+            Compensation::Reference => (Role::Model, "inverse, reference"),
+            Compensation::Measurement => (Role::Third, "inverse, measurement"),
+        };
+        let (x, y): (Vec<f64>, Vec<f64>) = trace.iter().copied().unzip();
+        curves.push(Curve::new(format!("{words} {rms:.1}"), role, &x, 1.0, &y));
+    }
+    Figure {
+        title: format!("Link's error on gear {} (synthetic{off})", plant.name()),
+        x_label: "time, s".to_owned(),
+        y_label: "position error, µrad".to_owned(),
+        curves,
+        ..Figure::default()
+    }
+    .draw()
 }
