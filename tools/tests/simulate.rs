@@ -40,12 +40,17 @@ fn the_seed_makes_the_recording_and_the_key_tells_it() {
 fn the_joint_tells_what_each_compensation_leaves() {
     let dir = WorkDir::new();
     dir.write("gear.toml", PUBLISHED);
-    let done = dir.succeed("simulate gear.toml --experiment joint --plant maxwell-slip -o joint.csv --key key.toml");
+    let files = "-o joint.csv --key key.toml --plot joint.svg --json joint.json";
+    let done = dir.succeed(&format!("simulate gear.toml --experiment joint --plant maxwell-slip {files}"));
     for part in ["maxwell-slip", "reference", "measurement", "10 % off", "spring/it"] {
         assert!(done.stdout.contains(part), "{}", done.stdout);
     }
     assert_eq!(dir.column("joint.csv", "torque_nm").len(), 12_000);
     assert!(dir.read("key.toml").contains("plant = \"maxwell-slip\""));
+    assert!(dir.read("joint.svg").contains("maxwell-slip"));
+    let report: serde_json::Value = serde_json::from_str(&dir.read("joint.json")).unwrap();
+    assert_eq!(report["lines"].as_array().unwrap().len(), 9);
+    assert!(report["lines"][2]["by_hysteresis"]["position_rad"].as_f64().unwrap() > 0.0);
 }
 
 #[test]
@@ -54,6 +59,7 @@ fn what_cannot_be_simulated_is_refused_and_leaves_nothing() {
     dir.write("gear.toml", PUBLISHED);
     dir.refuse("simulate gear.toml --experiment cycle --rate=-1 -o rec.csv", &["rate"]);
     dir.refuse("simulate gear.toml --experiment running --cycles 3 -o rec.csv", &["cycles", "running"]);
+    dir.refuse("simulate gear.toml --experiment cycle -o rec.csv --plot p.svg", &["--plot", "cycle"]);
     dir.refuse("simulate none.toml --experiment cycle -o rec.csv", &["none.toml"]);
     dir.refuse("simulate gear.toml --experiment cycle -o nowhere/rec.csv", &["nowhere"]);
     assert_eq!(dir.gmhm("simulate gear.toml --experiment fly -o rec.csv").status, Some(2));

@@ -49,6 +49,8 @@ impl Compensation {
 pub(super) struct Knowledge {
     pub params: Params,
     pub spring_nm_per_rad: f64,
+    /// Rms of the torque that the fit left, N·m.
+    pub left_nm: f64,
 }
 
 impl Knowledge {
@@ -62,6 +64,7 @@ impl Knowledge {
         Ok(Self {
             params: Params::new(self.params.rated_deflection_rad(), elastic, memory)?,
             spring_nm_per_rad: self.spring_nm_per_rad * elastic_factor,
+            ..*self
         })
     }
 

@@ -16,7 +16,7 @@ mod report;
 mod task;
 
 pub use compensator::{Compensation, FeedForwardFailure};
-pub use report::{Errors, JointReport, Knows, Line};
+pub use report::{Errors, Identified, JointReport, Knows, Line};
 
 use clap::ValueEnum;
 use gmhm::{Memory, Params};
@@ -82,6 +82,12 @@ pub fn run(model: &Model, plants: &[Plant], seed: u64, progress: &dyn Progress) 
     let bench = Bench::new(model, seed)?;
     let known: Vec<Knowledge> =
         plants.iter().map(|plant| identify(*plant, &bench.params, seed, progress)).collect::<Result<_, _>>()?;
+    let identified = plants.iter().zip(&known).map(|(plant, known)| Identified {
+        plant: *plant,
+        left_nm: known.left_nm,
+        left_rad: known.left_nm / known.spring_nm_per_rad,
+    });
+    let identified = identified.collect();
     let mut runs = Vec::new();
     for (plant, fitted) in plants.iter().zip(known) {
         for knows in Knows::ALL {
@@ -101,7 +107,7 @@ pub fn run(model: &Model, plants: &[Plant], seed: u64, progress: &dyn Progress) 
         progress.report("joint", done as f64 / runs.len() as f64);
         line
     };
-    Ok(JointReport { seed, lines: runs.par_iter().map(line).collect::<Result<_, _>>()? })
+    Ok(JointReport { seed, identified, lines: runs.par_iter().map(line).collect::<Result<_, _>>()? })
 }
 
 /// The link's position error over time on one gear, by compensation with fitted parameters.
@@ -250,7 +256,7 @@ fn identify(plant: Plant, params: &Params, seed: u64, progress: &dyn Progress) -
     let options = FitOptions { seed, start: Some(start), ..FitOptions::default() };
     let fit = estimate::fit(&[recording], &options, progress)?;
     let params = fit.model.params(params.rated_deflection_rad()).ok_or(BenchError::NoGear)??;
-    Ok(Knowledge { params, spring_nm_per_rad })
+    Ok(Knowledge { params, spring_nm_per_rad, left_nm: fit.rms })
 }
 
 /// Locked input, several amplitudes, sensors of a good bench.

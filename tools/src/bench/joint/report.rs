@@ -93,11 +93,25 @@ fn compensation_name<S: Serializer>(compensation: &Compensation, serializer: S) 
     serializer.serialize_str(compensation.name())
 }
 
+/// What law masing cannot say of a gear.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Identified {
+    /// The gear.
+    #[serde(serialize_with = "plant_name")]
+    pub plant: Plant,
+    /// Rms of the torque that the fit leaves, noise and all, N·m.
+    pub left_nm: f64,
+    /// The same as a deflection of the linear spring, rad.
+    pub left_rad: f64,
+}
+
 /// What each compensation leaves on each gear.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct JointReport {
     /// The seed of the identification's and of the sensors' noise.
     pub seed: u64,
+    /// What the fits leave: the measure of what a compensation by law masing can reach.
+    pub identified: Vec<Identified>,
     /// All runs. What a compensation cannot tell is not run again: off there is one line a gear.
     pub lines: Vec<Line>,
 }
@@ -153,7 +167,16 @@ impl fmt::Display for JointReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.table(f, "Error in all (rms once settled):", |line| &line.all)?;
         writeln!(f)?;
-        self.table(f, "Of it by hysteresis (rms difference to the same joint without):", |line| &line.by_hysteresis)
+        self.table(f, "Of it by hysteresis (rms difference to the same joint without):", |line| &line.by_hysteresis)?;
+        writeln!(
+            f,
+            "Off, the held gear hardly winds up: its hysteresis then does little, and the torque is missing instead.\n"
+        )?;
+        writeln!(f, "What law masing cannot say of each gear (rms that the fit leaves of its bench recording):")?;
+        for gear in &self.identified {
+            writeln!(f, "{:<13} {:>8.4} N·m, {:>6.2} µrad", gear.plant.name(), gear.left_nm, 1e6 * gear.left_rad)?;
+        }
+        Ok(())
     }
 }
 
@@ -162,24 +185,26 @@ pub(super) fn figure(plant: Plant, traces: &[(Compensation, Vec<(f64, f64)>)]) -
     let rms = |trace: &[(f64, f64)]| (trace.iter().map(|p| p.1 * p.1).sum::<f64>() / trace.len() as f64).sqrt();
     let mut off = String::new();
     let mut curves = Vec::new();
-    for (compensation, trace) in traces {
+    // The reference last, above the others.
+    let (order, last) = ([0, 1, 3], 2);
+    for (compensation, trace) in order.into_iter().chain([last]).filter_map(|k| traces.get(k)) {
         let rms = rms(trace);
         let (role, words) = match compensation {
             Compensation::Off => {
                 off = format!(", off: {rms:.0} µrad rms");
                 continue;
             }
-            Compensation::Spring => (Role::Second, "linear spring"),
-            Compensation::Reference => (Role::Model, "inverse, reference"),
-            Compensation::Measurement => (Role::Third, "inverse, measurement"),
+            Compensation::Spring => (Role::Second, "linear spring:"),
+            Compensation::Reference => (Role::Model, "inverse on the reference:"),
+            Compensation::Measurement => (Role::Third, "inverse on the measurement:"),
         };
         let (x, y): (Vec<f64>, Vec<f64>) = trace.iter().copied().unzip();
         curves.push(Curve::new(format!("{words} {rms:.1}"), role, &x, 1.0, &y));
     }
     Figure {
-        title: format!("Link's error on gear {} (synthetic{off})", plant.name()),
+        title: format!("Link on gear {}, tracking (synthetic{off})", plant.name()),
         x_label: "time, s".to_owned(),
-        y_label: "position error, µrad".to_owned(),
+        y_label: "position error, µrad (rms above)".to_owned(),
         curves,
         ..Figure::default()
     }
