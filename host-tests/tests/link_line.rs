@@ -200,6 +200,7 @@ proptest! {
             deflection_rad: finite(c),
             torque_nm: finite(d),
             hysteresis_nm: finite(e),
+            words: [a, b],
             contribution_nm: finite(f),
             out_of_range: flags[2],
             refused: flags[3],

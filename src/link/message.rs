@@ -210,6 +210,8 @@ pub struct Live {
     pub torque_nm: f32,
     /// z, N·m.
     pub hysteresis_nm: f32,
+    /// T and z as the drive's arithmetic holds them: the bits of an `f32`, or the word of a fixed-point number.
+    pub words: [u32; 2],
     /// What the compensation adds to the command, N·m.
     pub contribution_nm: f32,
     /// Whether the deflection lies outside ±A.
@@ -285,6 +287,7 @@ impl<'a> Answer<'a> {
                 .u32(it.deflection_rad.to_bits())
                 .u32(it.torque_nm.to_bits())
                 .u32(it.hysteresis_nm.to_bits())
+                .bytes(it.words.map(u32::to_le_bytes).as_flattened())
                 .u32(it.contribution_nm.to_bits())
                 .u8(u8::from(it.out_of_range))
                 .u8(u8::from(it.refused))
@@ -438,6 +441,7 @@ impl<'a> Fields<'a> {
                 deflection_rad: self.f32()?,
                 torque_nm: self.f32()?,
                 hysteresis_nm: self.f32()?,
+                words: [self.u32()?, self.u32()?],
                 contribution_nm: self.f32()?,
                 out_of_range: self.bool()?,
                 refused: self.bool()?,

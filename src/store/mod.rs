@@ -16,6 +16,7 @@
 //! interrupted erase reads well now and badly later; such a slot is erased anew before anything is written into it.
 
 mod error;
+mod ram;
 mod window;
 
 use core::ops::Range;
@@ -24,6 +25,7 @@ use embedded_storage::nor_flash::NorFlash;
 
 use crate::block::{Block, CRC, HEADER_BYTES, Header};
 pub use error::{PlaceError, StoreError};
+pub use ram::RamFlash;
 use window::{WINDOW_BYTES, Window};
 
 /// One of the two places.
