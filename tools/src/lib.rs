@@ -7,6 +7,7 @@ pub mod bench;
 pub mod block;
 pub mod cli;
 pub mod demo;
+pub mod device;
 pub mod diagnosis;
 pub mod discover;
 pub mod estimate;

@@ -8,9 +8,10 @@ use common::WorkDir;
 fn help_of_every_command() {
     let dir = WorkDir::new();
     insta::assert_snapshot!("gmhm", dir.succeed("--help").stdout);
-    for command in
-        ["compare", "demo", "diagnose", "fit", "health", "inspect", "invert", "pack", "predict", "prove", "simulate"]
-    {
+    for command in [
+        "compare", "demo", "diagnose", "fit", "flash", "health", "inspect", "invert", "pack", "predict", "prove",
+        "simulate",
+    ] {
         insta::assert_snapshot!(command, dir.succeed(&format!("{command} --help")).stdout);
     }
 }

@@ -8,6 +8,7 @@ use miette::{Diagnostic, GraphicalReportHandler, LabeledSpan, SourceCode};
 
 use crate::bench::BenchError;
 use crate::block::{FileError, PackError};
+use crate::device::DeviceError;
 use crate::discover::DiscoverError;
 use crate::estimate::EstimateError;
 use crate::estimate::judge::AssessError;
@@ -66,6 +67,9 @@ pub enum Failure {
         /// The folder that was looked into.
         folder: PathBuf,
     },
+    /// No block got into a drive.
+    #[error(transparent)]
+    Device(#[from] DeviceError),
     /// The system refused.
     #[error(transparent)]
     System(#[from] std::io::Error),
@@ -78,6 +82,7 @@ impl Failure {
             Failure::Model(e) => e.mend(),
             Failure::Output(e) => e.mend().map(str::to_owned),
             Failure::Health(e) => e.mend(),
+            Failure::Device(e) => e.mend(),
             Failure::Pack(e) => e.mend(),
             Failure::BlockFile(e) => e.mend(),
             Failure::Predict(e)

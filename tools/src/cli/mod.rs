@@ -6,6 +6,7 @@ mod demo;
 mod diagnose;
 mod failure;
 mod fit;
+mod flash;
 mod health;
 mod inspect;
 mod invert;
@@ -39,6 +40,7 @@ enum Command {
     Demo(demo::DemoArgs),
     Diagnose(diagnose::DiagnoseArgs),
     Fit(fit::FitArgs),
+    Flash(flash::FlashArgs),
     Health(health::HealthArgs),
     Inspect(inspect::InspectArgs),
     Invert(invert::InvertArgs),
@@ -72,6 +74,7 @@ pub fn run() -> ExitCode {
         Some(Command::Demo(args)) => args.run(&session),
         Some(Command::Diagnose(args)) => args.run(&session),
         Some(Command::Fit(args)) => args.run(&session),
+        Some(Command::Flash(args)) => args.run(&session),
         Some(Command::Health(args)) => args.run(&session),
         Some(Command::Inspect(args)) => args.run(),
         Some(Command::Invert(args)) => args.run(&session),

@@ -1,0 +1,138 @@
+//! One request, one answer.
+
+use std::io::{ErrorKind, Read, Write};
+use std::time::{Duration, Instant};
+
+use gmhm::link::{Answer, Identified, Live, Receiver, Request, Status, Tag};
+
+use super::error::DeviceError;
+use super::line::Line;
+
+/// How long a drive may take to answer, and to store a block.
+const ANSWERING: Duration = Duration::from_secs(1);
+const STORING: Duration = Duration::from_secs(10);
+
+/// A drive at the other end of a line.
+pub struct Client {
+    line: Box<dyn Line>,
+    receiver: Receiver,
+    session: u32,
+    turn: u32,
+    /// Tells the answers to questions apart.
+    questions: u32,
+}
+
+/// The body of an answer.
+struct Reply(Vec<u8>);
+
+impl Client {
+    /// A drive that has not been asked anything.
+    pub fn new(line: Box<dyn Line>) -> Self {
+        Self { line, receiver: Receiver::new(), session: 0, turn: 0, questions: 0 }
+    }
+
+    /// Asks who the drive is, and opens a session with it.
+    ///
+    /// # Errors
+    /// [`DeviceError`].
+    pub fn identify(&mut self) -> Result<Identified, DeviceError> {
+        match self.ask(&Request::Identify)?.answer() {
+            Answer::Identified(identified) => {
+                (self.session, self.turn) = (identified.session, 0);
+                Ok(identified)
+            }
+            _ => Err(DeviceError::NotUnderstood),
+        }
+    }
+
+    /// Asks what is in force.
+    ///
+    /// # Errors
+    /// [`DeviceError`].
+    pub fn status(&mut self) -> Result<Status, DeviceError> {
+        match self.ask(&Request::Status)?.answer() {
+            Answer::Status(status) => Ok(status),
+            _ => Err(DeviceError::NotUnderstood),
+        }
+    }
+
+    /// Asks what the drive measures.
+    ///
+    /// # Errors
+    /// [`DeviceError`].
+    pub fn live(&mut self) -> Result<Live, DeviceError> {
+        match self.ask(&Request::Live)?.answer() {
+            Answer::Live(live) => Ok(live),
+            _ => Err(DeviceError::NotUnderstood),
+        }
+    }
+
+    /// Reads bytes of the block in force, at most [`MOST_BYTES`](gmhm::link::message::MOST_BYTES).
+    ///
+    /// # Errors
+    /// [`DeviceError`].
+    pub fn read(&mut self, offset: u32, length: u8) -> Result<Vec<u8>, DeviceError> {
+        match self.ask(&Request::Read { offset, length })?.answer() {
+            Answer::Bytes { offset: at, bytes } if at == offset && bytes.len() == usize::from(length) => {
+                Ok(bytes.to_vec())
+            }
+            _ => Err(DeviceError::NotUnderstood),
+        }
+    }
+
+    /// Has something done: a request that changes something.
+    ///
+    /// # Errors
+    /// [`DeviceError`].
+    pub fn tell(&mut self, request: &Request<'_>) -> Result<(), DeviceError> {
+        self.ask(request).map(drop)
+    }
+
+    fn ask(&mut self, request: &Request<'_>) -> Result<Reply, DeviceError> {
+        let tag = if request.changes() {
+            let tag = Tag { session: self.session, turn: self.turn };
+            self.turn += 1;
+            tag
+        } else {
+            self.questions = self.questions.wrapping_add(1);
+            Tag { session: self.session, turn: self.questions }
+        };
+        self.line.write_all(&request.encode(tag))?;
+        self.line.flush()?;
+        let stores = matches!(request, Request::Commit { .. } | Request::RollBack { .. });
+        let patience = if stores { STORING } else { ANSWERING };
+        let asked = Instant::now();
+        let mut buffer = [0; 256];
+        while asked.elapsed() < patience {
+            let count = match self.line.read(&mut buffer) {
+                Ok(0) => return Err(DeviceError::Closed),
+                Ok(count) => count,
+                Err(error) if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::WouldBlock) => continue,
+                Err(error) if error.kind() == ErrorKind::Interrupted => continue,
+                Err(error) => return Err(error.into()),
+            };
+            // The host speaks when it is answered: nothing useful follows the answer.
+            for byte in buffer.iter().take(count) {
+                let Some(body) = self.receiver.feed(*byte) else { continue };
+                match Answer::decode(body) {
+                    Some((command, echoed, answer)) if command == request.command() && echoed == tag => {
+                        return match answer {
+                            Answer::Refused(refused) => Err(DeviceError::Refused { command, refused }),
+                            _ => Ok(Reply(body.to_vec())),
+                        };
+                    }
+                    // Late answers to what was given up.
+                    _ => {}
+                }
+            }
+        }
+        Err(DeviceError::Silent { seconds: patience.as_secs() })
+    }
+}
+
+impl Reply {
+    fn answer(&self) -> Answer<'_> {
+        // It was decoded once.
+        Answer::decode(&self.0).map_or(Answer::Done, |(_, _, answer)| answer)
+    }
+}

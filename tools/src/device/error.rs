@@ -1,0 +1,125 @@
+//! Why a drive was not reached, or did not do what it was asked.
+
+use gmhm::block::{BlockError, Identity};
+use gmhm::link::{Refusal, Refused};
+
+use super::target::Target;
+
+/// Whatever may go wrong between host and drive.
+#[derive(Debug, thiserror::Error)]
+pub enum DeviceError {
+    /// No line to it.
+    #[error("{target}: cannot be opened: {error}")]
+    Unreachable {
+        /// The target.
+        target: Target,
+        /// Why.
+        error: std::io::Error,
+    },
+    /// This program was built without debug probes.
+    #[error("this gmhm was built without debug probes")]
+    NoProbe,
+    /// The line broke.
+    #[error("the line to the drive broke: {0}")]
+    Line(#[from] std::io::Error),
+    /// The other end hung up.
+    #[error("the other end closed the line")]
+    Closed,
+    /// No answer.
+    #[error("the drive did not answer within {seconds} s")]
+    Silent {
+        /// How long it was waited for.
+        seconds: u64,
+    },
+    /// An answer that makes no sense.
+    #[error("the drive's answer is not understood: it may speak a newer version of the link")]
+    NotUnderstood,
+    /// The drive refused.
+    #[error("the drive refused: {}{}", refused.refusal, detail(*refused))]
+    Refused {
+        /// The command.
+        command: u8,
+        /// Why.
+        refused: Refused,
+    },
+    /// The block is for another gear.
+    #[error("the block is for gear \"{}\", and the drive is on gear \"{}\"", block.label(), drive.label())]
+    OtherGear {
+        /// That of the block.
+        block: Identity,
+        /// That of the drive.
+        drive: Identity,
+    },
+    /// The drive computes in another arithmetic.
+    #[error("the block is made for {block}, and the drive computes in {drive}")]
+    OtherScalar {
+        /// That of the block.
+        block: &'static str,
+        /// That of the drive.
+        drive: &'static str,
+    },
+    /// The block asks for more than the drive has.
+    #[error("the block takes {needed} {what}, and the drive has room for {room}")]
+    TooLarge {
+        /// Bytes or turning points.
+        what: &'static str,
+        /// What it takes.
+        needed: u32,
+        /// What there is.
+        room: u32,
+    },
+    /// The drive is enabled.
+    #[error("the drive is enabled: storing parameters would stall its control loop")]
+    Enabled,
+    /// What was read back is not what was sent.
+    #[error("byte {offset} reads back as {found:#04x} where {expected:#04x} was sent")]
+    ReadBack {
+        /// The first byte that differs.
+        offset: usize,
+        /// What was sent.
+        expected: u8,
+        /// What came back.
+        found: u8,
+    },
+    /// The bytes are no block.
+    #[error(transparent)]
+    Block(#[from] BlockError),
+    /// The debug probe failed.
+    #[error("the debug probe: {0}")]
+    Probe(String),
+}
+
+fn detail(refused: Refused) -> String {
+    if refused.detail == 0 { String::new() } else { format!(" (code {:#06x})", refused.detail) }
+}
+
+impl DeviceError {
+    /// Whether another attempt may help: the line failed, not the drive.
+    pub(super) fn is_of_the_line(&self) -> bool {
+        matches!(self, Self::Line(_) | Self::Closed | Self::Silent { .. })
+            || matches!(self, Self::Refused { refused, .. } if matches!(refused.refusal, Refusal::Session | Refusal::Order))
+    }
+
+    /// How to mend it.
+    pub fn mend(&self) -> Option<String> {
+        Some(match self {
+            Self::Unreachable { target: Target::Serial { .. }, .. } => {
+                "name the serial port as the system does, and close other programs that hold it".to_owned()
+            }
+            Self::Unreachable { .. } => "check host and port, and that the drive or its bridge listens".to_owned(),
+            Self::NoProbe => "build it with --features probe".to_owned(),
+            Self::Line(_) | Self::Closed | Self::Silent { .. } => {
+                "check cable, power and --baud; what the drive had stored is untouched or replaced whole".to_owned()
+            }
+            Self::Enabled => "disable the drive, then flash again".to_owned(),
+            Self::OtherGear { .. } => {
+                "pack the block with --gear as the drive says, if it is the right gear".to_owned()
+            }
+            Self::OtherScalar { drive, .. } => format!("pack the block with --scalar {drive}"),
+            Self::TooLarge { what: "bytes", .. } => "pack a model with fewer terms".to_owned(),
+            Self::TooLarge { .. } => "pack the block with a smaller --stack-depth".to_owned(),
+            Self::ReadBack { .. } => "flash again; if it stays, the drive's flash is worn".to_owned(),
+            Self::Refused { .. } | Self::NotUnderstood | Self::Block(_) | Self::Probe(_) => return None,
+        })
+    }
+}

@@ -1,0 +1,20 @@
+//! Drives at the end of a line: the host's end of the [link](gmhm::link), and what is flashed through it.
+//!
+//! | file | what |
+//! |---|---|
+//! | [`target`] | where a drive is: a serial port, a TCP port, a debug probe |
+//! | [`line`] | bytes to it and back |
+//! | [`client`] | one request, one answer |
+//! | [`flash`] | a whole block: staged, tried, stored, read back, compared |
+
+pub mod client;
+mod error;
+pub mod flash;
+pub mod line;
+pub mod target;
+
+pub use client::Client;
+pub use error::DeviceError;
+pub use flash::{Flashed, flash};
+pub use line::Line;
+pub use target::Target;
