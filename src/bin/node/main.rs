@@ -1,0 +1,160 @@
+//! A drive at the end of a serial line: parameters from its store, a gear stepped along a path, and the link that reads, tries and stores blocks.
+//!
+//! The path is a fixed one, so that a host can follow it: it begins anew whenever parameters come into force.
+#![no_std]
+#![no_main]
+
+#[cfg_attr(target_abi = "eabihf", path = "mps2.rs")]
+#[cfg_attr(not(target_abi = "eabihf"), path = "microbit.rs")]
+mod board;
+#[path = "../journey/mod.rs"]
+#[allow(dead_code, reason = "this image walks at a constant period")]
+mod journey;
+
+use board::{Board, ROOM};
+use cortex_m::peripheral::SYST;
+use cortex_m::peripheral::syst::SystClkSource;
+use cortex_m_semihosting::debug::{self, EXIT_FAILURE};
+use gmhm::block::{Block, BlockError, Identity, Parameters, ScalarKind};
+use gmhm::link::{Drive, Live, Port};
+use gmhm::memory::AnyLaw;
+use gmhm::store::Store;
+use gmhm::{Gear, Output, State};
+use journey::Journey;
+
+/// What it computes in.
+type Number = f32;
+
+/// Turning points that it has room for.
+const DEPTH: usize = 16;
+
+#[cortex_m_rt::entry]
+fn main() -> ! {
+    let Some(mut core) = cortex_m::Peripherals::take() else { fail() };
+    core.SYST.set_clock_source(SystClkSource::Core);
+    core.SYST.set_reload(0x00FF_FFFF);
+    core.SYST.clear_current();
+    core.SYST.enable_counter();
+    let mut board = Board::start();
+    let Ok(store) = Store::new(board::flash(), board::SLOTS[0].clone(), board::SLOTS[1].clone()) else { fail() };
+    let mut port = Port::<_, ROOM>::new(store, board.nonce());
+    let mut node = Node::default();
+    port.boot(&mut node);
+    loop {
+        node.tick();
+        while let Some(byte) = board.hear() {
+            port.receive(&[byte], &mut node, |frame| frame.iter().for_each(|byte| board.say(*byte)));
+        }
+    }
+}
+
+/// The drive: a gear on its path.
+#[derive(Default)]
+struct Node {
+    running: Option<Running>,
+    compensating: bool,
+    gain_ratio: f32,
+    ticks: u32,
+    loop_cost: u32,
+}
+
+/// What parameters in force have set going.
+struct Running {
+    gear: Gear<Number>,
+    state: State<Number, DEPTH>,
+    output: Output<Number>,
+    path: Journey,
+}
+
+impl Node {
+    /// A control period.
+    fn tick(&mut self) {
+        let Some(running) = &mut self.running else { return };
+        let began = SYST::get_current();
+        running.output = running.gear.step(&mut running.state, running.path.next_deflection());
+        // The counter counts down, in 24 bits.
+        self.loop_cost = began.wrapping_sub(SYST::get_current()) & 0x00FF_FFFF;
+        self.ticks = self.ticks.wrapping_add(1);
+    }
+}
+
+impl Drive for Node {
+    fn gear(&self) -> Identity {
+        Identity::NONE
+    }
+
+    fn arithmetic(&self) -> (ScalarKind, u16) {
+        (ScalarKind::F32, DEPTH as u16)
+    }
+
+    fn is_enabled(&self) -> bool {
+        false
+    }
+
+    fn adopt(&mut self, block: Option<&Block<'_>>) -> Result<(), BlockError> {
+        let running = match block {
+            None => None,
+            Some(block) => {
+                let parameters = Parameters::<Number, AnyLaw<Number>, ()>::of_block(block, DEPTH)?;
+                parameters.gear.zip(parameters.scales).map(|(gear, scales)| Running {
+                    state: gear.start(0.0),
+                    gear,
+                    output: Output::default(),
+                    path: Journey::new(scales.rated_deflection_rad as f32),
+                })
+            }
+        };
+        self.running = running;
+        self.ticks = 0;
+        Ok(())
+    }
+
+    fn is_compensating(&self) -> bool {
+        self.compensating
+    }
+
+    fn compensate(&mut self, on: bool) {
+        self.compensating = on;
+    }
+
+    fn gain_ratio(&self) -> f32 {
+        self.gain_ratio
+    }
+
+    fn set_gain_ratio(&mut self, ratio: f32) {
+        self.gain_ratio = ratio;
+    }
+
+    fn live(&self) -> Live {
+        let Some(Running { state, output, .. }) = &self.running else { return Live::default() };
+        let ratio = if self.compensating { self.gain_ratio } else { 0.0 };
+        Live {
+            deflection_rad: state.theta(),
+            torque_nm: output.torque,
+            hysteresis_nm: output.hysteresis,
+            words: [output.torque.to_bits(), output.hysteresis.to_bits()],
+            contribution_nm: ratio * output.hysteresis,
+            out_of_range: state.status().out_of_range,
+            refused: state.status().refused,
+            ticks: self.ticks,
+            loop_cost: self.loop_cost,
+        }
+    }
+}
+
+/// Ends the emulator, or halts for the debugger.
+fn fail() -> ! {
+    loop {
+        debug::exit(EXIT_FAILURE);
+    }
+}
+
+#[panic_handler]
+fn panic(_: &core::panic::PanicInfo) -> ! {
+    fail()
+}
+
+#[cortex_m_rt::exception]
+unsafe fn HardFault(_: &cortex_m_rt::ExceptionFrame) -> ! {
+    fail()
+}
