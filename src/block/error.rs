@@ -80,27 +80,29 @@ impl BlockError {
 
     /// The abort code of a CANopen SDO transfer (CiA 301) that comes nearest.
     pub const fn sdo_abort(&self) -> u32 {
-        match self {
-            Self::Length { .. } | Self::Magic | Self::Records | Self::Malformed(_) => sdo::LENGTH,
-            Self::Version(_) | Self::Unknown(_) => sdo::INCOMPATIBLE_DEVICE,
-            Self::Checksum => sdo::CRC,
-            Self::Scalar(_) | Self::Twice(_) | Self::Missing(_) => sdo::INCOMPATIBLE_PARAMETER,
-            Self::StackDepth(_) => sdo::VALUE_TOO_HIGH,
-            Self::Term { error: TermError::StackFull | TermError::TooMany { .. }, .. } | Self::NoRoom => sdo::NO_MEMORY,
-            Self::Header(_) | Self::OutOfRange { .. } | Self::Term { .. } => sdo::VALUE,
-        }
+        sdo_abort(self.code())
     }
 }
 
-/// Abort codes of CiA 301.
-mod sdo {
-    pub(super) const CRC: u32 = 0x0504_0004;
-    pub(super) const NO_MEMORY: u32 = 0x0504_0005;
-    pub(super) const INCOMPATIBLE_PARAMETER: u32 = 0x0604_0043;
-    pub(super) const INCOMPATIBLE_DEVICE: u32 = 0x0604_0047;
-    pub(super) const LENGTH: u32 = 0x0607_0010;
-    pub(super) const VALUE: u32 = 0x0609_0030;
-    pub(super) const VALUE_TOO_HIGH: u32 = 0x0609_0031;
+/// The abort code of a CANopen SDO transfer (CiA 301) that comes nearest to a [code](BlockError::code); the general error for any other number.
+pub const fn sdo_abort(code: u16) -> u32 {
+    match code {
+        // Data type or length does not match.
+        0x0101 | 0x0102 | 0x0108 | 0x010A => 0x0607_0010,
+        // Incompatible within the device.
+        0x0103 | 0x0109 => 0x0604_0047,
+        // CRC error.
+        0x0104 => 0x0504_0004,
+        // Incompatible parameters.
+        0x0106 | 0x010B | 0x010C => 0x0604_0043,
+        // Value too high.
+        0x0107 => 0x0609_0031,
+        // Value out of range.
+        0x0105 | 0x010D | 0x010E => 0x0609_0030,
+        // Out of memory.
+        0x010F => 0x0504_0005,
+        _ => 0x0800_0000,
+    }
 }
 
 /// The name of a record by its tag.

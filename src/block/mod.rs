@@ -45,7 +45,7 @@ mod term;
 mod word;
 mod write;
 
-pub use error::BlockError;
+pub use error::{BlockError, sdo_abort};
 pub use header::{FORMAT_VERSION, HEADER_BYTES, Header, Identity, MAGIC, TorqueUnit};
 pub use law::{BlockLaw, LawWords};
 pub use layout::{

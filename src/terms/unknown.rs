@@ -79,9 +79,9 @@ impl<S: Float> Physics<S> for Unknown<S> {
             return Err(TermError::NotIncreasing { key: KNOTS.name });
         }
         let mut knots = Vec::new();
-        for knot in at.into_iter().zip(values) {
+        for (at, value) in at.iter().zip(&values) {
             // There is room: the lists are no longer.
-            let _ = knots.push(knot);
+            let _ = knots.push((*at, *value));
         }
         Ok(Self { coordinate, knots })
     }

@@ -1,5 +1,6 @@
 //! `cargo xtask`: set-up, tests, emulator runs and tables of this workspace, from a machine with stock Rust to the end.
 
+mod c;
 mod cost;
 mod emulate;
 mod emulator;
@@ -45,6 +46,8 @@ enum Command {
         #[arg(long)]
         overwrite: bool,
     },
+    /// Build the static library for C for the microcontrollers; fails where it holds a panic.
+    C,
     /// Run one built image in the emulator: the runner of `cargo run`.
     #[command(hide = true)]
     RunImage {
@@ -73,6 +76,7 @@ fn run(arguments: Arguments) -> anyhow::Result<()> {
         Command::Emulate { overwrite } => emulate::run(&shell, overwrite),
         Command::Cost { overwrite } => cost::run(&shell, overwrite),
         Command::Size { overwrite } => size::run(&shell, overwrite),
+        Command::C => c::run(&shell),
         Command::RunImage { image } => emulate::run_image(&image),
         Command::Test => test::run(&shell),
     }

@@ -114,7 +114,7 @@ fn weigh(shell: &Shell, path: &Path) -> Result<Weight> {
     Ok(Weight { code, gear, joint })
 }
 
-fn is_panic(name: &str) -> bool {
+pub fn is_panic(name: &str) -> bool {
     name.contains("panic") || name.contains("unwind")
 }
 

@@ -3,7 +3,7 @@
 use anyhow::{Context, Result};
 use xshell::{Shell, cmd};
 
-use crate::{cost, emulate, setup, size};
+use crate::{c, cost, emulate, setup, size};
 
 /// Sets up what is missing, then runs everything.
 pub fn run(shell: &Shell) -> Result<()> {
@@ -21,6 +21,7 @@ pub fn run(shell: &Shell) -> Result<()> {
     emulate::run(shell, false)?;
     cost::run(shell, false)?;
     size::run(shell, false)?;
+    c::run(shell)?;
     readme(shell)?;
     println!("test: all passed");
     Ok(())

@@ -1,0 +1,141 @@
+/*
+ * Hysteresis torque of a harmonic drive and its inverse, from a parameter block.
+ *
+ * One gmhm_joint is one gear. It lives wherever you put it (statically, as a rule); nothing is allocated, nothing locks, and no call
+ * keeps a pointer. Calls for one joint must not run at the same time: call from one task or interrupt, or mask. No call panics or fails to return,
+ * whatever it is given; NULL is answered by GMHM_NULL or GMHM_FLAG_NOT_LOADED.
+ *
+ *     static gmhm_joint joint;
+ *
+ *     if (gmhm_init(&joint, block, sizeof block) != GMHM_OK) { ... }          // once, before anything else
+ *
+ *     gmhm_sample sample = { .deflection_rad = q_motor / ratio - q_output };  // each control period
+ *     gmhm_output now = gmhm_step(&joint, &sample);                           // torque, N*m
+ *     gmhm_solution aim = gmhm_invert(&joint, torque_reference);              // deflection for a torque, rad
+ *
+ * Make blocks with `gmhm pack model.toml -o params.h` (or .bin, .hex). docs/block.md specifies them.
+ * Where torques are counted in amperes of motor current, read A for N*m everywhere.
+ */
+#ifndef GMHM_H
+#define GMHM_H
+
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Room for one gear with its terms, in 64-bit words. */
+#define GMHM_JOINT_WORDS 768
+
+/* One gear: parameters in force and the path so far. Its content is no concern of yours. */
+typedef struct gmhm_joint {
+    uint64_t opaque[GMHM_JOINT_WORDS];
+} gmhm_joint;
+
+/* Codes of gmhm_init and gmhm_load. Refused blocks: 0x0101 to 0x010F, listed in docs/block.md. */
+#define GMHM_OK 0x0000u
+#define GMHM_NULL 0x0001u
+#define GMHM_ERROR_LENGTH 0x0101u
+#define GMHM_ERROR_MAGIC 0x0102u
+#define GMHM_ERROR_VERSION 0x0103u
+#define GMHM_ERROR_CHECKSUM 0x0104u
+#define GMHM_ERROR_HEADER 0x0105u
+#define GMHM_ERROR_SCALAR 0x0106u
+#define GMHM_ERROR_STACK_DEPTH 0x0107u
+#define GMHM_ERROR_RECORDS 0x0108u
+#define GMHM_ERROR_UNKNOWN 0x0109u
+#define GMHM_ERROR_MALFORMED 0x010Au
+#define GMHM_ERROR_TWICE 0x010Bu
+#define GMHM_ERROR_MISSING 0x010Cu
+#define GMHM_ERROR_OUT_OF_RANGE 0x010Du
+#define GMHM_ERROR_TERM 0x010Eu
+#define GMHM_ERROR_NO_ROOM 0x010Fu
+
+/* Flags of outputs and solutions. */
+#define GMHM_FLAG_NOT_LOADED 0x01u    /* no parameters are in force: all numbers are 0 */
+#define GMHM_FLAG_REFUSED 0x02u       /* the input was NaN, infinite or absurd: nothing moved, the last good output again */
+#define GMHM_FLAG_OUT_OF_RANGE 0x04u  /* beyond the rated deflection the model is not calibrated */
+#define GMHM_FLAG_SATURATED 0x08u     /* beyond the invertible range: the deflection is its edge */
+#define GMHM_FLAG_NOT_CONVERGED 0x10u /* the search ended at its bound; it does not for parameters that gmhm pack accepts */
+#define GMHM_FLAG_NO_INVERSE 0x20u    /* the parameters in force have no inverse */
+
+/* Signals that the terms in force need, bits of gmhm_status.needs. The deflection is always needed. */
+#define GMHM_NEEDS_MOTOR_ANGLE 0x01u
+#define GMHM_NEEDS_OUTPUT_ANGLE 0x02u
+#define GMHM_NEEDS_VELOCITY 0x04u
+#define GMHM_NEEDS_ACCELERATION 0x08u
+#define GMHM_NEEDS_DEFLECTION_RATE 0x10u
+#define GMHM_NEEDS_TEMPERATURE 0x20u
+
+/* One moment of the joint. What gmhm_status.needs does not ask for may stay 0. */
+typedef struct gmhm_sample {
+    float deflection_rad;            /* q_m/N - q_o, encoder zeros subtracted */
+    float motor_angle_rad;           /* q_m, may be reduced to one turn */
+    float output_angle_rad;          /* q_o */
+    float deflection_rate_rad_per_s;
+    float velocity_rad_per_s;        /* of the output side */
+    float acceleration_rad_per_s2;
+    float temperature_c;
+    float time_s;                    /* since power-up, for slow terms */
+} gmhm_sample;
+
+/* Torques at one sample. */
+typedef struct gmhm_output {
+    float torque_nm;      /* elastic + hysteresis + terms */
+    float elastic_nm;
+    float hysteresis_nm;
+    float terms_nm;       /* physics beyond the base model; faults of the measurement are never among them */
+    float deflection_rad; /* as the base model saw it: kinematic error and backlash taken out */
+    uint32_t flags;
+} gmhm_output;
+
+/* The deflection for a torque. */
+typedef struct gmhm_solution {
+    float deflection_rad;
+    uint32_t flags;
+} gmhm_solution;
+
+/* What is in force. */
+typedef struct gmhm_status {
+    uint32_t sequence;             /* of the block */
+    uint32_t crc32;                /* of the block */
+    float period_s;                /* control period that it was made for; 0 where none was stated */
+    float rated_deflection_rad;
+    float range_rad;               /* edge of the invertible range; 0 without inverse */
+    float start_uncertainty_nm;    /* how far the hysteresis torque may be off because the past before the start is unknown */
+    uint32_t merged_pairs;         /* turning points given up because there was no room for more */
+    uint32_t needs;
+    uint32_t flags;                /* of the last gmhm_step */
+    char gear[20];                 /* identity of the gear, ended by a zero */
+} gmhm_status;
+
+/*
+ * Makes a joint of bytes that hold anything, and loads a block. Call once, before any other call for this joint. A refused block leaves a joint
+ * without parameters, which is safe to use. `length` may be more than that of the block, such as a whole sector of flash.
+ */
+uint16_t gmhm_init(gmhm_joint *joint, const uint8_t *block, uint32_t length);
+
+/* Puts another block in force; its path starts at the next sample. A refused block changes nothing: what was in force stays so. */
+uint16_t gmhm_load(gmhm_joint *joint, const uint8_t *block, uint32_t length);
+
+/* Forgets the path: the next sample is a start. */
+void gmhm_restart(gmhm_joint *joint);
+
+/* Moves to the next sample, one control period after the last. The first one is the start: the hysteresis memory is empty there. */
+gmhm_output gmhm_step(gmhm_joint *joint, const gmhm_sample *sample);
+
+/* The deflection at which the next sample of the base model gives this torque. Nothing moves. Subtract the torque of terms first. */
+gmhm_solution gmhm_invert(const gmhm_joint *joint, float torque_nm);
+
+/* What is in force. */
+gmhm_status gmhm_get_status(const gmhm_joint *joint);
+
+/* The abort code of a CANopen SDO transfer (CiA 301) nearest to a code of this file. */
+uint32_t gmhm_sdo_abort(uint16_t code);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,206 @@
+//! One gear as C sees it: parameters in force and the path so far.
+
+use gmhm::block::{BlockError, GEAR, Parameters, verify_first};
+use gmhm::memory::AnyLaw;
+use gmhm::terms::Sample;
+use gmhm::terms::compensated::{Compensated, CompensatedState, Total};
+use gmhm::{Inverse, Output, State};
+
+use crate::types::{OutputC, SampleC, SolutionC, StatusC, flag, need};
+
+/// Turning points that a joint remembers.
+const DEPTH: usize = 16;
+/// Terms that it has room for.
+const TERMS: usize = 8;
+
+/// `gmhm_joint`.
+#[derive(Debug)]
+pub struct Joint {
+    force: Option<Force>,
+    path: Path,
+    flags: u32,
+}
+
+/// What is in force.
+#[derive(Debug)]
+struct Force {
+    sequence: u32,
+    crc: u32,
+    period_s: f32,
+    gear: [u8; 20],
+    inverse: Option<Inverse<f32>>,
+    /// The base model and the terms that a drive feeds forward.
+    compensated: Compensated<f32, AnyLaw<f32>, TERMS>,
+}
+
+/// The path so far. Without terms the base model goes alone, at its constant period and lowest cost.
+enum Path {
+    New,
+    Base(State<f32, DEPTH>),
+    WithTerms(CompensatedState<f32, DEPTH, AnyLaw<f32>, TERMS>),
+}
+
+impl core::fmt::Debug for Path {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::New => "New",
+            Self::Base(_) => "Base",
+            Self::WithTerms(_) => "WithTerms",
+        })
+    }
+}
+
+impl Path {
+    fn base(&self) -> Option<&State<f32, DEPTH>> {
+        match self {
+            Self::New => None,
+            Self::Base(state) => Some(state),
+            Self::WithTerms(state) => Some(state.gear()),
+        }
+    }
+}
+
+impl Force {
+    fn of(block: &[u8]) -> Result<Self, BlockError> {
+        let parameters = Parameters::<f32>::of_block(&verify_first(block)?, DEPTH)?;
+        let gear = parameters.gear.ok_or(BlockError::Missing(GEAR.tag))?;
+        let mut label = [0; 20];
+        label.iter_mut().zip(parameters.header.identity.bytes()).for_each(|(to, byte)| *to = *byte);
+        Ok(Self {
+            sequence: parameters.header.sequence,
+            crc: parameters.crc,
+            period_s: parameters.header.period_s,
+            gear: label,
+            inverse: parameters.inverse,
+            compensated: Compensated { gear, stack: parameters.terms.plant() },
+        })
+    }
+
+    fn sample(&self, sample: &SampleC) -> Sample<f32> {
+        Sample {
+            time: sample.time_s,
+            period: self.period_s,
+            motor_angle: sample.motor_angle_rad,
+            output_angle: sample.output_angle_rad,
+            deflection: sample.deflection_rad,
+            deflection_rate: sample.deflection_rate_rad_per_s,
+            velocity: sample.velocity_rad_per_s,
+            acceleration: sample.acceleration_rad_per_s2,
+            temperature: sample.temperature_c,
+            base_torque: 0.0,
+            base_torque_rate: 0.0,
+        }
+    }
+}
+
+impl Joint {
+    /// No parameters in force.
+    pub(crate) fn empty() -> Self {
+        Self { force: None, path: Path::New, flags: flag::NOT_LOADED }
+    }
+
+    pub(crate) fn load(&mut self, block: &[u8]) -> Result<(), BlockError> {
+        self.force = Some(Force::of(block)?);
+        self.restart();
+        Ok(())
+    }
+
+    pub(crate) fn restart(&mut self) {
+        self.path = Path::New;
+        self.flags = if self.force.is_some() { 0 } else { flag::NOT_LOADED };
+    }
+
+    pub(crate) fn step(&mut self, sample: &SampleC) -> OutputC {
+        let Some(force) = &self.force else { return OutputC { flags: flag::NOT_LOADED, ..OutputC::default() } };
+        let Compensated { gear, stack } = &force.compensated;
+        let output = match &mut self.path {
+            Path::New if stack.terms().is_empty() => {
+                let state = gear.start(sample.deflection_rad);
+                let output = base_output(gear.output(&state), &state);
+                // A start that is none leaves the start to the next sample.
+                if !state.status().refused {
+                    self.path = Path::Base(state);
+                }
+                output
+            }
+            Path::New => {
+                let state = force.compensated.start(&force.sample(sample));
+                let output = total_output(state.last(), state.gear());
+                if !state.last().refused {
+                    self.path = Path::WithTerms(state);
+                }
+                output
+            }
+            Path::Base(state) => base_output(gear.step(state, sample.deflection_rad), state),
+            Path::WithTerms(state) => {
+                let total = force.compensated.step(state, &force.sample(sample));
+                total_output(&total, state.gear())
+            }
+        };
+        self.flags = output.flags;
+        output
+    }
+
+    pub(crate) fn invert(&self, torque_nm: f32) -> SolutionC {
+        let none = |flags| SolutionC { deflection_rad: 0.0, flags };
+        let Some(force) = &self.force else { return none(flag::NOT_LOADED) };
+        let Some(inverse) = &force.inverse else { return none(flag::NO_INVERSE) };
+        let solution = match self.path.base() {
+            Some(state) => inverse.peek(state, torque_nm),
+            None => inverse.start::<DEPTH>(torque_nm).1,
+        };
+        let flags = [
+            (solution.refused, flag::REFUSED),
+            (solution.saturated, flag::SATURATED),
+            (!solution.converged, flag::NOT_CONVERGED),
+        ];
+        SolutionC { deflection_rad: solution.theta, flags: sum(&flags) }
+    }
+
+    pub(crate) fn status(&self) -> StatusC {
+        let Some(force) = &self.force else { return StatusC { flags: flag::NOT_LOADED, ..StatusC::default() } };
+        let Compensated { gear, stack } = &force.compensated;
+        let needs = need::ALL.iter().enumerate().filter(|(_, need)| stack.needs(**need));
+        let at_rest = gear.start::<DEPTH>(0.0);
+        let state = self.path.base().unwrap_or(&at_rest);
+        StatusC {
+            sequence: force.sequence,
+            crc32: force.crc,
+            period_s: force.period_s,
+            rated_deflection_rad: gear.frame().rated(),
+            range_rad: force.inverse.as_ref().map_or(0.0, Inverse::range),
+            start_uncertainty_nm: gear.start_uncertainty(state),
+            merged_pairs: gear.merged_pairs(state),
+            needs: needs.fold(0, |bits, (bit, _)| bits | 1 << bit),
+            flags: self.flags,
+            gear: force.gear,
+        }
+    }
+}
+
+fn sum(flags: &[(bool, u32)]) -> u32 {
+    flags.iter().filter(|(set, _)| *set).fold(0, |sum, (_, flag)| sum | flag)
+}
+
+fn base_output(output: Output<f32>, state: &State<f32, DEPTH>) -> OutputC {
+    let status = state.status();
+    OutputC {
+        torque_nm: output.torque,
+        elastic_nm: output.elastic,
+        hysteresis_nm: output.hysteresis,
+        terms_nm: 0.0,
+        deflection_rad: state.theta(),
+        flags: sum(&[(status.refused, flag::REFUSED), (status.out_of_range, flag::OUT_OF_RANGE)]),
+    }
+}
+
+fn total_output(total: &Total<f32>, state: &State<f32, DEPTH>) -> OutputC {
+    OutputC {
+        torque_nm: total.torque,
+        elastic_nm: total.base.elastic,
+        hysteresis_nm: total.base.hysteresis,
+        terms_nm: total.terms,
+        deflection_rad: total.deflection,
+        flags: sum(&[(total.refused, flag::REFUSED), (state.status().out_of_range, flag::OUT_OF_RANGE)]),
+    }
+}

@@ -1,0 +1,118 @@
+//! The core for firmware in C: what `include/gmhm.h` declares and explains.
+//!
+//! `cargo build -p gmhm-c --profile firmware --target thumbv7em-none-eabihf` makes `libgmhm_c.a`.
+//!
+//! The boundary is the only place of `gmhm` with `unsafe`: bytes behind a pointer from C, and names without mangling. Null pointers are `None`; everything else
+//! is Rust's as soon as it has crossed.
+#![no_std]
+
+#[cfg(not(target_os = "none"))]
+extern crate std;
+
+mod joint;
+mod types;
+
+use core::mem::MaybeUninit;
+
+use gmhm::block::sdo_abort;
+
+pub use joint::Joint;
+pub use types::{OutputC, SampleC, SolutionC, StatusC, flag, need};
+
+/// `GMHM_OK`.
+pub const OK: u16 = 0;
+/// `GMHM_NULL`.
+pub const NULL: u16 = 1;
+
+/// 64-bit words of `gmhm_joint`.
+pub const JOINT_WORDS: usize = 768;
+
+const _: () = assert!(
+    size_of::<Joint>() <= 8 * JOINT_WORDS && align_of::<Joint>() <= align_of::<u64>(),
+    "a joint does not fit into GMHM_JOINT_WORDS of gmhm.h"
+);
+
+/// The bytes behind a pointer.
+///
+/// # Safety
+/// `length` bytes from `pointer` on can be read and do not change until the call of C returns, or the pointer is null.
+unsafe fn bytes<'a>(pointer: *const u8, length: u32) -> Option<&'a [u8]> {
+    let length = usize::try_from(length).ok()?;
+    // SAFETY: not null, and the caller of the C function vouches for the bytes.
+    (!pointer.is_null()).then(|| unsafe { core::slice::from_raw_parts(pointer, length) })
+}
+
+/// See `gmhm.h`.
+///
+/// # Safety
+/// The pointers are null or point to as much as `gmhm.h` says.
+// SAFETY: no other symbol of the program has this name; gmhm.h reserves the prefix.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn gmhm_init(joint: Option<&mut MaybeUninit<Joint>>, block: *const u8, length: u32) -> u16 {
+    let Some(joint) = joint else { return NULL };
+    let joint = joint.write(Joint::empty());
+    // SAFETY: the caller's, as above.
+    unsafe { gmhm_load(Some(joint), block, length) }
+}
+
+/// See `gmhm.h`.
+///
+/// # Safety
+/// The pointers are null or point to as much as `gmhm.h` says.
+// SAFETY: as for `gmhm_init`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn gmhm_load(joint: Option<&mut Joint>, block: *const u8, length: u32) -> u16 {
+    // SAFETY: the caller's, as above.
+    let (Some(joint), Some(block)) = (joint, unsafe { bytes(block, length) }) else { return NULL };
+    match joint.load(block) {
+        Ok(()) => OK,
+        Err(error) => error.code(),
+    }
+}
+
+/// See `gmhm.h`.
+// SAFETY: as for `gmhm_init`.
+#[unsafe(no_mangle)]
+pub extern "C" fn gmhm_restart(joint: Option<&mut Joint>) {
+    if let Some(joint) = joint {
+        joint.restart();
+    }
+}
+
+/// See `gmhm.h`.
+// SAFETY: as for `gmhm_init`.
+#[unsafe(no_mangle)]
+pub extern "C" fn gmhm_step(joint: Option<&mut Joint>, sample: Option<&SampleC>) -> OutputC {
+    match (joint, sample) {
+        (Some(joint), Some(sample)) => joint.step(sample),
+        _ => OutputC { flags: flag::NOT_LOADED, ..OutputC::default() },
+    }
+}
+
+/// See `gmhm.h`.
+// SAFETY: as for `gmhm_init`.
+#[unsafe(no_mangle)]
+pub extern "C" fn gmhm_invert(joint: Option<&Joint>, torque_nm: f32) -> SolutionC {
+    joint.map_or(SolutionC { deflection_rad: 0.0, flags: flag::NOT_LOADED }, |joint| joint.invert(torque_nm))
+}
+
+/// See `gmhm.h`.
+// SAFETY: as for `gmhm_init`.
+#[unsafe(no_mangle)]
+pub extern "C" fn gmhm_get_status(joint: Option<&Joint>) -> StatusC {
+    joint.map_or(StatusC { flags: flag::NOT_LOADED, ..StatusC::default() }, Joint::status)
+}
+
+/// See `gmhm.h`.
+// SAFETY: as for `gmhm_init`.
+#[unsafe(no_mangle)]
+pub extern "C" fn gmhm_sdo_abort(code: u16) -> u32 {
+    sdo_abort(code)
+}
+
+/// A static library has to have one; nothing in it panics.
+#[cfg(target_os = "none")]
+#[panic_handler]
+fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
+    loop {}
+}

@@ -1,0 +1,108 @@
+//! The structures of `gmhm.h`, field by field.
+
+/// `gmhm_sample`.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[repr(C)]
+pub struct SampleC {
+    /// q_m/N − q_o, encoder zeros subtracted.
+    pub deflection_rad: f32,
+    /// q_m.
+    pub motor_angle_rad: f32,
+    /// q_o.
+    pub output_angle_rad: f32,
+    /// θ̇.
+    pub deflection_rate_rad_per_s: f32,
+    /// v.
+    pub velocity_rad_per_s: f32,
+    /// v̇.
+    pub acceleration_rad_per_s2: f32,
+    /// Θ.
+    pub temperature_c: f32,
+    /// t.
+    pub time_s: f32,
+}
+
+/// `gmhm_output`.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[repr(C)]
+pub struct OutputC {
+    /// T with all terms.
+    pub torque_nm: f32,
+    /// f(θ).
+    pub elastic_nm: f32,
+    /// z.
+    pub hysteresis_nm: f32,
+    /// What the terms add.
+    pub terms_nm: f32,
+    /// θ as the base model saw it.
+    pub deflection_rad: f32,
+    /// [`flag`]s.
+    pub flags: u32,
+}
+
+/// `gmhm_solution`.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[repr(C)]
+pub struct SolutionC {
+    /// θ*.
+    pub deflection_rad: f32,
+    /// [`flag`]s.
+    pub flags: u32,
+}
+
+/// `gmhm_status`.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[repr(C)]
+pub struct StatusC {
+    /// Of the block.
+    pub sequence: u32,
+    /// Of the block.
+    pub crc32: u32,
+    /// Control period; 0 where none was stated.
+    pub period_s: f32,
+    /// A.
+    pub rated_deflection_rad: f32,
+    /// Edge of the invertible range; 0 without inverse.
+    pub range_rad: f32,
+    /// How far z may be off because the past before the start is unknown.
+    pub start_uncertainty_nm: f32,
+    /// Pairs of turning points given up.
+    pub merged_pairs: u32,
+    /// [`need`]s.
+    pub needs: u32,
+    /// [`flag`]s of the last step.
+    pub flags: u32,
+    /// Identity of the gear, ended by a zero.
+    pub gear: [u8; 20],
+}
+
+/// Bits of the flags of outputs, solutions and status.
+pub mod flag {
+    /// No parameters are in force.
+    pub const NOT_LOADED: u32 = 0x01;
+    /// The input was NaN, infinite or absurd.
+    pub const REFUSED: u32 = 0x02;
+    /// Beyond the rated deflection.
+    pub const OUT_OF_RANGE: u32 = 0x04;
+    /// Beyond the invertible range.
+    pub const SATURATED: u32 = 0x08;
+    /// The search ended at its bound.
+    pub const NOT_CONVERGED: u32 = 0x10;
+    /// The parameters have no inverse.
+    pub const NO_INVERSE: u32 = 0x20;
+}
+
+/// Bits of the signals that terms need, in the order of this list.
+pub mod need {
+    use gmhm::terms::Need;
+
+    /// Bit k stands for the k-th.
+    pub const ALL: [Need; 6] = [
+        Need::MotorAngle,
+        Need::OutputAngle,
+        Need::Velocity,
+        Need::Acceleration,
+        Need::DeflectionRate,
+        Need::Temperature,
+    ];
+}

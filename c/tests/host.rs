@@ -1,0 +1,250 @@
+//! The C program beside this file, compiled by the host's C compiler against the header and the static library: its outputs are Rust's to the bit.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use gmhm::block::{Header, Identity, Joint, Parameters, ScalarKind, Writer};
+use gmhm::terms::{Form, KINDS, KeyInfo, Sample, Source, Value, kind};
+use gmhm::{Elastic, Gear, Memory, Params};
+use gmhm_c::{JOINT_WORDS, StatusC, flag};
+
+const PERIOD_S: f64 = 1e-3;
+const HEADER: &str = include_str!("../include/gmhm.h");
+
+fn params(scale: f64) -> Params {
+    let elastic = Elastic { c1_nm_per_rad: scale * 2.4737e4, c2_nm_per_rad3: 1.0e9, c3_nm_per_rad5: -1.1774e14 };
+    let memory = Memory { alpha: 2.6532e6, beta_per_s: 422.68, omega_per_s: 226.31, ..Memory::default() };
+    Params::new(1.168e-3, elastic, memory).expect("the published gear")
+}
+
+/// Small values for every key.
+struct Small;
+
+impl Source<f32> for Small {
+    fn get(&self, key: &'static KeyInfo) -> Option<Value<'_, f32>> {
+        Some(match key.form {
+            Form::Number => Value::Number(if key.name.ends_with("_nm") { 0.25 } else { 0.5 }),
+            Form::List { .. } if key.name == "orders" => Value::List(&[2.0, 4.0]),
+            Form::List { .. } => Value::List(&[1e-5, -2e-6]),
+            Form::Choice(_) => Value::Choice(0),
+        })
+    }
+}
+
+fn block(params: &Params, terms: &[&str]) -> Vec<u8> {
+    let mut buffer = vec![0; 4096];
+    let header = Header { period_s: PERIOD_S as f32, ..Header::new(Identity::of_name("joint 3"), ScalarKind::F32) };
+    let mut writer = Writer::new(&mut buffer, header);
+    writer.gear(&Gear::<f32>::with_period(params, PERIOD_S), params).expect("a gear");
+    writer.inverse::<f32>(params, PERIOD_S).expect("an inverse");
+    writer.joint(&Joint { ratio: Some(100.0), ..Joint::default() }).expect("a joint");
+    for term in terms {
+        writer.term(term, &Small).expect("a term");
+    }
+    let length = writer.finish().expect("a block");
+    buffer.truncate(length);
+    buffer
+}
+
+/// The static library, as a firmware's own build makes it.
+fn library(folder: &Path) -> PathBuf {
+    let test = std::env::current_exe().expect("this test has a path");
+    let target = test.ancestors().nth(3).expect("target/PROFILE/deps/TEST");
+    run(Command::new(env!("CARGO"))
+        .args(["rustc", "--quiet", "--locked", "--package", "gmhm-c", "--crate-type", "staticlib", "--target-dir"])
+        .arg(target)
+        .current_dir(env!("CARGO_MANIFEST_DIR")));
+    let copy = folder.join("libgmhm_c.a");
+    std::fs::copy(target.join("debug/libgmhm_c.a"), &copy).expect("cargo built it");
+    copy
+}
+
+/// Runs a command that must succeed: its output.
+fn run(command: &mut Command) -> String {
+    let output = command.output().unwrap_or_else(|error| panic!("{command:?}: {error}"));
+    assert!(output.status.success(), "{command:?}\n{}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).expect("text")
+}
+
+fn compile(folder: &Path) -> PathBuf {
+    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let library = library(folder);
+    let program = folder.join("program");
+    let warnings = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-O1"];
+    run(Command::new("cc")
+        .args(warnings)
+        .arg("-I")
+        .arg(here.join("include"))
+        .arg(here.join("tests/program.c"))
+        .arg(&library)
+        .args(["-lm", "-lpthread", "-ldl", "-o"])
+        .arg(&program));
+    program
+}
+
+/// A float as `%a` of C prints it, by its bits.
+fn bits(text: &str) -> u32 {
+    let (sign, text) = text.strip_prefix('-').map_or((1.0, text), |rest| (-1.0, rest));
+    let (mantissa, exponent) =
+        text.strip_prefix("0x").and_then(|rest| rest.split_once('p')).expect("a hexadecimal float");
+    let (whole, fraction) = mantissa.split_once('.').unwrap_or((mantissa, ""));
+    let digits = u64::from_str_radix(&format!("{whole}{fraction}"), 16).expect("hexadecimal digits") as f64;
+    let exponent: i32 = exponent.parse().expect("an exponent");
+    let scale = f64::from(exponent - 4 * fraction.len() as i32);
+    ((sign * digits * scale.exp2()) as f32).to_bits()
+}
+
+fn expected(block: &[u8]) -> Vec<String> {
+    let parameters = Parameters::<f32>::load(block, 16).expect("a good block");
+    let compensated = parameters.compensated().expect("a gear");
+    let (gear, inverse) = (&compensated.gear, parameters.inverse.expect("an inverse"));
+    let mut lines = Vec::new();
+    let mut base = gear.start::<16>(0.0);
+    let mut whole = None;
+    for k in 0..2000_u32 {
+        let (phase, size) = (k % 256, 1 + k / 256 % 5);
+        let triangle = (if phase < 128 { phase } else { 256 - phase }) as f32 / 64.0 - 1.0;
+        let sample = Sample {
+            deflection: gear.frame().rated() * triangle * size as f32 / 4.0,
+            motor_angle: phase as f32 / 64.0,
+            velocity: if phase < 128 { 0.5 } else { -0.5 },
+            time: k as f32 / 1024.0,
+            period: PERIOD_S as f32,
+            ..Sample::default()
+        };
+        let (torque, out, terms, theta, solution);
+        if compensated.stack.terms().is_empty() {
+            if k == 0 {
+                base = gear.start(sample.deflection);
+            } else {
+                gear.step(&mut base, sample.deflection);
+            }
+            out = gear.output(&base);
+            (torque, terms, theta) = (out.torque, 0.0, base.theta());
+            solution = inverse.peek(&base, 0.5 * torque);
+        } else {
+            let state = whole.get_or_insert_with(|| compensated.start::<16>(&sample));
+            let total = if k == 0 { *state.last() } else { compensated.step(state, &sample) };
+            out = total.base;
+            (torque, terms, theta) = (total.torque, total.terms, total.deflection);
+            solution = inverse.peek(state.gear(), 0.5 * torque);
+        }
+        let flags = if theta.abs() > gear.frame().rated() { flag::OUT_OF_RANGE } else { 0 };
+        let mut line = String::new();
+        for number in [torque, out.elastic, out.hysteresis, terms, theta] {
+            write!(line, "{:08x} ", number.to_bits()).expect("a string");
+        }
+        lines.push(format!("{line}{flags:x}"));
+        let saturated = if solution.saturated { flag::SATURATED } else { 0 };
+        lines.push(format!("{:08x} {saturated:x}", solution.theta.to_bits()));
+    }
+    lines
+}
+
+#[test]
+fn a_c_program_computes_the_bits_of_rust() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let program = compile(folder.path());
+    let other = folder.path().join("other.bin");
+    std::fs::write(&other, block(&params(1.1), &[])).expect("written");
+    for terms in [&[][..], &["kinematic_error", "coulomb_friction", "sensor_drift"]] {
+        let bytes = block(&params(1.0), terms);
+        let file = folder.path().join("block.bin");
+        std::fs::write(&file, &bytes).expect("written");
+        let output = run(Command::new(&program).arg(&file).arg(&other));
+        let mut lines = output.lines();
+        let status: Vec<&str> = lines.next().expect("a status").rsplitn(6, ' ').collect();
+        let needs = if terms.is_empty() { "0" } else { "5" };
+        assert_eq!((status[0], status[5]), (needs, "joint 3"));
+        assert_eq!(bits(status[2]), (1.168e-3_f32).to_bits());
+        let lines: Vec<String> = lines
+            .map(|line| {
+                let words: Vec<&str> = line.split(' ').collect();
+                let (flags, numbers) = words.split_last().expect("numbers");
+                numbers.iter().fold(String::new(), |line, number| format!("{line}{:08x} ", bits(number))) + flags
+            })
+            .collect();
+        // A sensor's drift is in the block, and nothing of it in what is fed forward.
+        let plant: Vec<&str> = terms.iter().copied().filter(|name| *name != "sensor_drift").collect();
+        let expected = expected(&block(&params(1.0), &plant));
+        for (k, (c, rust)) in lines.iter().zip(&expected).enumerate() {
+            assert_eq!(c, rust, "line {k} with {terms:?}");
+        }
+        assert_eq!(lines.len(), expected.len());
+    }
+}
+
+/// The value of a `#define` of the header.
+fn defined(name: &str) -> u32 {
+    let line = HEADER.lines().find_map(|line| line.strip_prefix(&format!("#define {name} ")));
+    let word = line.and_then(|line| line.split_whitespace().next()).unwrap_or_else(|| panic!("{name} is not defined"));
+    let word = word.trim_end_matches('u');
+    match word.strip_prefix("0x") {
+        Some(digits) => u32::from_str_radix(digits, 16),
+        None => word.parse(),
+    }
+    .unwrap_or_else(|_| panic!("{name} is no number"))
+}
+
+#[test]
+fn the_header_says_what_the_library_does() {
+    assert_eq!(defined("GMHM_JOINT_WORDS") as usize, JOINT_WORDS);
+    let flags = [
+        ("NOT_LOADED", flag::NOT_LOADED),
+        ("REFUSED", flag::REFUSED),
+        ("OUT_OF_RANGE", flag::OUT_OF_RANGE),
+        ("SATURATED", flag::SATURATED),
+        ("NOT_CONVERGED", flag::NOT_CONVERGED),
+        ("NO_INVERSE", flag::NO_INVERSE),
+    ];
+    for (name, value) in flags {
+        assert_eq!(defined(&format!("GMHM_FLAG_{name}")), value);
+    }
+    let needs = ["MOTOR_ANGLE", "OUTPUT_ANGLE", "VELOCITY", "ACCELERATION", "DEFLECTION_RATE", "TEMPERATURE"];
+    for (k, name) in needs.into_iter().enumerate() {
+        assert_eq!(defined(&format!("GMHM_NEEDS_{name}")), 1 << k);
+    }
+    let errors = [
+        "LENGTH",
+        "MAGIC",
+        "VERSION",
+        "CHECKSUM",
+        "HEADER",
+        "SCALAR",
+        "STACK_DEPTH",
+        "RECORDS",
+        "UNKNOWN",
+        "MALFORMED",
+        "TWICE",
+        "MISSING",
+        "OUT_OF_RANGE",
+        "TERM",
+        "NO_ROOM",
+    ];
+    for (k, name) in errors.into_iter().enumerate() {
+        assert_eq!(defined(&format!("GMHM_ERROR_{name}")), 0x0101 + k as u32);
+    }
+    // As C lays the structure out: nine words and twenty characters.
+    assert_eq!(size_of::<StatusC>(), 56);
+    // Every signal that a term can ask for has a bit or is always there.
+    for info in KINDS {
+        for need in kind(info.name).expect("a kind").needs {
+            use gmhm::terms::Need;
+            assert!(gmhm_c::need::ALL.contains(need) || matches!(need, Need::Deflection | Need::Gear), "{need:?}");
+        }
+    }
+}
+
+#[test]
+fn the_header_is_good_cpp() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let source = folder.path().join("use.cpp");
+    std::fs::write(&source, "#include \"gmhm.h\"\nint main() { return static_cast<int>(sizeof(gmhm_status)) - 56; }\n")
+        .expect("written");
+    let include = Path::new(env!("CARGO_MANIFEST_DIR")).join("include");
+    run(Command::new("c++")
+        .args(["-std=c++11", "-Wall", "-Wextra", "-Werror", "-fsyntax-only", "-I"])
+        .arg(include)
+        .arg(source));
+}
