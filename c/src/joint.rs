@@ -34,6 +34,7 @@ struct Force {
 }
 
 /// The path so far. Without terms the base model goes alone, at its constant period and lowest cost.
+#[expect(clippy::large_enum_variant, reason = "nothing is allocated, and every joint has room for terms")]
 enum Path {
     New,
     Base(State<f32, DEPTH>),

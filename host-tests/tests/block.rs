@@ -3,14 +3,17 @@
 mod common;
 
 use std::collections::BTreeSet;
+use std::fmt::Debug;
 
 use gmhm::block::{
-    BlockError, CRC, GEAR, Header, INVERSE, Identity, JOINT, Joint, MASING, PHASE, Parameters, RECORDS, ScalarKind,
-    Scales, TIME, Writer, stamp, verify, verify_first,
+    BlockError, BlockLaw, CRC, GEAR, Header, INVERSE, Identity, JOINT, Joint, MASING, PHASE, Parameters, RECORDS,
+    ScalarKind, Scales, TIME, Writer, stamp, verify, verify_first,
 };
 use gmhm::memory::masing::Masing;
+use gmhm::memory::time::Time;
+use gmhm::scalar::{Fixed, Scalar};
 use gmhm::terms::{Form, KINDS, KeyInfo, KindInfo, Range, Setting, Source, Stack, Term, TermError, Value};
-use gmhm::{Gear, Inverse, Params};
+use gmhm::{Gear, Inverse, Law, Params};
 
 const PERIOD_S: f64 = 1e-3;
 
@@ -98,6 +101,57 @@ fn every_law_loads_to_the_bit() {
         with_inverse += usize::from(loaded.inverse.is_some());
     }
     assert!(with_inverse >= 4, "the published gear can be inverted in {with_inverse} laws only");
+}
+
+#[test]
+fn fixed_point_loads_to_the_bit() {
+    let header = Header { period_s: PERIOD_S as f32, ..Header::new(Identity::NONE, ScalarKind::Fixed) };
+    for params in common::every_law() {
+        match params.memory().law {
+            Law::Masing => fixed_law(header, &params, Masing::<Fixed>::new(&params)),
+            Law::Time => fixed_law(header, &params, Time::<Fixed>::new(&params, PERIOD_S)),
+            Law::Phase => {}
+        }
+    }
+}
+
+fn fixed_law<L: BlockLaw<Fixed> + PartialEq + Debug>(header: Header, params: &Params, law: L) {
+    let gear = Gear::with_law(params, law);
+    let inverse = Inverse::of(params, law, PERIOD_S).ok();
+    let bytes = block(header, |writer| {
+        writer.gear(&gear, params)?;
+        if inverse.is_some() {
+            writer.inverse::<Fixed>(params, PERIOD_S)?;
+        }
+        writer.joint(&Joint::default())
+    });
+    let loaded = Parameters::<Fixed, L, ()>::load(&bytes, 16).expect("a good block");
+    assert_eq!(loaded.gear, Some(gear));
+    assert_eq!(loaded.inverse, inverse);
+    assert_eq!(refusal(&bytes), BlockError::Scalar([2, 28]));
+    // Whatever the words, nothing panics.
+    let (mut refused, mut taken) = (0, 0);
+    for at in (48..bytes.len() - 4).step_by(4) {
+        for word in STRANGE {
+            let mut changed = bytes.clone();
+            changed[at..at + 4].copy_from_slice(&word.to_le_bytes());
+            match Parameters::<Fixed, L, ()>::load(&sealed(changed), 16) {
+                Ok(parameters) => {
+                    taken += 1;
+                    let gear = parameters.gear.expect("its record is still there");
+                    let mut state = gear.start::<16>(Fixed::ZERO);
+                    for u in [0.3, -0.9, 0.99, 1.5, -1.0, 0.2].map(Fixed::from_f64) {
+                        gear.step(&mut state, u);
+                        if let Some(inverse) = &parameters.inverse {
+                            assert!(inverse.peek(&state, u).steps <= gmhm::inverse::MOST_STEPS);
+                        }
+                    }
+                }
+                Err(_) => refused += 1,
+            }
+        }
+    }
+    assert!(refused > STRANGE.len() && taken > STRANGE.len(), "{refused} refused, {taken} taken");
 }
 
 #[test]
@@ -230,7 +284,7 @@ fn every_refusal_has_its_own_code() {
     assert!(Parameters::<f32, Masing<f32>, ()>::load(&published(), 16).is_ok());
     for params in common::every_law().iter().skip(1) {
         let other = block(header(), |writer| write_gear(writer, params));
-        let tag = if params.memory().law == gmhm::Law::Phase { PHASE.tag } else { TIME.tag };
+        let tag = if params.memory().law == Law::Phase { PHASE.tag } else { TIME.tag };
         assert_eq!(Parameters::<f32, Masing<f32>, ()>::load(&other, 16), Err(BlockError::Unknown(tag)));
     }
 }
@@ -262,27 +316,29 @@ fn a_name_stands_for_people() {
     assert!(Parameters::<f32>::load(&named, 16).is_ok());
 }
 
+/// Words that break things: zeros, infinities, NaN, the largest, the smallest, halves of doubles.
+const STRANGE: [u32; 16] = [
+    0,
+    1,
+    0x8000_0000,
+    u32::MAX,
+    0x7fc0_0000,
+    0x7f80_0000,
+    0xff80_0000,
+    0x7f7f_ffff,
+    0x0000_0001,
+    0x3f80_0000,
+    0xbf80_0000,
+    0x4100_0000,
+    0x7ff0_0000,
+    0x7fef_ffff,
+    0x0010_0000,
+    0x42c8_0000,
+];
+
 /// Every word of a sealed block in turn made one of the values that break things: refused, or computed with without a panic.
 #[test]
 fn strange_words_are_refused_or_harmless() {
-    let strange = [
-        0,
-        1,
-        0x8000_0000,
-        u32::MAX,
-        0x7fc0_0000,
-        0x7f80_0000,
-        0xff80_0000,
-        0x7f7f_ffff,
-        0x0000_0001,
-        0x3f80_0000,
-        0xbf80_0000,
-        0x4100_0000,
-        0x7ff0_0000,
-        0x7fef_ffff,
-        0x0010_0000,
-        0x42c8_0000,
-    ];
     let (mut refused, mut taken) = (0, 0);
     for params in common::every_law() {
         let terms = |writer: &mut Writer<'_>| {
@@ -290,7 +346,7 @@ fn strange_words_are_refused_or_harmless() {
         };
         let bytes = block(header(), |writer| write_gear(writer, &params).and_then(|()| terms(writer)));
         for at in (0..bytes.len() - 4).step_by(4) {
-            for word in strange {
+            for word in STRANGE {
                 let mut changed = bytes.clone();
                 changed[at..at + 4].copy_from_slice(&u32::to_le_bytes(word));
                 match Parameters::<f32>::load(&sealed(changed), 16) {
@@ -303,7 +359,7 @@ fn strange_words_are_refused_or_harmless() {
             }
         }
     }
-    assert!(refused > 10 * 9 * strange.len() && taken > 10 * 9 * strange.len(), "{refused} refused, {taken} taken");
+    assert!(refused > 10 * 9 * STRANGE.len() && taken > 10 * 9 * STRANGE.len(), "{refused} refused, {taken} taken");
 }
 
 /// A few steps there and back, and their inverse.

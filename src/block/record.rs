@@ -6,6 +6,7 @@ use super::error::BlockError;
 use super::header::{HEADER_BYTES, Header};
 use super::layout::{Coding, FieldInfo, NAME, RecordInfo};
 use super::{CRC, ScalarKind, Word};
+use crate::scalar::Fixed;
 
 /// The most bytes of a block.
 pub const MOST_BYTES: usize = 4096;
@@ -168,6 +169,7 @@ impl Record<'_> {
             let second = if field.coding.words() == 2 { words.next().unwrap_or_default() } else { 0 };
             let value = match scalar {
                 ScalarKind::F32 => value::<f32>(field, [first, second]),
+                ScalarKind::Fixed => value::<Fixed>(field, [first, second]),
             };
             let out_of_range = BlockError::OutOfRange { tag: self.tag, field: field.key.name };
             // There is room: no record has more fields.

@@ -1,12 +1,15 @@
 //! Numbers as 32-bit words.
 
 use crate::scalar::Scalar;
+use crate::scalar::fixed::{Fixed, Gain};
 
 /// The arithmetic that a block's words are made for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ScalarKind {
     /// IEEE 754 single precision.
     F32,
+    /// 32-bit words with 28 bits after the point, [`Fixed`].
+    Fixed,
 }
 
 impl ScalarKind {
@@ -14,6 +17,7 @@ impl ScalarKind {
     pub const fn bytes(self) -> [u8; 2] {
         match self {
             Self::F32 => [1, 0],
+            Self::Fixed => [2, 28],
         }
     }
 
@@ -21,6 +25,7 @@ impl ScalarKind {
     pub const fn of(bytes: [u8; 2]) -> Option<Self> {
         match bytes {
             [1, 0] => Some(Self::F32),
+            [2, 28] => Some(Self::Fixed),
             _ => None,
         }
     }
@@ -29,6 +34,7 @@ impl ScalarKind {
     pub const fn name(self) -> &'static str {
         match self {
             Self::F32 => "f32",
+            Self::Fixed => "fixed",
         }
     }
 }
@@ -66,5 +72,28 @@ impl Word for f32 {
     fn gain_of_words([word, rest]: [u32; 2]) -> Option<(f32, f64)> {
         let gain = if rest == 0 { Self::of_word(word) } else { None };
         gain.map(|gain| (gain, f64::from(gain)))
+    }
+}
+
+impl Word for Fixed {
+    const KIND: ScalarKind = ScalarKind::Fixed;
+
+    fn word(self) -> u32 {
+        self.to_bits().cast_unsigned()
+    }
+
+    fn of_word(word: u32) -> Option<Self> {
+        Some(Self::from_bits(word.cast_signed()))
+    }
+
+    fn gain_words(gain: Gain) -> [u32; 2] {
+        let (mantissa, shift) = gain.parts();
+        [mantissa, shift].map(i32::cast_unsigned)
+    }
+
+    fn gain_of_words(words: [u32; 2]) -> Option<(Gain, f64)> {
+        let [mantissa, shift] = words.map(u32::cast_signed);
+        let gain = Gain::from_parts(mantissa, shift)?;
+        Some((gain, gain.to_f64()))
     }
 }

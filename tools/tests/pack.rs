@@ -118,6 +118,32 @@ fn every_law_is_packed() {
 }
 
 #[test]
+fn fixed_point_has_words_of_its_own() {
+    let dir = WorkDir::new();
+    dir.write("m.toml", PUBLISHED.replace("[memory]", "[memory]\nreversal_play_rad = 2e-6"));
+    dir.succeed("pack m.toml --scalar fixed -o params.bin");
+    dir.succeed("inspect params.bin --json params.json");
+    let held = json(&dir, "params.json");
+    assert_eq!(held["block"]["scalar"], "fixed");
+    near(&held["gear"]["c1_nm_per_rad"], 2.4737e4);
+    near(&held["masing"]["h_nm_per_rad"], 2.6532e6 * 226.31 / (422.68_f64.powi(2) + 226.31_f64.powi(2)));
+    // Half the play in units of 2^−28 of the rated deflection.
+    assert!((held["masing"]["reversal_play_rad"].as_f64().unwrap() - 2e-6).abs() < 1.168e-3 / f64::from(1 << 28));
+    dir.write("time.toml", published_with("law = \"time\"\nkernel = \"rate\"\ngate = \"none\"\n"));
+    dir.succeed("pack time.toml --scalar fixed --period 1e-4 -o time.bin");
+    dir.succeed("inspect time.bin --json time.json");
+    let held = json(&dir, "time.json");
+    near(&held["time"]["beta_per_s"], 422.68);
+    near(&held["time"]["forgotten"], -(-422.68_f64 * 1e-4).exp_m1());
+    dir.write("phase.toml", published_with("law = \"phase\"\n")).write("terms.toml", published_with(TERMS));
+    dir.refuse(
+        "pack phase.toml --scalar fixed -o x.bin",
+        &["law phase is not computed in fixed point", "--scalar f32"],
+    );
+    dir.refuse("pack terms.toml --scalar fixed -o x.bin", &["`kinematic_error` is not computed in fixed point"]);
+}
+
+#[test]
 fn torques_may_be_counted_in_amperes() {
     let dir = WorkDir::new();
     dir.write("m.toml", PUBLISHED.replace("_nm", "_a"));

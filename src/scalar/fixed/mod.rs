@@ -58,6 +58,22 @@ pub struct Gain {
 const TO_CARRY: i32 = 4;
 
 impl Gain {
+    /// The gain of a mantissa and a shift; `None` where the top bit of the mantissa is not used, or the shift is beyond 0 to 127.
+    pub const fn from_parts(mantissa: i32, shift: i32) -> Option<Self> {
+        let full = mantissa == 0 || shift == 0 || mantissa.unsigned_abs() >= 1 << 30;
+        if full && 0 <= shift && shift <= i8::MAX as i32 { Some(Self { mantissa, shift }) } else { None }
+    }
+
+    /// Mantissa and shift.
+    pub const fn parts(self) -> (i32, i32) {
+        (self.mantissa, self.shift)
+    }
+
+    /// The exact value.
+    pub fn to_f64(self) -> f64 {
+        libm::ldexp(f64::from(self.mantissa), -(FRACTION.cast_signed() + self.shift))
+    }
+
     /// x·gain in units of 2^−60; saturates.
     #[inline]
     fn times(self, x: i32) -> i64 {

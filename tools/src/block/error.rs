@@ -25,6 +25,15 @@ pub enum PackError {
     /// Law `time` without a control period.
     #[error("law time needs the control period of the drive")]
     NoPeriod,
+    /// A law that fixed point does not compute.
+    #[error("law phase is not computed in fixed point")]
+    FixedLaw,
+    /// Terms, which fixed point does not compute.
+    #[error("the model's term `{kind}` is not computed in fixed point")]
+    FixedTerms {
+        /// The first one's kind.
+        kind: String,
+    },
     /// The model holds neither gear nor terms.
     #[error("the model has neither [elastic] and [memory] nor any [[term]]: there is nothing to pack")]
     EmptyModel,
@@ -50,6 +59,8 @@ impl PackError {
         Some(match self {
             Self::NoRatedDeflection => "add rated_deflection_rad to [gear], or give --rated-deflection RAD".to_owned(),
             Self::NoPeriod => "add --period SECONDS".to_owned(),
+            Self::FixedLaw => "pack it with --scalar f32, or fit the gear with law masing".to_owned(),
+            Self::FixedTerms { .. } => "pack it with --scalar f32, or leave the [[term]] tables out".to_owned(),
             Self::TooManyTerms(_) => {
                 "leave out the terms with the smallest share, or those of the measurement".to_owned()
             }

@@ -1,9 +1,13 @@
 //! From a model to the bytes of its block.
 
 use gmhm::block::{
-    BlockError, FIRST_TERM, Header, Identity, Joint, MOST_BYTES, Parameters, ScalarKind, TorqueUnit, Writer,
+    BlockError, BlockLaw, FIRST_TERM, Header, Identity, Joint, MOST_BYTES, Parameters, ScalarKind, TorqueUnit, Word,
+    Writer,
 };
 use gmhm::memory::AnyLaw;
+use gmhm::memory::masing::Masing;
+use gmhm::memory::time::Time;
+use gmhm::scalar::Fixed;
 use gmhm::terms::{KeyInfo, Source, Stack, Value};
 use gmhm::{Gear, Inverse, Law, Params};
 
@@ -20,6 +24,17 @@ pub enum Arithmetic {
     /// Single precision.
     #[default]
     F32,
+    /// Fixed point, 28 bits after the point: laws `masing` and `time`, no terms.
+    Fixed,
+}
+
+impl Arithmetic {
+    fn kind(self) -> ScalarKind {
+        match self {
+            Self::F32 => ScalarKind::F32,
+            Self::Fixed => ScalarKind::Fixed,
+        }
+    }
 }
 
 /// How a model is packed.
@@ -58,6 +73,9 @@ pub fn pack(model: &Model, options: &PackOptions) -> Result<Packed, PackError> {
     if model.terms.len() > DRIVE_TERMS {
         return Err(PackError::TooManyTerms(model.terms.len()));
     }
+    if let (Arithmetic::Fixed, Some(term)) = (options.arithmetic, model.terms.first()) {
+        return Err(PackError::FixedTerms { kind: term.kind.clone() });
+    }
     let period_s = options.period_s.unwrap_or(0.0);
     let mut header = Header {
         period_s: period_s as f32,
@@ -65,7 +83,7 @@ pub fn pack(model: &Model, options: &PackOptions) -> Result<Packed, PackError> {
             recording::TorqueUnit::NewtonMetre => TorqueUnit::NewtonMetre,
             recording::TorqueUnit::Ampere => TorqueUnit::Ampere,
         },
-        ..Header::new(options.identity.unwrap_or_else(|| Identity::of_name(&model.name)), ScalarKind::F32)
+        ..Header::new(options.identity.unwrap_or_else(|| Identity::of_name(&model.name)), options.arithmetic.kind())
     };
     header.stack_depth = options.stack_depth.unwrap_or(header.stack_depth);
 
@@ -73,11 +91,17 @@ pub fn pack(model: &Model, options: &PackOptions) -> Result<Packed, PackError> {
     let mut writer = Writer::new(&mut buffer, header);
     let mut without_inverse = None;
     if let Some(params) = &params {
-        writer.gear(&Gear::<f32>::with_period(params, period_s), params)?;
-        match Inverse::<f32>::with_period(params, period_s) {
-            Ok(_) => writer.inverse::<f32>(params, period_s)?,
-            Err(error) => without_inverse = Some(error.to_string()),
-        }
+        let law = (options.arithmetic, params.memory().law);
+        without_inverse = match law {
+            (Arithmetic::F32, _) => write_gear(&mut writer, params, AnyLaw::<f32>::new(params, period_s), period_s)?,
+            (Arithmetic::Fixed, Law::Masing) => {
+                write_gear(&mut writer, params, Masing::<Fixed>::new(params), period_s)?
+            }
+            (Arithmetic::Fixed, Law::Time) => {
+                write_gear(&mut writer, params, Time::<Fixed>::new(params, period_s), period_s)?
+            }
+            (Arithmetic::Fixed, Law::Phase) => return Err(PackError::FixedLaw),
+        };
     }
     writer.joint(&Joint {
         ratio: model.gear.ratio,
@@ -92,20 +116,39 @@ pub fn pack(model: &Model, options: &PackOptions) -> Result<Packed, PackError> {
     }
     let length = writer.finish()?;
     buffer.truncate(length);
-    check(&buffer)?;
+    check(&buffer, options.arithmetic, params.map(|params| params.memory().law))?;
     Ok(Packed { bytes: buffer, without_inverse })
 }
 
-/// Loads a block as a drive would: what `f32` cannot hold shows here, the model itself was checked in `f64`.
-fn check(block: &[u8]) -> Result<(), PackError> {
-    match Parameters::<f32, AnyLaw<f32>, Stack<f32, DRIVE_TERMS>>::load(block, usize::MAX) {
-        Ok(_) => Ok(()),
-        Err(BlockError::Term { tag, error }) => {
-            let kind = gmhm::terms::kind_of_tag(tag - FIRST_TERM).map_or("?", |info| info.name);
-            Err(PackError::Term { kind: kind.to_owned(), error })
-        }
-        Err(error) => Err(error.into()),
+/// Writes gear and inverse; why there is none where there is none.
+fn write_gear<S: Word, L: BlockLaw<S>>(
+    writer: &mut Writer<'_>,
+    params: &Params,
+    law: L,
+    period_s: f64,
+) -> Result<Option<String>, BlockError> {
+    writer.gear(&Gear::with_law(params, law), params)?;
+    match Inverse::of(params, law, period_s) {
+        Ok(_) => writer.inverse::<S>(params, period_s).map(|()| None),
+        Err(error) => Ok(Some(error.to_string())),
     }
+}
+
+/// Loads a block as a drive would: what the drive's numbers cannot hold shows here, the model itself was checked in `f64`.
+fn check(block: &[u8], arithmetic: Arithmetic, law: Option<Law>) -> Result<(), PackError> {
+    type InF32 = Parameters<f32, AnyLaw<f32>, Stack<f32, DRIVE_TERMS>>;
+    let loaded = match (arithmetic, law) {
+        (Arithmetic::F32, _) => InF32::load(block, usize::MAX).map(drop),
+        (Arithmetic::Fixed, Some(Law::Time)) => Parameters::<Fixed, Time<Fixed>, ()>::load(block, usize::MAX).map(drop),
+        (Arithmetic::Fixed, _) => Parameters::<Fixed, Masing<Fixed>, ()>::load(block, usize::MAX).map(drop),
+    };
+    loaded.map_err(|error| match error {
+        BlockError::Term { tag, error } => {
+            let kind = gmhm::terms::kind_of_tag(tag - FIRST_TERM).map_or("?", |info| info.name);
+            PackError::Term { kind: kind.to_owned(), error }
+        }
+        error => error.into(),
+    })
 }
 
 fn blamed(term: &Term, error: BlockError) -> PackError {

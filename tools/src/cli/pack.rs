@@ -51,6 +51,8 @@ enum Scalar {
     /// Single precision
     #[default]
     F32,
+    /// Fixed point, 28 bits after the point, for cores without FPU: laws masing and time, no terms
+    Fixed,
 }
 
 fn identity(label: &str) -> Result<Identity, String> {
@@ -78,6 +80,7 @@ impl PackArgs {
         let options = PackOptions {
             arithmetic: match self.scalar {
                 Scalar::F32 => Arithmetic::F32,
+                Scalar::Fixed => Arithmetic::Fixed,
             },
             period_s: self.period,
             rated_deflection_rad: self.rated_deflection,
