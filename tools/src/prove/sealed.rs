@@ -1,5 +1,6 @@
 //! Cases whose keys are fixed by hashes, and their score.
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
@@ -96,7 +97,9 @@ fn judged(
     answer: &(dyn Fn(usize, &Case) -> Result<Answer, String> + Sync),
 ) -> CaseScore {
     let begun = Instant::now();
-    let answered = answer(index, case);
+    // One case in which a detector panics must not cost the hours of all others.
+    let answered = catch_unwind(AssertUnwindSafe(|| answer(index, case)))
+        .unwrap_or_else(|_| Err("the detector panicked; its message is on standard error".to_owned()));
     let seconds = begun.elapsed().as_secs_f64();
     let mut score = CaseScore { index, key_sha256: hash.to_owned(), seconds, ..CaseScore::default() };
     match answered {
@@ -108,4 +111,28 @@ fn judged(
         Err(why) => score.judge_failure(&case.key, why),
     }
     score
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::mix;
+    use super::*;
+
+    fn said(sealed: &Sealed, answer: &(dyn Fn(usize, &Case) -> Result<Answer, String> + Sync)) -> String {
+        sealed.score(answer, &|_| ()).cases.remove(0).failed.unwrap_or_default()
+    }
+
+    #[test]
+    fn a_key_that_is_not_the_sealed_one_is_not_scored() {
+        let mut sealed = Sealed::new(3, mix::suite(3, 1, &[]));
+        assert_eq!(said(&sealed, &|_, _| Err("refused".to_owned())), "refused");
+        sealed.hashes[0].replace_range(..1, "x");
+        assert_eq!(said(&sealed, &|_, _| Err("refused".to_owned())), "its key is not the sealed one");
+    }
+
+    #[test]
+    fn a_detector_that_panics_has_refused() {
+        let sealed = Sealed::new(3, mix::suite(3, 1, &[]));
+        assert!(said(&sealed, &|_, _| panic!("a bug")).contains("panicked"));
+    }
 }
