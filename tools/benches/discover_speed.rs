@@ -2,9 +2,10 @@
 //!
 //! Published gear with the motor running to and fro under a varying load, 1 kHz, both angles and a temperature recorded, so that every kind is a candidate; torque
 //! noise 0.05 N·m of first order, a kinematic error of order 2 hidden. Seconds by the clock and of all cores; memory is the largest resident set during the
-//! diagnosis, the recording included (Linux only).
+//! diagnosis, the recording included (Linux only). Below each line its stages: time, and the largest resident set when they ended.
 
 use std::f64::consts::TAU;
+use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use gmhm_tools::discover::{Options, diagnose};
@@ -41,7 +42,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let (model, recording) = case(rows)?;
         forget_peak();
         let (clock, cpu) = (Instant::now(), cpu_seconds());
-        let found = diagnose(&[recording], &model, &[], &Options::default(), &Bar::new())?;
+        let bar = Bar::new();
+        let found = diagnose(&[recording], &model, &[], &Options::default(), &bar)?;
         let seconds = clock.elapsed().as_secs_f64();
         let cpu = cpu_seconds().zip(cpu).map_or("-".to_owned(), |(after, before)| format!("{:.1} s", after - before));
         let (memory, each) = peak_bytes().map_or(("-".to_owned(), "-".to_owned()), |bytes| {
@@ -50,6 +52,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let aim = AIMS.iter().find(|a| a.0 == rows).map_or("-", |a| a.1);
         let names: Vec<&str> = found.diagnosis.effects.iter().map(|e| e.name.as_str()).collect();
         println!("{rows:>10} {seconds:>7.1} s {cpu:>9} {memory:>9} {each:>12}  {aim:<18} {}", names.join(", "));
+        for line in bar.stages() {
+            println!("           {line}");
+        }
     }
     Ok(())
 }
@@ -90,8 +95,11 @@ fn case(rows: usize) -> Result<(Model, Recording), Box<dyn std::error::Error>> {
     Ok((model, recording))
 }
 
-/// The stage and the time so far, on a terminal.
-struct Bar(ProgressBar);
+/// The stage and the time so far, on a terminal; when each stage began, and the most memory until then.
+struct Bar {
+    bar: ProgressBar,
+    begun: Mutex<Vec<(String, Instant, Option<f64>)>>,
+}
 
 impl Bar {
     fn new() -> Self {
@@ -99,20 +107,30 @@ impl Bar {
         let bar = ProgressBar::new(1000);
         bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
         bar.enable_steady_tick(Duration::from_secs(1));
-        Self(bar)
+        Self { bar, begun: Mutex::new(Vec::new()) }
     }
-}
 
-impl Drop for Bar {
-    fn drop(&mut self) {
-        self.0.finish_and_clear();
+    /// How long each stage took, and the most memory when it ended.
+    fn stages(&self) -> Vec<String> {
+        self.bar.finish_and_clear();
+        let Ok(begun) = self.begun.lock() else { return Vec::new() };
+        let line = |pair: &[(String, Instant, Option<f64>)]| {
+            let seconds = (pair[1].1 - pair[0].1).as_secs_f64();
+            let memory = pair[1].2.map_or("-".to_owned(), |bytes| format!("{:.0} MiB", bytes / f64::from(1 << 20)));
+            format!("{seconds:>7.1} s {memory:>19}  {}", pair[0].0)
+        };
+        begun.windows(2).map(line).collect()
     }
 }
 
 impl estimate::Progress for Bar {
     fn report(&self, stage: &str, done: f64) {
-        self.0.set_message(stage.to_owned());
-        self.0.set_position((1000.0 * done) as u64);
+        self.bar.set_message(stage.to_owned());
+        self.bar.set_position((1000.0 * done) as u64);
+        let Ok(mut begun) = self.begun.lock() else { return };
+        if begun.last().is_none_or(|(last, ..)| last != stage) {
+            begun.push((stage.to_owned(), Instant::now(), peak_bytes()));
+        }
     }
 }
 
