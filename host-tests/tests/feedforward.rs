@@ -4,11 +4,13 @@ mod common;
 
 use common::{A, masing};
 use gmhm::drive::pair::{Place, SetupError};
+use gmhm::drive::{EncoderPair, Mounting, Setup};
 use gmhm::feedforward::{
     Contribution, Controls, Demand, FeedForward, FeedForwardError, FeedForwardState, MotorEncoder, MotorSide, Settings,
     Source,
 };
-use gmhm::scalar::Float;
+use gmhm::memory::masing::Masing;
+use gmhm::scalar::{Fixed, Float, Scalar};
 use gmhm::{Elastic, Gear, Inverse, Memory, Params};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -335,6 +337,76 @@ fn hundreds_of_turns_cost_no_precision() {
     }
     println!("after a million turns the motor's reference is within {worst} of 256 parts of a count");
     assert!(worst <= 1.0);
+}
+
+#[test]
+fn fixed_point_feeds_the_same_forward() {
+    // Off, on, another source, another ratio, from a start without a past, with everything limited.
+    let settings = Settings {
+        ramp_s: 0.2,
+        offset_slew_rad_per_s: 0.01 * A / PERIOD_S,
+        torque_slew_nm_per_s: 0.05 / PERIOD_S,
+        ..instant()
+    };
+    let (params, scale) = (masing(), masing().torque_scale_nm());
+    let exact = FeedForward::<f64>::new(&params, &settings).expect("a feed-forward");
+    let fixed = FeedForward::of(&params, Masing::<Fixed>::new(&params), &settings).expect("a feed-forward");
+    let (mut state, mut other) = (exact.start::<16>(0.0), fixed.start::<16>(Fixed::ZERO));
+    let mut worst = [0.0_f64; 3];
+    for k in 0..20_000_u32 {
+        let source = if k / 3000 % 2 == 0 { Source::Reference } else { Source::Measurement };
+        let (on, ratio) = (k > 500, if k > 9000 { 0.5 } else { 1.0 });
+        let torque = Fixed::from_f64(torque(0.9, k) / scale);
+        let deflection = Fixed::from_f64(0.8 * (0.003 * f64::from(k)).sin());
+        let demand = Demand { torque: torque.to_f64() * scale, deflection: deflection.to_f64() * A };
+        let should = exact.step(&mut state, &Controls { on, source, ratio }, &demand);
+        let controls = Controls { on, source, ratio: Fixed::from_f64(ratio) };
+        let is = fixed.step(&mut other, &controls, &Demand { torque, deflection });
+        for (worst, [is, should]) in worst.iter_mut().zip([
+            [is.offset.to_f64(), should.offset / A],
+            [is.hysteresis.to_f64(), should.hysteresis / scale],
+            [is.certainty.to_f64(), should.certainty],
+        ]) {
+            *worst = worst.max((is - should).abs());
+        }
+    }
+    println!(
+        "fixed point beside f64, as shares: offset {:.1e}, hysteresis {:.1e}, certainty {:.1e}",
+        worst[0], worst[1], worst[2]
+    );
+    assert!(worst[0] < 5e-7 && worst[1] < 2e-7 && worst[2] < 1e-7, "{worst:?}");
+}
+
+#[test]
+fn fixed_point_accepts_and_gives_counts() {
+    let (motor, exact) =
+        (MotorSide::<Fixed>::new(&ENCODER).expect("a motor"), MotorSide::<f64>::new(&ENCODER).expect("a motor"));
+    let mounting = |counts_per_turn| Mounting { counts_per_turn, reversed: false };
+    let setup = Setup {
+        motor: mounting(10_000),
+        output: mounting(1 << 17),
+        ratio: (101, 1),
+        deflection_zero_rad: 2e-4,
+        rated_deflection_rad: A,
+    };
+    let (pair, exact_pair) =
+        (EncoderPair::<Fixed>::new(&setup).expect("a pair"), EncoderPair::<f64>::new(&setup).expect("a pair"));
+    let mut dice = ChaCha8Rng::seed_from_u64(8);
+    for _ in 0..20_000 {
+        let u = Fixed::from_f64(dice.random_range(-1.2..1.2));
+        let reference = dice.random_range(-(1_i64 << 40)..1 << 40);
+        let (is, should) = (motor.position(reference, u), exact.position(reference, u.to_f64() * A));
+        assert!((is - should).abs() <= 1, "{is} parts for {should}");
+        let place = place(is / 256 + dice.random_range(-9..9));
+        let turns = motor.error(is, &place).to_f64();
+        assert!((turns - exact.error(is, &place) / std::f64::consts::TAU).abs() < 4e-9, "{turns} turns");
+
+        let output = dice.random_range(-(1_i64 << 36)..1 << 36);
+        // About where the motor has to be, wound up by up to twice the rated deflection.
+        let counts = (output * 1_010_000).div_euclid(1 << 17) + dice.random_range(-300..300);
+        let (is, should) = (pair.deflection(counts, output).to_f64(), exact_pair.deflection(counts, output) / A);
+        assert!((is - should).abs() < 1e-8, "{is} for {should}");
+    }
 }
 
 #[test]

@@ -339,6 +339,24 @@ fn closed_loops_come_back_to_where_they_turned() {
 }
 
 #[test]
+fn peek_tells_what_commit_does_and_moves_nothing() {
+    for params in common::every_law() {
+        let inverse = Inverse::<f32>::with_period(&params, 1e-3).expect("a range");
+        let mut state = inverse.gear().start::<16>(0.0);
+        for k in 0..2000 {
+            let torque = 0.2 * params.torque_scale_nm() as f32 * (0.37 * k as f32).sin();
+            let before = format!("{state:?}");
+            let peeked = inverse.peek(&state, torque);
+            inverse.peek(&state, -torque);
+            assert_eq!(format!("{state:?}"), before, "{}", name(&params));
+            let (solution, output) = inverse.commit(&mut state, torque);
+            assert_eq!((solution, output), (peeked, inverse.gear().output(&state)));
+            assert_eq!(state.theta(), solution.theta);
+        }
+    }
+}
+
+#[test]
 fn a_torque_that_is_held_moves_nothing() {
     for params in common::every_law().into_iter().filter(|params| params.memory().law != Law::Time) {
         let inverse = Inverse::<f32>::new(&params).expect("a range");

@@ -10,7 +10,8 @@
 use core::f64::consts::TAU;
 use core::fmt;
 
-use crate::scalar::{Float, Scalar};
+use crate::scalar::fixed::Factor;
+use crate::scalar::{Fixed, Float, Scalar};
 
 /// The deflection must reach this many rated deflections without leaving 32 bits.
 const HEADROOM: f64 = 64.0;
@@ -55,6 +56,24 @@ macro_rules! from_counts {
 
 from_counts!(f32);
 from_counts!(f64);
+
+impl FromCounts for Fixed {
+    type Factor = Factor;
+
+    fn factor(x: f64) -> Factor {
+        Factor::new(x)
+    }
+
+    #[inline]
+    fn from_counts(counts: i32, factor: Factor) -> Self {
+        factor.to_fixed(counts)
+    }
+
+    #[inline]
+    fn to_counts(self, factor: Factor) -> i32 {
+        factor.to_whole(self)
+    }
+}
 
 /// An encoder as it is mounted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -25,6 +25,9 @@
 //! the share of its variance that the strokes so far explain. w = 0 leaves the single-valued deflection (within a twentieth), which is never in doubt; w = 1 the
 //! whole. Over all pasts the largest error of the first stroke is less than with w = 0 or w = 1 throughout.
 //!
+//! Any scalar will do: fixed point through [`FeedForward::of`] with a law of its own, as its inverse. It stays within 2e-7 of the `f64` contribution, `f32` within 1e-6 (of the rated
+//! deflection and torque, as long as the torque is away from the tips).
+//!
 //! ```
 //! use gmhm::feedforward::{Controls, Demand, FeedForward, Settings, Source};
 //! use gmhm::{Elastic, Inverse, Memory, Params};

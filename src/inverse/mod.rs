@@ -10,7 +10,8 @@
 //! says so. The search is Euler's iteration within a bracket, of at most [`MOST_STEPS`] steps.
 //!
 //! **Error.** Moving the gear to the solution gives T* back within 1e-14 (`f64`), 3e-6 (`f32`) or 9e-8 (fixed point) of the torque scale, plus what
-//! the rounding of θ itself does where dz/dθ grows without bound: with δ the spacing of numbers next to 1, up to e·A·min(δ/g, √(2δ)).
+//! the rounding of θ itself does where dz/dθ grows without bound: with δ the spacing of numbers next to 1, up to e·A·min(2δ/g, 2√δ) (laws `phase` and `time`
+//! with gate `cycle`: the largest memory for e·A).
 //!
 //! **Fixed point** inverts laws `masing` and `time` through [`Inverse::of`]. Derivatives grow faster than torques: parameters whose torque bends too
 //! sharply for the numbers that it has are refused ([`InverseError::Format`]).

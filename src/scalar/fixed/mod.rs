@@ -34,11 +34,14 @@
 //! # Ok::<(), Box<dyn core::error::Error>>(())
 //! ```
 
+mod factor;
 mod word;
 
 use core::ops::{Add, Mul, Neg, Sub};
 
 use fixed::types::I4F28;
+
+pub use factor::Factor;
 
 use super::Scalar;
 use word::FRACTION;
