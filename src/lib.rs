@@ -17,6 +17,7 @@
 //! | [`store`] | two slots in flash for blocks: one is whole at any moment |
 //! | [`link`] | the serial port: read, try, store, go back |
 //! | [`drive`] | the control tick over encoders and a torque command, by `embedded-hal` |
+//! | [`registry`] | names, units, ranges and words of all parameters |
 //! | [`scalar`] | the operations the model asks of a number |
 //!
 //! ```
@@ -47,6 +48,7 @@ pub mod inverse;
 pub mod link;
 pub mod memory;
 pub mod params;
+pub mod registry;
 pub mod scalar;
 pub mod store;
 pub mod terms;

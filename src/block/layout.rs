@@ -2,6 +2,7 @@
 //!
 //! The records of terms follow from [`KINDS`](crate::terms::KINDS) instead.
 
+use crate::registry::{GATES, KERNELS, SIDES};
 use crate::terms::{Form, KeyInfo, Range};
 
 /// Set in the tag of a record that a reader may skip if it does not know it.
@@ -77,10 +78,6 @@ const fn double(name: &'static str, unit: &'static str, range: Range, words: &'s
 const fn choice(name: &'static str, accepted: &'static [&'static str], words: &'static str) -> FieldInfo {
     FieldInfo { key: KeyInfo::choice(name, accepted, words), coding: Coding::Choice }
 }
-
-const KERNELS: &[&str] = &["deflection", "rate"];
-const GATES: &[&str] = &["cycle", "none"];
-const SIDES: &[&str] = &["output", "motor"];
 
 /// Scales and elastic coefficients; absent for a joint without motor-side angle.
 pub const GEAR: RecordInfo = RecordInfo {

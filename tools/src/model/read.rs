@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::Path;
 
-use gmhm::terms::KINDS;
+use gmhm::registry::{self, SectionInfo};
+use gmhm::terms::{KINDS, KeyInfo};
 use gmhm::{Elastic, Gate, Kernel, Law, Memory, ParamError};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -55,9 +56,6 @@ struct Fault {
 type Checked<T> = Result<T, Fault>;
 
 const ROOT: &[&str] = &["format", "name", "gear", "elastic", "memory", "term"];
-const GEAR: &[&str] = &["ratio", "torque_side", "rated_deflection_rad", "deflection_zero_rad", "torque_unit"];
-const ELASTIC: &[&str] = &["c1_nm_per_rad", "c2_nm_per_rad3", "c3_nm_per_rad5"];
-const MEMORY: &[&str] = &["law", "kernel", "gate", "alpha", "beta_per_s", "omega_per_s", "reversal_play_rad"];
 
 fn read(text: &str) -> Checked<Model> {
     let document = DeTable::parse(text).map_err(|e| Fault {
@@ -66,12 +64,12 @@ fn read(text: &str) -> Checked<Model> {
         problem: ModelProblem::Syntax(e.message().to_owned()),
     })?;
     let mut unit = UnitSeen::default();
-    let root = Section::of("", document.get_ref(), 0..0, &mut unit, Some(ROOT))?;
+    let root = Section::of("", document.get_ref(), 0..0, &mut unit, Known::Names(ROOT))?;
     check_format(&root)?;
     let name = root.text("name")?.unwrap_or_default().to_owned();
-    let gear_section = root.table("gear", &mut unit, GEAR)?;
-    let elastic_section = root.table("elastic", &mut unit, ELASTIC)?;
-    let memory_section = root.table("memory", &mut unit, MEMORY)?;
+    let gear_section = root.table(&registry::GEAR, &mut unit)?;
+    let elastic_section = root.table(&registry::ELASTIC, &mut unit)?;
+    let memory_section = root.table(&registry::MEMORY, &mut unit)?;
     let terms = read_terms(&root, &mut unit)?;
     let torque_unit = unit.unit();
 
@@ -117,23 +115,11 @@ fn default_side(unit: TorqueUnit) -> TorqueSide {
 }
 
 fn read_gear(section: &Section<'_>, unit: TorqueUnit) -> Checked<GearSection> {
-    let ratio = section.number("ratio")?;
-    if ratio == Some(0.0) {
-        let problem = ModelProblem::OutOfRange { value: 0.0, range: "another number than zero" };
-        return Err(section.fault(Some("ratio"), problem));
-    }
-    let rated = section.number("rated_deflection_rad")?;
-    if let Some(value) = rated
-        && value <= 0.0
-    {
-        let problem = ModelProblem::OutOfRange { value, range: "greater than zero" };
-        return Err(section.fault(Some("rated_deflection_rad"), problem));
-    }
     let sides = [("output", TorqueSide::Output), ("motor", TorqueSide::Motor)];
     Ok(GearSection {
-        ratio,
+        ratio: section.number("ratio")?,
         torque_side: section.choice("torque_side", &sides)?.unwrap_or(default_side(unit)),
-        rated_deflection_rad: rated,
+        rated_deflection_rad: section.number("rated_deflection_rad")?,
         deflection_zero_rad: section.number("deflection_zero_rad")?.unwrap_or(0.0),
     })
 }
@@ -188,7 +174,7 @@ fn read_terms(root: &Section<'_>, unit: &mut UnitSeen) -> Checked<Vec<Term>> {
         let DeValue::Table(entries) = table.get_ref() else {
             return Err(root.wrong_type("term", "[[term]] tables", table.get_ref()));
         };
-        let section = Section::of("[[term]]", entries, table.span(), unit, None)?;
+        let section = Section::of("[[term]]", entries, table.span(), unit, Known::Later)?;
         terms.push(read_term(&section)?);
     }
     Ok(terms)
@@ -249,6 +235,32 @@ struct Section<'a> {
     name: &'static str,
     span: Range<usize>,
     entries: BTreeMap<String, Entry<'a>>,
+    known: Known,
+}
+
+/// What a table may hold.
+#[derive(Clone, Copy)]
+enum Known {
+    /// These names.
+    Names(&'static [&'static str]),
+    /// The keys of a section, each within its range.
+    Section(&'static SectionInfo),
+    /// That depends on a value in it.
+    Later,
+}
+
+impl Known {
+    fn names(self) -> Option<Vec<&'static str>> {
+        match self {
+            Self::Names(names) => Some(names.to_vec()),
+            Self::Section(info) => Some(info.keys.iter().map(|key| key.name).collect()),
+            Self::Later => None,
+        }
+    }
+
+    fn key(self, name: &str) -> Option<&'static KeyInfo> {
+        if let Self::Section(info) = self { info.key(name) } else { None }
+    }
 }
 
 impl<'a> Section<'a> {
@@ -257,14 +269,15 @@ impl<'a> Section<'a> {
         table: &'a DeTable<'a>,
         span: Range<usize>,
         unit: &mut UnitSeen,
-        known: Option<&[&str]>,
+        known: Known,
     ) -> Checked<Self> {
-        let mut section = Section { name, span, entries: BTreeMap::new() };
+        let mut section = Section { name, span, entries: BTreeMap::new(), known };
+        let known = known.names();
         for (key, value) in table {
             let written = key.get_ref().as_ref();
             let (canonical, ampere) = per_newton_metre(written);
             let place = |problem| Fault { span: Some(key.span()), key: section.named(written), problem };
-            if let Some(known) = known
+            if let Some(known) = &known
                 && !known.contains(&canonical.as_ref())
             {
                 return Err(place(unknown(if name.is_empty() { "key or section" } else { "key" }, written, known)));
@@ -288,7 +301,8 @@ impl<'a> Section<'a> {
         Ok(section)
     }
 
-    fn table(&self, key: &'static str, unit: &mut UnitSeen, known: &[&str]) -> Checked<Option<Section<'a>>> {
+    fn table(&self, info: &'static SectionInfo, unit: &mut UnitSeen) -> Checked<Option<Section<'a>>> {
+        let key = info.name;
         let Some(entry) = self.entries.get(key) else { return Ok(None) };
         let name = match key {
             "gear" => "[gear]",
@@ -296,14 +310,20 @@ impl<'a> Section<'a> {
             _ => "[memory]",
         };
         match entry.value.get_ref() {
-            DeValue::Table(table) => Section::of(name, table, entry.key.clone(), unit, Some(known)).map(Some),
+            DeValue::Table(table) => Section::of(name, table, entry.key.clone(), unit, Known::Section(info)).map(Some),
             other => Err(self.wrong_type(key, "a section", other)),
         }
     }
 
     fn number(&self, key: &str) -> Checked<Option<f64>> {
         let Some(entry) = self.entries.get(key) else { return Ok(None) };
-        self.finite(key, entry.value).map(Some)
+        let value = self.finite(key, entry.value)?;
+        match self.known.key(key) {
+            Some(info) if !info.range.holds(value) => {
+                Err(self.fault(Some(key), ModelProblem::OutOfRange { value, range: info.range.words() }))
+            }
+            _ => Ok(Some(value)),
+        }
     }
 
     fn required(&self, key: &str) -> Checked<f64> {

@@ -1,0 +1,215 @@
+//! Golden blocks: what firmware in the field was given once stays readable for ever, to the bit.
+//!
+//! A golden block is never written again. `cargo test -p gmhm-host-tests --test golden -- --ignored` adds those that are missing, for a new format version.
+
+mod common;
+
+use std::path::PathBuf;
+
+use gmhm::block::{
+    BlockError, BlockLaw, FORMAT_VERSION, Header, Identity, Joint, Parameters, ScalarKind, TorqueUnit, Word, Writer,
+    verify,
+};
+use gmhm::memory::AnyLaw;
+use gmhm::memory::masing::Masing;
+use gmhm::memory::time::Time;
+use gmhm::scalar::Fixed;
+use gmhm::terms::{Form, KINDS, KeyInfo, KindInfo, Setting, Source, Term, Value};
+use gmhm::{Gate, Gear, Inverse, Kernel, Law, Params};
+
+const PERIOD_S: f64 = 1e-3;
+
+/// File, CRC-32, hash of the torques and inverses along a path; a change of the core that means to change bits puts the hash that the test prints in its
+/// place, never the CRC-32.
+const GOLDEN: [(&str, u32, u64); 10] = [
+    ("block-1-masing", 0xbc7d_4194, 0xcdc7_a634_1b67_1565),
+    ("block-1-phase", 0x7a4e_255d, 0xc9bf_b797_08f0_1d39),
+    ("block-1-time", 0x6913_b125, 0xc138_c5f4_7107_a2b4),
+    ("block-1-masing-fixed", 0xc282_aebc, 0xf521_84d2_c31c_0958),
+    ("block-1-time-fixed", 0x9a95_97f9, 0x90da_f695_6f4b_3326),
+    ("block-1-joint", 0x94d4_e0e2, 0),
+    ("block-1-terms-1", 0x4f32_b9a6, 0xcdc7_a634_1b67_1565),
+    ("block-1-terms-9", 0x18b8_918b, 0xcdc7_a634_1b67_1565),
+    ("block-1-terms-17", 0x2f3d_7dfe, 0xcdc7_a634_1b67_1565),
+    ("block-1-shapes", 0x19b7_1ee5, 0xcdc7_a634_1b67_1565),
+];
+
+fn file(name: &str) -> PathBuf {
+    PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/golden")).join(format!("{name}.bin"))
+}
+
+fn golden(name: &str) -> Vec<u8> {
+    std::fs::read(file(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
+}
+
+/// Values for every key, growing along lists and from key to key.
+struct Grown {
+    info: &'static KindInfo,
+    shape: usize,
+}
+
+impl Source<f32> for Grown {
+    fn get(&self, key: &'static KeyInfo) -> Option<Value<'_, f32>> {
+        let place = self.info.keys.iter().position(|other| other.name == key.name)?;
+        Some(match key.form {
+            Form::Number => Value::Number(1.0 + place as f32),
+            Form::List { .. } => Value::List(&[0.25, 0.5, 2.0]),
+            Form::Choice(_) => Value::Choice(self.shape),
+        })
+    }
+}
+
+/// The terms of a block by its name: eight kinds from a number on, or every shape of the kinds that have one.
+fn terms(name: &str) -> Vec<Grown> {
+    let shaped = |info: &'static KindInfo| match info.keys.iter().find(|key| key.name == "shape").map(|key| key.form) {
+        Some(Form::Choice(words)) => words.len(),
+        _ => 0,
+    };
+    if name == "block-1-shapes" {
+        let kinds = KINDS.iter().filter(|info| info.name != "wear");
+        return kinds.flat_map(|info| (0..shaped(info)).map(move |shape| Grown { info, shape })).collect();
+    }
+    let Some((_, first)) = name.split_once("terms-") else { return Vec::new() };
+    let first: usize = first.parse().expect("a number");
+    KINDS.iter().skip(first - 1).take(8).map(|info| Grown { info, shape: 0 }).collect()
+}
+
+fn params(name: &str) -> Params {
+    let law = name.split('-').nth(2).expect("a law");
+    match law {
+        "phase" => common::params(Law::Phase, Kernel::Deflection, Gate::Cycle),
+        "time" => common::params(Law::Time, Kernel::Rate, Gate::None),
+        _ => common::masing(),
+    }
+}
+
+/// A golden block as the version of this crate writes it.
+fn written(name: &str) -> Vec<u8> {
+    let scalar = if name.ends_with("fixed") { ScalarKind::Fixed } else { ScalarKind::F32 };
+    let unit = if name.ends_with("joint") { TorqueUnit::Ampere } else { TorqueUnit::NewtonMetre };
+    let header =
+        Header { period_s: PERIOD_S as f32, torque_unit: unit, ..Header::new(Identity::of_name(name), scalar) };
+    let mut buffer = vec![0; 4096];
+    let mut writer = Writer::new(&mut buffer, header);
+    let params = params(name);
+    let done = match (scalar, params.memory().law) {
+        _ if name.ends_with("joint") => Ok(()),
+        (ScalarKind::F32, _) => gear(&mut writer, &params, AnyLaw::<f32>::new(&params, PERIOD_S)),
+        (ScalarKind::Fixed, Law::Time) => gear(&mut writer, &params, Time::<Fixed>::new(&params, PERIOD_S)),
+        (ScalarKind::Fixed, _) => gear(&mut writer, &params, Masing::<Fixed>::new(&params)),
+    };
+    done.expect("a gear");
+    let joint = Joint { ratio: Some(-100.0), deflection_zero_rad: 0.125, motor_side: unit == TorqueUnit::Ampere };
+    writer.joint(&joint).expect("a joint");
+    let of_joint = ["gravity_load", "inertia"].map(|name| gmhm::terms::kind(name).expect("a kind"));
+    let of_joint = of_joint.into_iter().filter(|_| name.ends_with("joint")).map(|info| Grown { info, shape: 0 });
+    for term in terms(name).into_iter().chain(of_joint) {
+        writer.term(term.info.name, &term).expect("a term");
+    }
+    writer.name("Größe 25, Gelenk 3").expect("room");
+    let length = writer.finish().expect("room");
+    buffer.truncate(length);
+    buffer
+}
+
+fn gear<S: Word, L: BlockLaw<S>>(writer: &mut Writer<'_>, params: &Params, law: L) -> Result<(), BlockError> {
+    writer.gear(&Gear::with_law(params, law), params)?;
+    writer.inverse::<S>(params, PERIOD_S)
+}
+
+/// Fowler, Noll and Vo's hash (1a) of words.
+struct Hash(u64);
+
+impl Hash {
+    fn add(&mut self, word: u32) {
+        for byte in word.to_le_bytes() {
+            self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
+        }
+    }
+}
+
+/// The torques and inverses of a loaded gear along triangles that grow and shrink.
+fn walked<S: Word, L: BlockLaw<S>>(gear: &Gear<S, L>, inverse: Option<&Inverse<S, L>>) -> u64 {
+    let mut hash = Hash(0xcbf2_9ce4_8422_2325);
+    let mut state = gear.start::<16>(S::ZERO);
+    for k in 0..4000_u32 {
+        let (phase, size) = (k % 256, 1 + k / 256 % 5);
+        let triangle = f64::from(if phase < 128 { phase } else { 256 - phase }) / 64.0 - 1.0;
+        let u = S::from_f64(triangle * f64::from(size) / 4.0);
+        let out = gear.step(&mut state, gear.frame().deflection(u));
+        hash.add(out.torque.word());
+        if let Some(inverse) = inverse {
+            hash.add(inverse.peek(&state, S::HALF * out.torque).theta.word());
+        }
+    }
+    hash.0
+}
+
+fn hash(bytes: &[u8]) -> u64 {
+    let block = verify(bytes).expect("a good block");
+    if block.header().scalar == ScalarKind::F32 {
+        let loaded = Parameters::<f32>::load(bytes, 16).expect("a good block");
+        return loaded.gear.map_or(0, |gear| walked(&gear, loaded.inverse.as_ref()));
+    }
+    match Parameters::<Fixed, Masing<Fixed>, ()>::load(bytes, 16) {
+        Ok(loaded) => walked(&loaded.gear.expect("a gear"), loaded.inverse.as_ref()),
+        Err(_) => {
+            let loaded = Parameters::<Fixed, Time<Fixed>, ()>::load(bytes, 16).expect("a good block");
+            walked(&loaded.gear.expect("a gear"), loaded.inverse.as_ref())
+        }
+    }
+}
+
+#[test]
+fn golden_blocks_load_to_the_bit() {
+    let found: Vec<(&str, u32, u64)> = GOLDEN
+        .iter()
+        .map(|(name, ..)| {
+            let bytes = golden(name);
+            (*name, verify(&bytes).expect("a good block").crc(), hash(&bytes))
+        })
+        .collect();
+    let expected: Vec<(&str, u32, u64)> = GOLDEN.to_vec();
+    assert!(found == expected, "found\n{found:#x?}");
+}
+
+#[test]
+fn golden_blocks_hold_their_terms() {
+    let setting = Setting { sigma: -1.0, c1: common::elastic().c1_nm_per_rad as f32 };
+    let mut count = 0;
+    for (name, ..) in GOLDEN {
+        if name.ends_with("fixed") {
+            continue;
+        }
+        let bytes = golden(name);
+        let loaded = Parameters::<f32>::load(&bytes, 16).expect("a good block");
+        assert_eq!(verify(&bytes).expect("a good block").name(), "Größe 25, Gelenk 3");
+        assert_eq!((loaded.joint.ratio, loaded.joint.deflection_zero_rad), (Some(-100.0), 0.125));
+        let expected = terms(name);
+        if !expected.is_empty() {
+            let read = expected.iter().map(|term| Term::read(term.info.name, term, setting).expect("a term"));
+            assert_eq!(loaded.terms.terms(), read.collect::<Vec<_>>(), "{name}");
+        }
+        count += loaded.terms.terms().len();
+    }
+    assert_eq!(count, 2 + KINDS.len() + 8);
+}
+
+/// What is written stays the same too. A change that means to write otherwise gives what it writes golden blocks of its own, and leaves these.
+#[test]
+fn the_present_version_writes_the_golden_blocks() {
+    assert_eq!(FORMAT_VERSION, 1);
+    for (name, ..) in GOLDEN {
+        assert!(written(name) == golden(name), "{name} is written otherwise");
+    }
+}
+
+#[test]
+#[ignore = "adds the golden blocks that are missing"]
+fn write_missing_golden_blocks() {
+    for (name, ..) in GOLDEN {
+        if !file(name).exists() {
+            std::fs::write(file(name), written(name)).expect("a file");
+        }
+    }
+}
