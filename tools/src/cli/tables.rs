@@ -18,6 +18,25 @@ pub(super) fn fit(fit: &Fit) -> String {
         };
         lines.push(format!("Structure {} ({of}), seed {}", chosen.name, fit.seed));
     }
+    if fit.selection.len() > 1 {
+        lines.push(format!("  {:<24} {:>10} {:>12} {:>12}", "structure", "parameters", "rms fitted", "held out"));
+        lines.extend(fit.selection.iter().map(|c| {
+            let said = if c.chosen {
+                "  chosen"
+            } else if c.tied {
+                "  predicts as well"
+            } else {
+                ""
+            };
+            format!("  {:<24} {:>10} {:>12.4} {:>12.4}{said}", c.name, c.parameters, c.rms, c.heldout_rms)
+        }));
+    }
+    if fit.held_invertible {
+        lines.push("Held at the bound where feed-forward has an inverse up to the rated deflection; the recordings do not contradict it".to_owned());
+    }
+    if fit.leaves_physics() {
+        lines.push("Plain least squares: what is left is physics more than noise; standard deviations from the scatter of blocks".to_owned());
+    }
     let width = fit.uncertainty.parameters.iter().map(|p| p.name.len()).max().unwrap_or(0);
     lines.extend(fit.uncertainty.parameters.iter().map(|p| parameter(p, width)));
     lines.extend(notes(&fit.uncertainty.parameters));

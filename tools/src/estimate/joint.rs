@@ -93,6 +93,7 @@ pub fn fit(recordings: &[Recording], options: &FitOptions, progress: &dyn Progre
         unsettled_rows: vec![0; recordings.len()],
         noise,
         prewhitened,
+        held_invertible: false,
         stop: result.stop,
         evaluations: evaluations + result.evaluations,
     })

@@ -141,8 +141,12 @@ fn judge(fit: &Fit, evidence: &Assessment) -> Judgement {
     let mut say = |grade: Grade, words: String| reasons.push(Reason { grade, words });
     let relative = fit.heldout_rms / evidence.torque_peak;
     let percent = |share: f64| format!("{:.2} %", 100.0 * share);
-    let error =
-        format!("the error held out is {:.3} {unit} rms, {} of the peak torque", fit.heldout_rms, percent(relative));
+    let error = format!(
+        "the error held out is {:.3} {unit} rms, {} of the peak {}",
+        fit.heldout_rms,
+        percent(relative),
+        fit.model.torque_unit.quantity()
+    );
     match relative {
         r if r > ERROR.1 || r.is_nan() => say(Grade::Bad, error.clone()),
         r if r > ERROR.0 => say(Grade::Caution, error.clone()),
@@ -168,8 +172,15 @@ fn judge(fit: &Fit, evidence: &Assessment) -> Judgement {
                     ),
                 );
             }
-            Err(refusal) => say(Grade::Bad, format!("feed-forward has no inverse: {refusal}")),
+            Err(refusal) => say(Grade::Bad, format!("feed-forward: {refusal}")),
         }
+    }
+    if fit.held_invertible {
+        say(
+            Grade::Caution,
+            "the parameters are held at the bound where feed-forward has an inverse up to the rated deflection"
+                .to_owned(),
+        );
     }
     for p in fit.uncertainty.parameters.iter().filter(|p| p.at_bound) {
         say(Grade::Caution, format!("{} is at its bound {}", p.name, p.value));
@@ -202,6 +213,13 @@ fn judge(fit: &Fit, evidence: &Assessment) -> Judgement {
             format!(
                 "{percent:.0} % of what is left repeats at the same place and direction, so physics is left out: run gmhm diagnose"
             ),
+        );
+    }
+    if fit.leaves_physics() {
+        say(
+            Grade::Caution,
+            "what is left is physics more than noise, as a fit against it as noise predicts worse: run gmhm diagnose"
+                .to_owned(),
         );
     }
     let better = evidence.comparison.iter().skip(1).min_by(|a, b| a.heldout_rms.total_cmp(&b.heldout_rms));

@@ -6,6 +6,7 @@
 //! | [`base`], [`assembly`] | the base model as contributions, and back |
 //! | [`problem`], [`factors`], [`triangle`], [`bounded`] | one pass over the recordings, its triangular factor, the exact bounded optimum |
 //! | [`swarm`], [`polish`] | search and polish of the nonlinear parameters |
+//! | [`invertible`] | law `masing` held where feed-forward has an inverse |
 //! | [`joint`] | joint logs: gravity, inertia, friction |
 //! | [`noise`] | colour, outliers, quantisation |
 //! | [`select`] | law, kernel, gate and play by held-out prediction |
@@ -27,6 +28,7 @@ pub mod bounded;
 pub mod columns;
 pub mod coverage;
 pub mod factors;
+mod invertible;
 pub mod joint;
 pub mod judge;
 pub mod noise;
@@ -206,8 +208,10 @@ pub struct Fit {
     pub unsettled_rows: Vec<usize>,
     /// Noise of each recording.
     pub noise: Vec<Noise>,
-    /// Whether the rows were weighted against that noise; if not, the residual is physics left out more than noise, and the fit is plain least squares.
+    /// Whether the rows were weighted against that noise; if not, the fit is plain least squares.
     pub prewhitened: bool,
+    /// Whether the optimum had no inverse over the whole rated range and the parameters were held at the nearest that has, which the recordings do not contradict.
+    pub held_invertible: bool,
     /// Why the search stopped.
     pub stop: Stop,
     /// Evaluations of the whole problem.
@@ -215,6 +219,11 @@ pub struct Fit {
 }
 
 impl Fit {
+    /// Whether what is left is physics more than noise: a fit against it as noise predicts worse.
+    pub fn leaves_physics(&self) -> bool {
+        !self.prewhitened && self.method == Method::Auto
+    }
+
     /// A parameter by name.
     pub fn parameter(&self, name: &str) -> Option<&Estimated> {
         self.uncertainty.parameters.iter().find(|p| p.name == name)
@@ -251,7 +260,7 @@ pub fn fit(recordings: &[Recording], options: &FitOptions, progress: &dyn Progre
     let gauge = options.start.as_ref().and_then(|m| m.memory).map_or(1.0, |m| m.omega_per_s.abs());
     let mut gauge_omega_per_s = if gauge > 0.0 { gauge } else { 1.0 };
     let mut assembly = Assembly::new(structure, rated_deflection_rad, &rows, &start.known)?;
-    let Weighted { polished: result, noise, prewhitened, heldout_rms } = match options.method {
+    let Weighted { polished: mut result, noise, prewhitened, heldout_rms } = match options.method {
         Method::Auto => {
             let refined = refine::refine(assembly, &mut rows, &start.known, from, progress)?;
             assembly = refined.assembly;
@@ -267,6 +276,10 @@ pub fn fit(recordings: &[Recording], options: &FitOptions, progress: &dyn Progre
             Weighted { polished: found.polished, noise, prewhitened, heldout_rms }
         }
     };
+    let weights = prewhitened.then_some(&noise[..]);
+    let held_invertible = structure.law == Law::Masing
+        && options.method == Method::Auto
+        && invertible::hold(&assembly.problem(&rows), &mut result, weights, rated_deflection_rad);
     evaluations += result.evaluations;
     let (elastic, memory) = assembly.coefficients(&result.nonlinear, &result.linear, gauge_omega_per_s);
     let zero_rad = assembly.has_free_zero().then(|| assembly.zero_rad(&result.nonlinear));
@@ -285,7 +298,7 @@ pub fn fit(recordings: &[Recording], options: &FitOptions, progress: &dyn Progre
         searched_play: matches!(structure.play, Play::UpTo(_)),
         torque_nm,
     };
-    let mut uncertainty = uncertainty::assess(&fitted, &rows, prewhitened.then_some(&noise[..]))?;
+    let mut uncertainty = uncertainty::assess(&fitted, &rows, weights)?;
     uncertainty.per(recordings[0].torque_unit);
     let (rss, counted) = plain_rss(&assembly.problem(&rows), &result);
     for candidate in &mut selection {
@@ -308,6 +321,7 @@ pub fn fit(recordings: &[Recording], options: &FitOptions, progress: &dyn Progre
         unsettled_rows: start.unsettled,
         noise,
         prewhitened,
+        held_invertible,
         stop: result.stop,
         evaluations,
     })

@@ -43,6 +43,14 @@ impl TorqueUnit {
         }
     }
 
+    /// What it is, in a word.
+    pub fn quantity(self) -> &'static str {
+        match self {
+            TorqueUnit::NewtonMetre => "torque",
+            TorqueUnit::Ampere => "current",
+        }
+    }
+
     /// The unit of a parameter, given per newton-metre, as it reads with this torque.
     pub fn of_parameter(self, unit: &str) -> Cow<'_, str> {
         match self {

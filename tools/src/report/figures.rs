@@ -52,7 +52,7 @@ pub fn torque_over(
 ) -> Drawing {
     let mut curves = vec![Curve::new("recording", Role::Measured, at, over.scale, measured)];
     curves.extend(models.iter().map(|(label, role, torque)| Curve::new(*label, *role, at, over.scale, torque)));
-    let what = if unit == TorqueUnit::Ampere { "current" } else { "torque T" };
+    let what = if unit == TorqueUnit::Ampere { unit.quantity() } else { "torque T" };
     let y_label = torque_axis(what, unit);
     Figure { title: title.into(), x_label: over.label.into(), y_label, curves, ..Figure::default() }.draw()
 }
@@ -135,7 +135,7 @@ pub fn parts_over_time(title: &str, time_s: &[f64], parts: &[(&str, Role, &[f64]
     Figure {
         title: title.into(),
         x_label: "time in s".into(),
-        y_label: torque_axis("torque", unit),
+        y_label: torque_axis(unit.quantity(), unit),
         curves: parts.iter().map(curve).collect(),
         ..Figure::default()
     }
@@ -256,6 +256,12 @@ pub fn symbol(name: &str) -> &str {
         "rho" => "ρ",
         "deflection_zero_rad" => "θ₀",
         "reversal_play_rad" => "play",
+        "gravity_load.cos_nm" | "gravity_load.cos_a" => "G cos",
+        "gravity_load.sin_nm" | "gravity_load.sin_a" => "G sin",
+        "inertia.inertia_kgm2" => "J",
+        "coulomb_friction.torque_nm" | "coulomb_friction.torque_a" => "F_c",
+        "coulomb_friction.smoothing_rad_per_s" => "v_s",
+        "viscous_friction.damping_nms_per_rad" | "viscous_friction.damping_as_per_rad" => "B",
         _ if name.starts_with("c1_") || name.starts_with("c2_") || name.starts_with("c3_") => &name[..2],
         _ => name,
     }

@@ -55,6 +55,11 @@ fn capitalised(words: &str) -> String {
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
+/// A file's name without folder and ending.
+fn stem(name: &str) -> String {
+    std::path::Path::new(name).file_stem().map_or_else(|| name.to_owned(), |stem| stem.to_string_lossy().into_owned())
+}
+
 /// All recordings one after the other.
 struct Joined {
     time_s: Vec<f64>,
@@ -68,7 +73,7 @@ struct Joined {
     terms: Vec<(String, Vec<f64>)>,
     residual: Vec<f64>,
     unsettled_s: Vec<(f64, f64)>,
-    recordings: usize,
+    names: Vec<String>,
 }
 
 impl Joined {
@@ -84,7 +89,7 @@ impl Joined {
             terms: Vec::new(),
             residual: Vec::new(),
             unsettled_s: Vec::new(),
-            recordings: recordings.len(),
+            names: recordings.iter().map(|r| stem(&r.name)).collect(),
         };
         for (index, recording) in recordings.iter().enumerate() {
             let first = recording.time_s.first().copied().unwrap_or(0.0);
@@ -156,7 +161,7 @@ fn the_loop(rows: &Joined, fit: &Fit, unit: TorqueUnit) -> Section {
 
 fn left_over(fit: &Fit, assessment: &Assessment, rows: &Joined, unit: TorqueUnit) -> Section {
     let symbol = unit.symbol();
-    let time = match rows.recordings {
+    let time = match rows.names.len() {
         1 => "Time from the first row.".to_owned(),
         n => format!("The {n} recordings one after the other."),
     };
@@ -178,7 +183,7 @@ fn left_over(fit: &Fit, assessment: &Assessment, rows: &Joined, unit: TorqueUnit
     let left_title = if joint { "Residual over output angle" } else { "Residual over deflection" };
     let errors = Table {
         caption: "Training beside held-out error".into(),
-        head: vec!["rows".into(), format!("rms in {symbol}"), "of the peak torque".into()],
+        head: vec!["rows".into(), format!("rms in {symbol}"), format!("of the peak {}", unit.quantity())],
         rows: [("fitted", fit.rms), ("in blocks held out", fit.heldout_rms)]
             .map(|(name, rms)| {
                 let share = format!("{:.2} %", 100.0 * rms / assessment.torque_peak);
@@ -198,10 +203,10 @@ fn left_over(fit: &Fit, assessment: &Assessment, rows: &Joined, unit: TorqueUnit
                 format!("Apart by direction. {structure}"),
             ),
         ])
-        .table(noise(fit, unit))
+        .table(noise(fit, &rows.names, unit))
 }
 
-fn noise(fit: &Fit, unit: TorqueUnit) -> Table {
+fn noise(fit: &Fit, names: &[String], unit: TorqueUnit) -> Table {
     let symbol = unit.symbol();
     let rows = fit.noise.iter().enumerate().map(|(index, noise)| {
         let colour = match noise.coefficients.len() {
@@ -210,7 +215,7 @@ fn noise(fit: &Fit, unit: TorqueUnit) -> Table {
         };
         let step = |step: Option<f64>| step.map_or("–".to_owned(), |s| number(s, 3));
         TableRow::new([
-            (index + 1).to_string(),
+            names[index].clone(),
             number(fit.offsets[index], 4),
             colour,
             number(noise.innovation_sd, 3),
@@ -229,7 +234,7 @@ fn noise(fit: &Fit, unit: TorqueUnit) -> Table {
             format!("its sd in {symbol}"),
             "outliers in rows".into(),
             "unsettled start in rows".into(),
-            format!("torque step in {symbol}"),
+            format!("{} step in {symbol}", unit.quantity()),
             "deflection step in rad".into(),
         ],
         rows: rows.collect(),
@@ -255,10 +260,15 @@ fn parameters(fit: &Fit) -> Section {
         TableRow::new([p.name.to_string(), value, sd, interval, p.unit.to_string(), flag.to_owned()])
             .flagged(!flag.is_empty())
     };
+    let how = match (fit.prewhitened, fit.leaves_physics()) {
+        (true, _) => "Values with standard deviations under the noise found",
+        (_, true) => {
+            "Values of plain least squares, as a fit against the residual as noise predicts rows held out worse; standard deviations from the scatter of blocks of rows"
+        }
+        _ => "Values of plain least squares; standard deviations from the scatter of blocks of rows",
+    };
     let table = Table {
-        caption:
-            "Values with standard deviations under the noise found; intervals of ± 2 standard deviations, about 95 %"
-                .into(),
+        caption: format!("{how}; intervals of ± 2 standard deviations, about 95 %"),
         head: ["parameter", "value", "standard deviation", "interval", "unit", ""].map(Into::into).into(),
         rows: fit.uncertainty.parameters.iter().map(row).collect(),
     };

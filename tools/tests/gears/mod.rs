@@ -1,7 +1,9 @@
 //! Synthetic recordings for the tests, by the core.
 #![allow(dead_code)]
 
-use gmhm::{Elastic, Gear, Memory, Params};
+use gmhm::{Elastic, Gate, Gear, Kernel, Law, Memory, Params};
+use gmhm_tools::estimate::{EstimateError, Fit, FitOptions, fit};
+use gmhm_tools::model::Model;
 use gmhm_tools::recording::Recording;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -102,4 +104,85 @@ pub fn foreign(a: f64, size: f64, seed: u64) -> Recording {
         deflection_rad: Some(theta),
         ..Recording::default()
     }
+}
+
+/// Fits that keep a law and A.
+pub fn given(a: f64, memory: Memory) -> FitOptions {
+    let mut start = Model { elastic: Some(published().0), memory: Some(memory), ..Model::default() };
+    start.gear.rated_deflection_rad = Some(a);
+    FitOptions { start: Some(start), ..FitOptions::default() }
+}
+
+/// Two amplitudes at two rates.
+pub fn stroke(a: f64, count: usize) -> Vec<f64> {
+    let mut path = cycle(a, count / 2, 2.0);
+    path.extend(cycle(0.6 * a, count - count / 2, 5.0));
+    path
+}
+
+/// The recording with AR(1) noise on its torque.
+pub fn with_coloured_noise(recording: &Recording, phi: f64, sd: f64, seed: u64) -> Recording {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let mut noise = 0.0;
+    let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
+    let mut recording = recording.clone();
+    for (row, torque) in recording.torque.iter_mut().flatten().enumerate() {
+        let start = if row == 0 { 1.0 / (1.0 - phi * phi).sqrt() } else { 1.0 };
+        noise = phi * noise + sd * start * normal();
+        *torque += noise;
+    }
+    recording
+}
+
+/// A gear and a noise whose refits are compared with their standard deviations.
+pub struct ScatterCase {
+    pub memory: Memory,
+    pub phi: f64,
+    pub rows: usize,
+    pub names: &'static [&'static str],
+}
+
+/// Each law, white and coloured.
+pub fn scatter_cases() -> Vec<ScatterCase> {
+    let masing = published().1;
+    let phase = Memory { law: Law::Phase, ..masing };
+    let names = &["c1_nm_per_rad", "c3_nm_per_rad5", "e", "h", "rho"];
+    vec![
+        ScatterCase { memory: masing, phi: 0.0, rows: 400, names },
+        ScatterCase { memory: masing, phi: 0.9, rows: 1200, names },
+        ScatterCase { memory: phase, phi: 0.9, rows: 1200, names: &["c1_nm_per_rad", "h", "rho"] },
+        ScatterCase { memory: with_rate(), phi: 0.9, rows: 1200, names: &["c1_nm_per_rad", "alpha", "beta_per_s"] },
+    ]
+}
+
+/// The memory of a gear with a rate.
+pub fn with_rate() -> Memory {
+    let (alpha, beta_per_s) = (5e3, 2.5);
+    Memory {
+        law: Law::Time,
+        kernel: Kernel::Rate,
+        gate: Gate::None,
+        alpha,
+        beta_per_s,
+        omega_per_s: 0.0,
+        ..published().1
+    }
+}
+
+/// The same motion fitted again and again, with other noise of 0.1 N·m.
+pub fn refits(a: f64, case: &ScatterCase, count: usize) -> Result<Vec<Fit>, EstimateError> {
+    let path = Path { theta: stroke(a, case.rows), period_s: 1e-2 };
+    let clean = record(a, published().0, case.memory, &path, 0.0, 0);
+    let noisy = |seed| with_coloured_noise(&clean, case.phi, 0.1, seed);
+    (0..count as u64).map(|seed| fit(&[noisy(seed)], &given(a, case.memory), &())).collect()
+}
+
+/// Scatter of the values over mean reported standard deviation; NaN where a fit reports none.
+pub fn scatter_over_reported(fits: &[Fit], name: &str) -> f64 {
+    let found = |f: &Fit| f.parameter(name).map_or((f64::NAN, f64::NAN), |p| (p.value, p.sd.unwrap_or(f64::NAN)));
+    let found: Vec<(f64, f64)> = fits.iter().map(found).collect();
+    let count = found.len() as f64;
+    let mean = found.iter().map(|f| f.0).sum::<f64>() / count;
+    let scatter = (found.iter().map(|f| (f.0 - mean).powi(2)).sum::<f64>() / (count - 1.0)).sqrt();
+    scatter / (found.iter().map(|f| f.1).sum::<f64>() / count)
 }

@@ -20,7 +20,7 @@ use rayon::prelude::*;
 
 use super::assembly::Assembly;
 use super::bounded::{self, Bound};
-use super::columns::{Column, Columns, Contribution, Evaluate, Nonlinear, Offset, Rows, Stretch};
+use super::columns::{Column, Columns, Contribution, Evaluate, Mark, Nonlinear, Offset, Rows, Stretch};
 use super::polish::polish;
 use super::problem::{Problem, Sweep};
 use super::select::{self, heldout, search};
@@ -201,11 +201,19 @@ fn line(model: String, parameters: usize, problem: &Problem<'_>, seed: u64, prog
     Comparison { model, parameters, instructions, rss, rms, heldout_rms, unseen_recording_rms }
 }
 
-/// Each recording held out whole in turn.
+/// Each recording held out whole in turn; the nonlinear parameters are polished without it.
 fn unseen(problem: &Problem<'_>, nonlinear: &[f64]) -> f64 {
-    let factors = problem.factor(nonlinear, None, Sweep::PLAIN);
     let (mut sum, mut rows) = (0.0, 0);
-    for held in 0..factors.recordings() {
+    for held in 0..problem.rows.len() {
+        let mut others = problem.rows.to_vec();
+        others[held].marks.fill(Mark::Skipped);
+        let without = Problem {
+            rows: &others,
+            corrections: problem.corrections.clone(),
+            contributions: problem.contributions.clone(),
+        };
+        let nonlinear = polish(&without, nonlinear, Sweep::PLAIN, &()).nonlinear;
+        let factors = problem.factor(&nonlinear, None, Sweep::PLAIN);
         let gear = bounded::solve(&factors.combine(|r, _| r != held).shared, &problem.bounds()).coefficients;
         let alone = factors.combine(|r, _| r == held);
         let x: Vec<f64> = gear.iter().copied().chain([-1.0]).collect();
