@@ -37,6 +37,9 @@ const CONTROLLER: u32 = 0x4001_E000;
 const READY: u32 = CONTROLLER + 0x400;
 const CONFIG: u32 = CONTROLLER + 0x504;
 const ERASE_PAGE: u32 = CONTROLLER + 0x508;
+/// What programming a word takes: 46 µs at 16 MHz.
+const WORD_CLOCKS: u32 = 736;
+
 const READ_ONLY: u32 = 0;
 const WRITES: u32 = 1;
 const ERASES: u32 = 2;
@@ -97,6 +100,8 @@ impl NorFlash for Flash {
             if let [a, b, c, d] = *word {
                 write(at, u32::from_le_bytes([a, b, c, d]));
                 self.settle();
+                // The emulator's controller is ready at once: take the time that a real one does, for power to fail in.
+                cortex_m::asm::delay(WORD_CLOCKS);
             }
         }
         write(CONFIG, READ_ONLY);

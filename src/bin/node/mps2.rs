@@ -31,8 +31,9 @@ static mut BOOTS: u32 = 0;
 
 /// The memory as a flash.
 pub fn flash() -> RamFlash<'static, 4, 1024> {
+    let memory = &raw mut MEMORY;
     // SAFETY: called once, before anything else could have touched it; every value of a byte is one.
-    RamFlash::new(unsafe { &mut *(&raw mut MEMORY) })
+    RamFlash::new(unsafe { &mut *memory })
 }
 
 /// The serial port.

@@ -4,6 +4,7 @@ mod c;
 mod cost;
 mod emulate;
 mod emulator;
+mod end_to_end;
 mod golden;
 mod machine;
 mod registry;
@@ -48,6 +49,15 @@ enum Command {
     },
     /// Build the static library for C for the microcontrollers; fails where it holds a panic.
     C,
+    /// Fit, pack and flash into emulated drives, compare their torques with the host's, cut their power while they store.
+    EndToEnd {
+        /// Power cuts in the middle of a write, at least.
+        #[arg(long, default_value_t = end_to_end::CUTS)]
+        cuts: u32,
+        /// Of the noise and of the moments of the cuts.
+        #[arg(long, default_value_t = end_to_end::SEED)]
+        seed: u64,
+    },
     /// Run one built image in the emulator: the runner of `cargo run`.
     #[command(hide = true)]
     RunImage {
@@ -77,6 +87,7 @@ fn run(arguments: Arguments) -> anyhow::Result<()> {
         Command::Cost { overwrite } => cost::run(&shell, overwrite),
         Command::Size { overwrite } => size::run(&shell, overwrite),
         Command::C => c::run(&shell),
+        Command::EndToEnd { cuts, seed } => end_to_end::run(&shell, cuts, seed),
         Command::RunImage { image } => emulate::run_image(&image),
         Command::Test => test::run(&shell),
     }

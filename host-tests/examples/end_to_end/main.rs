@@ -1,0 +1,157 @@
+//! From a recording to the torques of an emulated drive, and back: fit, pack, flash, reset, compare to the bit, and power cut while it stores.
+//!
+//! `cargo xtask end-to-end` builds the image `node`, and runs this with it.
+
+mod emulator;
+#[path = "../../../src/bin/journey/mod.rs"]
+#[allow(dead_code, reason = "the path at a constant period")]
+mod journey;
+mod node;
+mod power;
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode};
+
+use emulator::{Board, Emulator};
+use gmhm::block::verify;
+use gmhm::link::message::LOAD;
+use gmhm::link::{Origin, Request};
+use gmhm_tools::model;
+use node::{Followed, Twin};
+
+type Failure = Box<dyn std::error::Error + Send + Sync>;
+
+/// The gear that the recording is made of: synthetic, the published one with another spring.
+const GEAR: &str = r#"format = 1
+name = "bench gear"
+[gear]
+ratio = 100.0
+rated_deflection_rad = 1.168e-3
+[elastic]
+c1_nm_per_rad = 2.6e4
+c2_nm_per_rad3 = 1.0e9
+c3_nm_per_rad5 = -1.1774e14
+[memory]
+alpha = 2.6532e6
+beta_per_s = 422.68
+omega_per_s = 226.31
+"#;
+
+struct Arguments {
+    board: Board,
+    image: PathBuf,
+    gmhm: PathBuf,
+    cuts: usize,
+    seed: u64,
+}
+
+fn main() -> ExitCode {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let [board, image, gmhm, cuts, seed] = words.as_slice() else {
+        eprintln!("usage: end_to_end BOARD IMAGE GMHM CUTS SEED");
+        return ExitCode::from(2);
+    };
+    let run = || -> Result<(), Failure> {
+        let arguments = Arguments {
+            board: Board::named(board)?,
+            image: image.into(),
+            gmhm: gmhm.into(),
+            cuts: cuts.parse()?,
+            seed: seed.parse()?,
+        };
+        chain(&arguments)
+    };
+    match run() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            eprintln!("error: {board}: {failure}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Runs `gmhm` in a folder and gives what it prints.
+fn gmhm(program: &Path, folder: &Path, words: &str) -> Result<String, Failure> {
+    let output = Command::new(program).current_dir(folder).args(words.split_whitespace()).output()?;
+    if !output.status.success() {
+        return Err(format!("gmhm {words}: {}", String::from_utf8_lossy(&output.stderr)).into());
+    }
+    Ok(String::from_utf8(output.stdout)?)
+}
+
+fn check(holds: bool, what: &str) -> Result<(), Failure> {
+    if holds { Ok(()) } else { Err(what.into()) }
+}
+
+fn chain(arguments: &Arguments) -> Result<(), Failure> {
+    let folder = tempfile::tempdir()?;
+    let at = |file: &str| folder.path().join(file);
+    let run = |words: &str| gmhm(&arguments.gmhm, folder.path(), words);
+    let board = arguments.board;
+
+    std::fs::write(at("bench.toml"), GEAR)?;
+    run(&format!(
+        "simulate bench.toml --experiment amplitudes --noise torque=0.02 --seed {} -o recording.csv",
+        arguments.seed
+    ))?;
+    run("fit recording.csv -o fitted.toml")?;
+    run("pack fitted.toml --gear bench -o params.bin")?;
+    let twin = Twin::of(&model::load(&at("fitted.toml"))?)?;
+
+    let emulator = Emulator::start(board, &arguments.image, false)?;
+    let told = run(&format!("flash params.bin --to {} --read-back back.bin", emulator.target()))?;
+    print!("{}: {told}", board.name());
+    emulator.reset()?;
+    let mut drive = emulator.client()?;
+    let status = drive.status()?;
+    check(
+        status.origin == Origin::Stored && status.sequence == 1,
+        "after the reset, what was flashed is not in force",
+    )?;
+    let back = std::fs::read(at("back.bin"))?;
+    check(
+        node::block_in_force(&mut drive)? == back,
+        "after the reset, the block reads otherwise than when it was flashed",
+    )?;
+    let Followed { samples, ticks } = twin.follow(&mut drive, 200)?;
+    println!("{}: {samples} samples among {ticks} control periods equal the host's to the bit", board.name());
+
+    let shown = |file: &str| -> Result<Vec<String>, Failure> {
+        let text = run(&format!("inspect {file}"))?;
+        let differs = |line: &&str| !line.contains("sequence") && !line.contains("CRC-32");
+        Ok(text.lines().filter(differs).map(str::to_owned).collect())
+    };
+    check(
+        shown("params.bin")? == shown("back.bin")?,
+        "inspect shows otherwise what was read back than what was packed",
+    )?;
+
+    // A second block over the first one's neighbour, and back.
+    let other = GEAR.replace("2.6e4", "2.2e4");
+    std::fs::write(at("other.toml"), &other)?;
+    run("pack other.toml --gear bench -o other.bin")?;
+    drop(drive);
+    run(&format!("flash other.bin --to {}", emulator.target()))?;
+    emulator.reset()?;
+    let mut drive = emulator.client()?;
+    check(drive.status()?.sequence == 2, "the second block is not in force")?;
+    Twin::of(&model::load(&at("other.toml"))?)?.follow(&mut drive, 50)?;
+    drive.identify()?;
+    drive.tell(&Request::RollBack { signature: LOAD, sequence: 2 })?;
+    emulator.reset()?;
+    drop(drive);
+    let mut drive = emulator.client()?;
+    check(drive.status()?.crc == verify(&back)?.crc(), "the first block is not in force again")?;
+    twin.follow(&mut drive, 50)?;
+    println!("{}: a second block and back again, over resets", board.name());
+    drop(drive);
+    drop(emulator);
+
+    match board.flash() {
+        Some((place, slot)) => power::cut(arguments, folder.path(), &place, slot),
+        None => {
+            println!("{}: its store is memory, which no power cut outlives", board.name());
+            Ok(())
+        }
+    }
+}
