@@ -195,6 +195,26 @@ fn a_model_file_with_the_true_parameters_explains_the_effect() {
     assert_eq!(checked.len(), kinds.len(), "{checked:?}");
 }
 
+#[test]
+fn inertia_is_hidden_where_samples_show_the_acceleration() {
+    let mut checked = 0;
+    for seed in 0..12 {
+        let case = hidden(seed, NatureKind::Gmhm, "inertia");
+        if case.key.remanent {
+            continue;
+        }
+        let ParameterValue::Number(inertia) = case.key.effects[0].parameters["inertia_kgm2"] else {
+            panic!("a number")
+        };
+        let explained = change(&case, &term("inertia", &[("inertia_kgm2", TermValue::Number(inertia))]));
+        let y: Vec<f64> = mismatch(&case).iter().zip(explained).map(|(y, x)| y - x).collect();
+        let size = rms(&left(&base_columns(&case), &y));
+        assert!(size < 0.15 * 0.15, "seed {seed}, {}: {size} of 0.15 is left", case.key.motion);
+        checked += 1;
+    }
+    assert!(checked > 6);
+}
+
 /// Kinds whose columns need no tuning, as the core evaluates them.
 fn alternatives(case: &Case) -> Vec<(&'static str, Vec<Vec<f64>>)> {
     let one = TermValue::Number;

@@ -137,7 +137,7 @@ pub fn slow(kind: &str) -> bool {
         )
 }
 
-/// Lets the temperature move where `kind` needs it to.
+/// Lets the temperature move where `kind` needs it to, and the motion be one that shows it.
 pub fn prepare(kind: &str, dice: &mut Dice, plan: &mut Plan) {
     if kind.starts_with("thermal") {
         plan.warmth = if dice.chance(0.5) {
@@ -148,6 +148,10 @@ pub fn prepare(kind: &str, dice: &mut Dice, plan: &mut Plan) {
     }
     if kind.contains("friction") {
         plan.reversal_s = dice.uniform(2.5, 7.0);
+    }
+    if matches!(kind, "inertia" | "jerky") {
+        // The acceleration in a corner has no end: what samples show of it is only how differences are taken.
+        plan.triangular = false;
     }
 }
 
