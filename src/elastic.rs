@@ -49,7 +49,7 @@ pub struct Polynomial<S> {
 
 impl<S: Scalar> Polynomial<S> {
     /// The polynomial at u, by Horner's rule: within 3 units in the last place of the largest term.
-    #[inline]
+    #[inline(always)]
     pub fn torque(&self, u: S) -> S {
         let square = u * u;
         u * (self.k1 + square * (self.k3 + square * self.k5))

@@ -2,7 +2,8 @@
 //!
 //! What the forward call may be off, as a share of the torque scale, ε being the spacing of numbers next to 1:
 //!
-//! - 8ε of residual: 4ε count as none, and the last step of the search leaves at most 4ε by the bound on d³T/dt³;
+//! - twice the tolerance of residual (4ε, in fixed point that of `f32`): once counts as none, and the last step of the search leaves at most as much
+//!   by the bound on d³T/dt³;
 //! - 8ε of rounding in the two evaluations of T, and as much of dT/dθ times the rounding of θ, both of order one;
 //! - where the gate is a root, θ is rounded by at most 2ε of A, which moves g by at most min(2ε/g, √(4ε)): that times e in `masing`, the largest
 //!   memory M in the others. Fixed point rounds the product under the root as well, by ε/2.
@@ -40,7 +41,7 @@ fn bound<S: Scalar>(params: &Params, u: f64) -> f64 {
     let g = ((1.0 - u) * (1.0 + u)).max(0.0).sqrt();
     let rounding = if S::SI { 2.0 } else { 2.5 } * S::EPSILON;
     let root = (rounding / g).min((2.0 * rounding).sqrt());
-    24.0 * S::EPSILON + rooted(params) * root
+    2.0 * S::TOLERANCE + 16.0 * S::EPSILON + rooted(params) * root
 }
 
 fn name(params: &Params) -> String {

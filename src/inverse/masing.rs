@@ -12,20 +12,12 @@ struct SingleValued<'a, S> {
     e: S,
 }
 
-impl<S: Scalar> Stretch<S> for SingleValued<'_, S> {
-    type Work = S;
-
+impl<S: Scalar> SingleValued<'_, S> {
+    /// The torque and e·u·g.
     #[inline]
-    fn torque(&self, u: S, g: S) -> (S, S) {
+    fn torque(&self, u: S, square: S, g: S) -> (S, S) {
         let eug = self.e * (u * g);
-        (self.spring.torque(u, g).0 - eug, eug)
-    }
-
-    #[inline]
-    fn slopes(&self, u: S, g: S, eug: S) -> [S; 2] {
-        let [slope, bend] = self.spring.slopes(u, g, ());
-        let twice = eug + eug;
-        [slope - self.e * (g * g - u * u), bend + (twice + twice)]
+        (self.spring.torque(u, square) - eug, eug)
     }
 }
 
@@ -40,16 +32,17 @@ impl<S: Scalar> Stretch<S> for Loop<'_, S> {
     type Work = S;
 
     #[inline]
-    fn torque(&self, u: S, g: S) -> (S, S) {
-        let (single, eug) = self.single.torque(u, g);
-        (single + self.h * self.arc.at(u)[0], eug)
+    fn torque(&self, u: S, square: S, g: S) -> (S, S) {
+        let (single, eug) = self.single.torque(u, square, g);
+        (single + self.h * self.arc.eta(u), eug)
     }
 
     #[inline]
-    fn slopes(&self, u: S, g: S, eug: S) -> [S; 2] {
-        let [slope, bend] = self.single.slopes(u, g, eug);
-        let [_, open, curl] = self.arc.at(u);
-        [slope + self.h * (open * g), bend + self.h * (curl * (g * g) - open * u)]
+    fn slopes(&self, u: S, square: S, _g: S, eug: S) -> [[S; 2]; 2] {
+        let [slope, bend] = self.single.spring.slopes(u, square);
+        let [open, curl] = self.arc.slopes(u, self.h);
+        let twice = eug + eug;
+        [[slope + open, bend + curl], [self.single.e * ((square + square) - S::ONE), twice + twice]]
     }
 }
 
@@ -63,7 +56,7 @@ struct Place<S> {
 impl<S: Scalar> Place<S> {
     #[inline]
     fn at(u: S) -> Self {
-        Self { u, g: ((S::ONE - u) * (S::ONE + u)).sqrt() }
+        Self { u, g: u.cosine(u * u) }
     }
 
     #[inline]
@@ -72,11 +65,13 @@ impl<S: Scalar> Place<S> {
     }
 }
 
-/// An arc, the place where it is entered (`None`: the present one), and the place where it ends if that lies within the range.
+/// An arc, the u where it is entered (`None`: the present place), and the u where it ends if that lies within the range.
 struct Section<S> {
     arc: Arc<S>,
-    low: Option<Place<S>>,
-    high: Option<Place<S>>,
+    low: Option<S>,
+    high: Option<S>,
+    /// Whether the torque need not rise all over the range along the arc, beyond those ends.
+    tight: bool,
 }
 
 /// What the search for a section goes by.
@@ -94,10 +89,28 @@ struct Search<'a, S> {
 }
 
 impl<S: Scalar> Search<'_, S> {
-    /// Whether the torque is met at a place of the route or before.
+    /// Whether the torque is met at a u of the route or before.
     #[inline]
-    fn holds(&self, place: Place<S>, eta: S) -> bool {
-        self.torque <= self.single.torque(place.u, place.g).0 + self.h * eta
+    fn holds(&self, u: S, eta: S) -> bool {
+        let square = u * u;
+        let excess = self.single.spring.torque(u, square) + self.h * eta - self.torque;
+        let eu = self.single.e * u;
+        // e·u·g lies between 0 and e·u, which often spares fixed point the root.
+        if !S::SI {
+            if excess > S::ZERO && excess >= eu {
+                return true;
+            }
+            if excess < S::ZERO && excess < eu {
+                return false;
+            }
+        }
+        excess >= eu * u.cosine(square)
+    }
+
+    /// Whether the tilt of a merged branch may let the torque fall somewhere within the range.
+    #[inline]
+    fn falls(&self, arc: &Arc<S>) -> bool {
+        arc.tilt() < S::ZERO && self.least_slope + self.h * arc.tilt() < S::ZERO
     }
 
     /// The section of the route that holds the torque, which is above the present one. All mirrored by `sign` where the deflection falls.
@@ -109,16 +122,15 @@ impl<S: Scalar> Search<'_, S> {
             let arc = Arc::constant(eta);
             let end = task.frame.fraction(state.filtered()).signed(sign) + self.half_play;
             if end >= self.reach {
-                return Section { arc, low, high: None };
+                return Section { arc, low, high: None, tight: false };
             }
-            let end = Place::at(end);
             if self.holds(end, eta) {
-                return Section { arc, low, high: Some(end) };
+                return Section { arc, low, high: Some(end), tight: false };
             }
             low = Some(end);
         }
-        let place = |knot: Knot<S>| Place::at(knot.u + self.half_play);
-        let inside = |knot: Knot<S>| knot.u + self.half_play < self.reach;
+        let place = |knot: Knot<S>| knot.u + self.half_play;
+        let inside = |knot: Knot<S>| place(knot) < self.reach;
         let (mut stage, route) = state.ahead(task.frame, sign);
         let mut high = None;
         if let Some(end) = stage.end
@@ -135,15 +147,14 @@ impl<S: Scalar> Search<'_, S> {
         }
         let arc = stage.arc.delayed(self.half_play);
         let flat_from = arc.flat_from();
-        if flat_from < high.map_or(self.reach, |high| high.u) {
-            let flat = Place::at(flat_from);
-            let behind = low.map_or(here, |low| low.u) >= flat_from;
-            if behind || !self.holds(flat, arc.at(flat_from)[0]) {
-                return Section { arc: arc.flat(), low: if behind { low } else { Some(flat) }, high };
+        if flat_from < high.unwrap_or(self.reach) {
+            let behind = low.unwrap_or(here) >= flat_from;
+            if behind || !self.holds(flat_from, arc.eta(flat_from)) {
+                return Section { arc: arc.flat(), low: if behind { low } else { Some(flat_from) }, high, tight: true };
             }
-            high = Some(flat);
+            high = Some(flat_from);
         }
-        Section { arc, low, high }
+        Section { arc, low, high, tight: flat_from < self.reach || self.falls(&arc) }
     }
 }
 
@@ -152,53 +163,57 @@ impl<S: Scalar> Invertible<S> for Masing<S> {
         let single = SingleValued { spring: task.spring, e: self.e };
         let (u, g) = (task.frame.fraction(theta), task.frame.gate(theta));
         let outside = u.abs() > task.reach;
-        let (now, eug) = single.torque(u, g);
+        let (now, eug) = single.torque(u, u * u, g);
         let now = now + self.h * state.eta();
-        let missing = task.aim.torque - now;
-        if missing.abs() <= task.aim.tolerance && !outside {
+        let missing = task.torque - now;
+        if missing.abs() <= task.limits.tolerance && !outside {
             return Solution::held(theta);
         }
         let sign = if missing > S::ZERO { S::ONE } else { -S::ONE };
-        let aim = task.aim.mirrored(sign);
+        let torque = task.torque.signed(sign);
         let (missing, here) = (missing.abs(), Place { u: u.signed(sign), g });
         let search = Search {
             single,
             h: self.h,
-            torque: aim.torque,
+            torque,
             half_play: task.frame.fraction(self.half_play),
             reach: task.reach,
             missing,
             least_slope: if outside { S::ZERO } else { task.least_slope },
         };
-        let Section { arc, low, high } = search.section(task, state, sign, here.u);
-        let from = low.unwrap_or(here);
-        let below = outside && from.u < -task.reach;
-        if outside && (from.u >= task.reach || high.is_some_and(|high| high.u <= -task.reach)) {
-            return task.edge(if from.u >= task.reach { sign } else { -sign });
+        let Section { arc, low, high, tight } = search.section(task, state, sign, here.u);
+        let from = low.unwrap_or(here.u);
+        let from_place = || low.map_or(here, Place::at);
+        let below = outside && from < -task.reach;
+        if outside && (from >= task.reach || high.is_some_and(|high| high <= -task.reach)) {
+            return task.edge(if from >= task.reach { sign } else { -sign });
         }
         let curve = Loop { single, h: self.h, arc };
-        let from_point = from.point();
+        // The range is bracket enough where the torque rises all over it, and saves fixed point two divisions.
+        let (tight, edge) = (S::SI || tight, task.reach_half_tangent);
+        let from_point = if tight { from_place().point() } else { Point::ZERO };
         let bracket = Bracket {
-            low: if below { -task.reach_half_tangent } else { from_point.t },
-            high: high.map_or(task.reach_half_tangent, |high| high.point().t),
+            low: if tight && !below { from_point.t } else { -edge },
+            high: high.filter(|_| tight).map_or(edge, |high| Place::at(high).point().t),
             low_is_edge: below,
             high_is_edge: high.is_none(),
         };
         let (start, first) = if missing < S::from_f64(NEAR) && low.is_none() && !outside {
-            (from_point, (now.signed(sign), eug.signed(sign)))
+            (if tight { from_point } else { here.point() }, (now.signed(sign), eug.signed(sign)))
         } else {
             // Over A and T_A, the mean stiffness is about one.
-            let end = high.map_or(task.reach, |high| high.u);
-            let guess = (here.u + missing).max(from.u.max(-task.reach)).min(end);
-            let start = Place::at(guess).point();
-            (start, curve.torque(start.u, start.g))
+            let end = high.unwrap_or(task.reach);
+            let guess = (here.u + missing).max(from).min(end);
+            let start = Point::near(guess, &bracket);
+            (start, curve.torque(start.u, start.u * start.u, start.g))
         };
-        let found = root(&curve, &aim, bracket, start, first);
+        let found = root(&curve, (torque, task.limits), bracket, start, first);
         task.solution(&found, sign, theta)
     }
 
     fn solve_start(&self, task: &Task<S>) -> Solution<S> {
-        task.solve_anywhere(&SingleValued { spring: task.spring, e: self.e }, Point::ZERO)
+        let single = SingleValued { spring: task.spring, e: self.e };
+        task.solve_anywhere(&Loop { single, h: self.h, arc: Arc::constant(S::ZERO) }, Point::ZERO)
     }
 }
 

@@ -9,7 +9,7 @@
 //! All of them increase with θ within ±rA, the [invertible range](invertible_range) of the parameters; beyond it the solution is the edge of the range, and
 //! says so. The search is Euler's iteration within a bracket, of at most [`MOST_STEPS`] steps.
 //!
-//! **Error.** Moving the gear to the solution gives T* back within 1e-14 (`f64`), 3e-6 (`f32`) or 9e-8 (fixed point) of the torque scale, plus what
+//! **Error.** Moving the gear to the solution gives T* back within 1e-14 (`f64`), 3e-6 (`f32`) or 1e-6 (fixed point) of the torque scale, plus what
 //! the rounding of θ itself does where dz/dθ grows without bound: with δ the spacing of numbers next to 1, up to e·A·min(2δ/g, 2√δ) (laws `phase` and `time`
 //! with gate `cycle`: the largest memory for e·A).
 //!
@@ -48,10 +48,7 @@ use crate::gear::{Gear, Output, State};
 use crate::memory::{AnyLaw, Frame, MemoryLaw, VaryingPeriod};
 use crate::params::{Gate, Params};
 use crate::scalar::{Float, Scalar};
-use solve::{Aim, Bracket, Point, Root, Spring, Stretch, root};
-
-/// A residual below this many spacings of the scalar counts as none.
-const TOLERANCE: f64 = 4.0;
+use solve::{Bracket, Limits, Point, Root, Spring, Stretch, root};
 
 /// Torques beyond this many rated torques are no torques.
 const REFUSED_BEYOND: f64 = 1e18;
@@ -66,10 +63,7 @@ pub struct Inverse<S: Scalar, L = AnyLaw<S>> {
     longest_period: S,
     reach: S,
     reach_half_tangent: S,
-    tolerance: S,
-    last_step: S,
-    last_chord: S,
-    last_width: S,
+    limits: Limits<S>,
     least_slope: S,
 }
 
@@ -103,7 +97,9 @@ impl<S> Solution<S> {
 pub struct Task<'a, S> {
     frame: &'a Frame<S>,
     spring: &'a Spring<S>,
-    aim: Aim<S>,
+    /// T*/T_A.
+    torque: S,
+    limits: &'a Limits<S>,
     /// The least that T/T_A rises with u = θ/A, within the range.
     least_slope: S,
     reach: S,
@@ -174,7 +170,7 @@ impl<S: Scalar, L: Invertible<S>> Inverse<S, L> {
     ) -> Self {
         let Monotony { reach, least_slope, bounds: [first, second, third] } = *monotony;
         let scale = torque_scale_nm;
-        let tolerance = TOLERANCE * S::EPSILON;
+        let tolerance = S::TOLERANCE;
         // Short of the edge by its rounding, so that no solution lies beyond.
         let inner = if reach < 1.0 { reach * (1.0 - 4.0 * S::EPSILON) } else { reach };
         let reach_half_tangent = inner / (1.0 + libm::sqrt((1.0 - inner) * (1.0 + inner)));
@@ -186,11 +182,13 @@ impl<S: Scalar, L: Invertible<S>> Inverse<S, L> {
             longest_period: S::from_f64(longest_period_s),
             reach: S::from_f64(reach),
             reach_half_tangent: S::from_f64(reach_half_tangent),
-            tolerance: S::from_f64(tolerance),
+            limits: Limits {
+                tolerance: S::from_f64(tolerance),
+                last_step: S::from_f64(libm::cbrt(6.0 * tolerance / third)),
+                last_chord: S::from_f64(2.0 * tolerance / second.max(third)),
+                last_width: S::from_f64(tolerance / first),
+            },
             least_slope: S::from_f64(least_slope),
-            last_step: S::from_f64(libm::cbrt(6.0 * tolerance / third)),
-            last_chord: S::from_f64(2.0 * tolerance / second.max(third)),
-            last_width: S::from_f64(tolerance / first),
         }
     }
 
@@ -206,7 +204,11 @@ impl<S: Scalar, L: Invertible<S>> Inverse<S, L> {
 
     /// The state of a gear whose past is unknown (y = 0, m = 0) under a torque, and how it was found.
     pub fn start<const N: usize>(&self, torque: S) -> (State<S, N, L>, Solution<S>) {
-        let solution = self.task(torque).map_or(Solution::refused(S::ZERO), |task| self.gear.law().solve_start(&task));
+        let solution = if self.is_torque(torque) {
+            self.gear.law().solve_start(&self.task(torque))
+        } else {
+            Solution::refused(S::ZERO)
+        };
         (self.gear.start(solution.theta), solution)
     }
 
@@ -214,7 +216,10 @@ impl<S: Scalar, L: Invertible<S>> Inverse<S, L> {
     #[inline]
     pub fn peek<const N: usize>(&self, state: &State<S, N, L>, torque: S) -> Solution<S> {
         let theta = state.theta();
-        self.task(torque).map_or(Solution::refused(theta), |task| self.gear.law().solve(&task, state.memory(), theta))
+        if !self.is_torque(torque) {
+            return Solution::refused(theta);
+        }
+        self.gear.law().solve(&self.task(torque), state.memory(), theta)
     }
 
     /// Moves the gear to the deflection at which it gives a torque, and returns both. A torque that is refused moves nothing.
@@ -225,24 +230,24 @@ impl<S: Scalar, L: Invertible<S>> Inverse<S, L> {
         (solution, output)
     }
 
-    /// What the law is asked; `None` for what is no torque.
     #[inline]
-    fn task(&self, torque: S) -> Option<Task<'_, S>> {
+    fn is_torque(&self, torque: S) -> bool {
         // A NaN compares false.
-        (torque.abs() <= self.limit).then(|| Task {
+        torque.abs() <= self.limit
+    }
+
+    /// What the law is asked.
+    #[inline]
+    fn task(&self, torque: S) -> Task<'_, S> {
+        Task {
             frame: self.gear.frame(),
             spring: &self.spring,
-            aim: Aim {
-                torque: torque.normalise(self.inverse_torque_scale),
-                tolerance: self.tolerance,
-                last_step: self.last_step,
-                last_chord: self.last_chord,
-                last_width: self.last_width,
-            },
+            torque: torque.normalise(self.inverse_torque_scale),
+            limits: &self.limits,
             least_slope: self.least_slope,
             reach: self.reach,
             reach_half_tangent: self.reach_half_tangent,
-        })
+        }
     }
 }
 
@@ -252,10 +257,10 @@ impl<S: Float, L: InvertibleAfter<S>> Inverse<S, L> {
     #[inline]
     pub fn peek_after<const N: usize>(&self, state: &State<S, N, L>, torque: S, period_s: S) -> Solution<S> {
         let theta = state.theta();
-        let task = if self.is_period(period_s) { self.task(torque) } else { None };
-        task.map_or(Solution::refused(theta), |task| {
-            self.gear.law().solve_after(&task, state.memory(), theta, period_s)
-        })
+        if !self.is_period(period_s) || !self.is_torque(torque) {
+            return Solution::refused(theta);
+        }
+        self.gear.law().solve_after(&self.task(torque), state.memory(), theta, period_s)
     }
 
     /// [`commit`](Self::commit) for a sample `period_s` after the last.
@@ -314,7 +319,13 @@ impl<S: Scalar> Task<'_, S> {
         let edge = self.reach_half_tangent;
         let bracket = Bracket { low: -edge, high: edge, low_is_edge: true, high_is_edge: true };
         let start = if start.t.abs() <= edge { start } else { Point::ZERO };
-        let found = root(stretch, &self.aim, bracket, start, stretch.torque(start.u, start.g));
+        let found = root(
+            stretch,
+            (self.torque, self.limits),
+            bracket,
+            start,
+            stretch.torque(start.u, start.u * start.u, start.g),
+        );
         self.found(&found, S::ONE, self.deflection(found.u))
     }
 

@@ -18,19 +18,18 @@ impl<S: Float> Stretch<S> for Fading<'_, S> {
     type Work = [S; 3];
 
     #[inline]
-    fn torque(&self, u: S, g: S) -> (S, [S; 3]) {
+    fn torque(&self, u: S, square: S, g: S) -> (S, [S; 3]) {
         let Phase { quadrature, in_phase, rho, gate } = self.law;
         let faded = self.transient * (-(rho * phase_step(self.from.0, self.from.1, u, g))).exp();
         let decay = rho * faded;
         let (steady, turned) = (quadrature * g + in_phase * u, in_phase * g - quadrature * u);
         let z = gated(gate, [steady + faded, turned - decay, rho * decay - steady], u, g);
-        (self.spring.torque(u, g).0 + z[0], z)
+        (self.spring.torque(u, square) + z[0], z)
     }
 
     #[inline]
-    fn slopes(&self, u: S, g: S, z: [S; 3]) -> [S; 2] {
-        let [slope, bend] = self.spring.slopes(u, g, ());
-        [slope + z[1], bend + z[2]]
+    fn slopes(&self, u: S, square: S, _g: S, [_, turn, curl]: [S; 3]) -> [[S; 2]; 2] {
+        [self.spring.slopes(u, square), [turn, curl]]
     }
 }
 
@@ -38,8 +37,8 @@ impl<S: Float> Invertible<S> for Phase<S> {
     fn solve<const N: usize>(&self, task: &Task<S>, state: &PhaseState<S>, theta: S) -> Solution<S> {
         let z = MemoryLaw::<S>::torque::<N>(self, task.frame, state, theta);
         let u = task.frame.fraction(theta);
-        let missing = task.aim.torque - (task.spring.torque(u, S::ZERO).0 + z);
-        if missing.abs() <= task.aim.tolerance && u.abs() <= task.reach {
+        let missing = task.torque - (task.spring.torque(u, u * u) + z);
+        if missing.abs() <= task.limits.tolerance && u.abs() <= task.reach {
             return Solution::held(theta);
         }
         let sign = if missing > S::ZERO { S::ONE } else { -S::ONE };
@@ -53,7 +52,13 @@ impl<S: Float> Invertible<S> for Phase<S> {
         let below = from.0 < -task.reach;
         let start = if below { Point::at(-task.reach_half_tangent) } else { Point::of(from.0, g) };
         let bracket = Bracket { low: start.t, high: task.reach_half_tangent, low_is_edge: below, high_is_edge: true };
-        let found = root(&ahead, &task.aim.mirrored(sign), bracket, start, ahead.torque(start.u, start.g));
+        let found = root(
+            &ahead,
+            (task.torque.signed(sign), task.limits),
+            bracket,
+            start,
+            ahead.torque(start.u, start.u * start.u, start.g),
+        );
         task.solution(&found, sign, theta)
     }
 

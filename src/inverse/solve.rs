@@ -42,34 +42,45 @@ impl<S: Scalar> Spring<S> {
     }
 }
 
+impl<S: Scalar> Spring<S> {
+    /// f(u), from u and u².
+    #[inline]
+    pub(super) fn torque(&self, u: S, square: S) -> S {
+        let [k1, k3, k5] = self.torque;
+        u * (k1 + square * (k3 + square * k5))
+    }
+
+    /// f′(u) and f″(u).
+    #[inline]
+    pub(super) fn slopes(&self, u: S, square: S) -> [S; 2] {
+        let slope = self.torque[0] + square * (self.slope[0] + square * self.slope[1]);
+        [slope, u * (self.bend[0] + square * self.bend[1])]
+    }
+}
+
 /// A torque T/T_A along a stretch, as a function of φ: u = sin φ, g = cos φ.
 pub(super) trait Stretch<S> {
-    /// What the torque and its slopes share.
+    /// What the torque and its slopes share beside u².
     type Work: Copy;
 
     /// T.
-    fn torque(&self, u: S, g: S) -> (S, Self::Work);
+    fn torque(&self, u: S, square: S, g: S) -> (S, Self::Work);
 
-    /// Its first two derivatives by φ.
-    fn slopes(&self, u: S, g: S, work: Self::Work) -> [S; 2];
+    /// T = P(u) + R(φ): the first two derivatives of P by u, then those of R by φ.
+    fn slopes(&self, u: S, square: S, g: S, work: Self::Work) -> [[S; 2]; 2];
 }
 
 impl<S: Scalar> Stretch<S> for Spring<S> {
     type Work = ();
 
     #[inline]
-    fn torque(&self, u: S, _g: S) -> (S, ()) {
-        let [k1, k3, k5] = self.torque;
-        let square = u * u;
-        (u * (k1 + square * (k3 + square * k5)), ())
+    fn torque(&self, u: S, square: S, _g: S) -> (S, ()) {
+        (self.torque(u, square), ())
     }
 
     #[inline]
-    fn slopes(&self, u: S, g: S, (): ()) -> [S; 2] {
-        let square = u * u;
-        let slope = self.torque[0] + square * (self.slope[0] + square * self.slope[1]);
-        let bend = u * (self.bend[0] + square * self.bend[1]);
-        [slope * g, bend * (g * g) - slope * u]
+    fn slopes(&self, u: S, square: S, _g: S, (): ()) -> [[S; 2]; 2] {
+        [self.slopes(u, square), [S::ZERO; 2]]
     }
 }
 
@@ -95,6 +106,14 @@ impl<S: Scalar> Point<S> {
         Self { t: u.over(one_and_g), u, g, q: S::HALF * one_and_g }
     }
 
+    /// Near u within a bracket, without root or division for t: u/2·(1 + u²/2) is close enough to start from.
+    #[inline]
+    pub(super) fn near(u: S, bracket: &Bracket<S>) -> Self {
+        let half = S::HALF * u;
+        let square = half * half;
+        Self::at((half + half * (square + square)).clamp(bracket.low, bracket.high))
+    }
+
     #[inline]
     pub(super) fn at(t: S) -> Self {
         let q = (S::ONE + t * t).recip();
@@ -111,11 +130,9 @@ pub(super) struct Bracket<S> {
     pub(super) high_is_edge: bool,
 }
 
-/// What the search aims at and when it ends.
+/// When the search ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Aim<S> {
-    /// T*/T_A.
-    pub(super) torque: S,
+pub(super) struct Limits<S> {
     /// A residual that counts as none.
     pub(super) tolerance: S,
     /// A step after which the residual is below the tolerance, by the bound on d³T/dt³.
@@ -124,14 +141,6 @@ pub(super) struct Aim<S> {
     pub(super) last_chord: S,
     /// A bracket within which the torque changes by less than the tolerance, by the bound on dT/dt.
     pub(super) last_width: S,
-}
-
-impl<S: Scalar> Aim<S> {
-    /// The same for a stretch mirrored by `sign`.
-    #[inline]
-    pub(super) fn mirrored(&self, sign: S) -> Self {
-        Self { torque: self.torque.signed(sign), ..*self }
-    }
 }
 
 /// What the search found.
@@ -148,7 +157,7 @@ pub(super) struct Root<S> {
 #[inline]
 pub(super) fn root<S: Scalar, C: Stretch<S>>(
     stretch: &C,
-    aim: &Aim<S>,
+    (aim, limits): (S, &Limits<S>),
     bracket: Bracket<S>,
     start: Point<S>,
     first: (S, C::Work),
@@ -161,8 +170,8 @@ pub(super) fn root<S: Scalar, C: Stretch<S>>(
     let found = |u, steps, saturated| Root { u, saturated, converged: true, steps };
     loop {
         let Point { t, u, g, q } = point;
-        let residual = aim.torque - torque;
-        if residual.abs() <= aim.tolerance {
+        let residual = aim - torque;
+        if residual.abs() <= limits.tolerance {
             return found(u, steps, false);
         }
         let up = residual > S::ZERO;
@@ -183,35 +192,38 @@ pub(super) fn root<S: Scalar, C: Stretch<S>>(
             return Root { converged: false, ..found(u, steps, false) };
         }
         steps += 1;
-        let [slope, bend] = stretch.slopes(u, g, work);
-        let a = q * slope;
-        let b = q * q * (bend - t * slope);
+        let square = u * u;
+        let [[slope, bend], [turn, curl]] = stretch.slopes(u, square, g, work);
+        let (turn, curl) = (slope * g + turn, bend * (S::ONE - square) - slope * u + curl);
+        let a = q * turn;
+        let b = q * q * (curl - t * turn);
         let predicted = S::root_of_parabola(a, residual, b);
         let step = residual.over(a + predicted);
         // A NaN compares false.
         let rising = a > S::ZERO;
         if rising && step.abs() < room {
             point = Point::at(t + step);
-            if step.abs() <= aim.last_step {
+            if step.abs() <= limits.last_step {
                 return found(point.u, steps, false);
             }
-            (torque, work) = stretch.torque(point.u, point.g);
+            (torque, work) = stretch.torque(point.u, point.u * point.u, point.g);
             if predicted > S::ZERO {
-                let chord = (aim.torque - torque).over(predicted + predicted);
+                let chord = (aim - torque).over(predicted + predicted);
                 let (size, end) = (chord.abs(), point.t + chord);
-                if (step * step + size) * size <= aim.last_chord && low < end && end < high {
-                    return found(Point::at(end).u, steps, false);
+                if (step * step + size) * size <= limits.last_chord && low < end && end < high {
+                    // Along the tangent: the chord is shorter than the root of the spacing of numbers.
+                    return found(point.u + (chord + chord) * (point.q * point.g), steps, false);
                 }
             }
             continue;
         }
         point = Point::at(if rising && !(if up { high_tried } else { low_tried }) {
             if up { high } else { low }
-        } else if high - low <= aim.last_width {
+        } else if high - low <= limits.last_width {
             return found(u, steps, false);
         } else {
             S::HALF * (low + high)
         });
-        (torque, work) = stretch.torque(point.u, point.g);
+        (torque, work) = stretch.torque(point.u, point.u * point.u, point.g);
     }
 }

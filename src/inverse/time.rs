@@ -17,16 +17,15 @@ impl<S: Scalar> Stretch<S> for Growing<'_, S> {
     type Work = [S; 3];
 
     #[inline]
-    fn torque(&self, u: S, g: S) -> (S, [S; 3]) {
+    fn torque(&self, u: S, square: S, g: S) -> (S, [S; 3]) {
         let Ahead { from, memory, growth } = self.ahead;
         let z = gated(self.gate, [memory + growth * (u - from), growth * g, -(growth * u)], u, g);
-        (self.spring.torque(u, g).0 + z[0], z)
+        (self.spring.torque(u, square) + z[0], z)
     }
 
     #[inline]
-    fn slopes(&self, u: S, g: S, z: [S; 3]) -> [S; 2] {
-        let [slope, bend] = self.spring.slopes(u, g, ());
-        [slope + z[1], bend + z[2]]
+    fn slopes(&self, u: S, square: S, _g: S, [_, turn, curl]: [S; 3]) -> [[S; 2]; 2] {
+        [self.spring.slopes(u, square), [turn, curl]]
     }
 }
 

@@ -81,8 +81,12 @@ impl<S: Scalar> Frame<S> {
     /// The gate g = √(max(0, (1 − θ/A)(1 + θ/A))).
     ///
     /// A ∓ θ is exact near the tips, so the error stays at 3 units in the last place everywhere.
-    #[inline]
+    #[inline(always)]
     pub fn gate(&self, theta: S) -> S {
+        if !S::SI {
+            // The spring shares the square.
+            return theta.cosine(theta * theta);
+        }
         (self.fraction(self.rated - theta) * self.fraction(self.rated + theta)).sqrt()
     }
 }

@@ -3,6 +3,7 @@
 //! Everything else is decided once, where the branch is entered. The bits are those of the long way.
 
 use super::Frame;
+use super::masing::TurningPoint;
 use crate::scalar::Scalar;
 
 /// Just below one: rounding never carries a sample past the end of an arc unseen.
@@ -11,11 +12,10 @@ const NEARLY_ONE: f64 = 1.0 - 1e-6;
 /// The present branch up to the place where something changes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Glide<S> {
-    /// 1 rising, −1 falling.
-    sign: S,
+    rising: bool,
     /// 2 on the initial curve, else 1.
     steepness: S,
-    /// sign·θ has to stay below; no sample is where there is no short way.
+    /// The deflection after the play has to stay before; no sample does where there is no short way.
     until: S,
 }
 
@@ -23,41 +23,52 @@ impl<S: Scalar> Glide<S> {
     /// No short way.
     #[inline]
     pub(super) fn none() -> Self {
-        Self { sign: S::ONE, steepness: S::ONE, until: S::from_f64(-1e30) }
+        Self { rising: true, steepness: S::ONE, until: S::from_f64(-1e30) }
     }
 
-    /// From `here` along the arc of `anchor`, rising or falling, to the turning point `target` (without one, the initial curve), within ±A.
-    pub(super) fn new(frame: &Frame<S>, half_play: S, rising: bool, here: S, anchor: S, target: Option<S>) -> Self {
-        if !frame.in_range(here) {
+    /// Along the arc of `anchor`, rising or falling, to the turning point `target` (without one, the initial curve), within ±A.
+    #[inline]
+    pub(super) fn new(frame: &Frame<S>, half_play: S, rising: bool, anchor: S, target: Option<S>) -> Self {
+        // An arc that starts beyond a tip may be fully open before it ends.
+        if !frame.in_range(anchor) {
             return Self::none();
         }
-        let sign = if rising { S::ONE } else { -S::ONE };
-        let nearly_rated = frame.rated() * S::from_f64(NEARLY_ONE);
-        let half_arc = anchor.signed(sign) + nearly_rated;
-        let (steepness, end) = match target {
-            Some(target) => (S::ONE, (half_arc + nearly_rated).min(target.signed(sign))),
-            None => (S::TWO, half_arc),
+        let (nearly_rated, initial) = (frame.rated() * S::from_f64(NEARLY_ONE), target.is_none());
+        let until = if rising {
+            target.unwrap_or(anchor + nearly_rated).min(nearly_rated - half_play)
+        } else {
+            target.unwrap_or(anchor - nearly_rated).max(half_play - nearly_rated)
         };
-        Self { sign, steepness, until: end.min(nearly_rated - half_play) }
+        Self { rising, steepness: if initial { S::TWO } else { S::ONE }, until }
     }
 
-    /// The deflection after the play, if a sample at `theta` goes on along the arc; it then lies within ±A.
+    /// The deflection after the play and η there, if a sample at `theta` goes on along the arc; it then lies within ±A.
     #[inline]
-    pub(super) fn follow(&self, half_play: S, filtered: S, theta: S) -> Option<S> {
-        let ahead = theta.signed(self.sign) - half_play;
-        (ahead > filtered.signed(self.sign) && ahead < self.until).then(|| ahead.signed(self.sign))
-    }
-
-    /// η at a distance `step` (over A) from the anchor.
-    #[inline]
-    pub(super) fn eta(&self, anchor_eta: S, step: S) -> S {
-        anchor_eta + step * (S::TWO - self.steepness * step.abs())
+    pub(super) fn follow(
+        &self,
+        frame: &Frame<S>,
+        half_play: S,
+        filtered: S,
+        theta: S,
+        anchor: TurningPoint<S>,
+    ) -> Option<[S; 2]> {
+        let eta = |bent: fn(S, S) -> S, ahead: S| {
+            let step = frame.fraction(ahead - anchor.theta);
+            anchor.eta + step * bent(S::TWO, step.multiple(self.steepness))
+        };
+        if self.rising {
+            let ahead = theta - half_play;
+            (ahead > filtered && ahead < self.until).then(|| [ahead, eta(S::sub, ahead)])
+        } else {
+            let ahead = theta + half_play;
+            (ahead < filtered && ahead > self.until).then(|| [ahead, eta(S::add, ahead)])
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::Glide;
+    use super::{Glide, TurningPoint};
     use crate::memory::Frame;
     use crate::{Elastic, Memory, ParamError, Params};
 
@@ -66,19 +77,23 @@ mod tests {
         let elastic = Elastic { c1_nm_per_rad: 1.0, ..Elastic::default() };
         let memory = Memory { alpha: 0.1, beta_per_s: 1.0, omega_per_s: 1.0, ..Memory::default() };
         let frame = Frame::<f64>::new(&Params::new(1.0, elastic, memory)?);
-        let falling = Glide::new(&frame, 0.0, false, 0.5, 0.75, Some(-0.25));
-        assert_eq!(falling.follow(0.0, 0.5, 0.25), Some(0.25));
-        assert_eq!(falling.follow(0.0, 0.5, 0.5), None);
-        assert_eq!(falling.follow(0.0, 0.5, 0.625), None);
-        assert_eq!(falling.follow(0.0, 0.5, -0.25), None);
-        assert_eq!(falling.follow(0.0, 0.5, f64::NAN), None);
-        assert_eq!(falling.follow(0.125, 0.5, 0.25), Some(0.375));
-        assert_eq!(falling.follow(0.125, 0.5, 0.375), None);
-        let initial = Glide::new(&frame, 0.0, true, 0.5, 0.25, None);
-        assert_eq!(initial.follow(0.0, 0.5, 0.875), Some(0.875));
-        assert_eq!(initial.follow(0.0, 0.5, 1.0), None);
-        let outside = Glide::new(&frame, 0.0, true, -1.5, -2.0, Some(0.0));
-        assert_eq!(outside.follow(0.0, -1.5, -0.5), None);
+        let point = |theta: f64| TurningPoint { theta, eta: 0.0 };
+        let follow = |glide: Glide<f64>, half_play, filtered, theta, anchor| {
+            glide.follow(&frame, half_play, filtered, theta, point(anchor)).map(|[ahead, _]| ahead)
+        };
+        let falling = Glide::new(&frame, 0.0, false, 0.75, Some(-0.25));
+        assert_eq!(falling.follow(&frame, 0.0, 0.5, 0.25, point(0.75)), Some([0.25, -0.5 * 1.5]));
+        assert_eq!(follow(falling, 0.0, 0.5, 0.5, 0.75), None);
+        assert_eq!(follow(falling, 0.0, 0.5, 0.625, 0.75), None);
+        assert_eq!(follow(falling, 0.0, 0.5, -0.25, 0.75), None);
+        assert_eq!(follow(falling, 0.0, 0.5, f64::NAN, 0.75), None);
+        assert_eq!(follow(falling, 0.125, 0.5, 0.25, 0.75), Some(0.375));
+        assert_eq!(follow(falling, 0.125, 0.5, 0.375, 0.75), None);
+        let initial = Glide::new(&frame, 0.0, true, 0.25, None);
+        assert_eq!(initial.follow(&frame, 0.0, 0.5, 0.875, point(0.25)), Some([0.875, 0.625 * 0.75]));
+        assert_eq!(follow(initial, 0.0, 0.5, 1.0, 0.25), None);
+        let outside = Glide::new(&frame, 0.0, true, -2.0, Some(0.0));
+        assert_eq!(follow(outside, 0.0, -1.5, -0.5, -2.0), None);
         Ok(())
     }
 }

@@ -134,30 +134,24 @@ impl<S: Scalar, const N: usize> Path<S, N> {
         } else {
             return self.eta;
         };
-        let turned = if direction == self.direction { None } else { self.reverse(direction) };
+        let turned = if direction == self.direction { None } else { self.reverse(frame, half_play, direction) };
         let resumed = self.wipe_out(direction, theta);
         if let Some(entry) = resumed.or(turned) {
-            self.enter(frame, entry);
+            self.enter(frame, half_play, entry);
         }
         self.filtered = theta;
         self.eta = self.branch(frame, theta);
-        self.glide = if self.blend.is_some() {
-            Glide::none()
-        } else {
-            let target = self.target().map(|target| target.theta);
-            Glide::new(frame, half_play, direction == Direction::Rising, theta, self.anchor.theta, target)
-        };
         self.eta
     }
 
     /// The same step the short way, or false where there is none: the state is left alone.
     #[inline]
     fn glide(&mut self, frame: &Frame<S>, half_play: S, theta: S) -> bool {
-        let Some(theta) = self.glide.follow(half_play, self.filtered, theta) else {
+        let Some([theta, eta]) = self.glide.follow(frame, half_play, self.filtered, theta, self.anchor) else {
             return false;
         };
         self.filtered = theta;
-        self.eta = self.glide.eta(self.anchor.eta, frame.fraction(theta - self.anchor.theta));
+        self.eta = eta;
         true
     }
 
@@ -189,15 +183,19 @@ impl<S: Scalar, const N: usize> Path<S, N> {
     }
 
     /// Turns at the last sample and returns the turning point; before the first movement there is none.
-    fn reverse(&mut self, direction: Direction) -> Option<TurningPoint<S>> {
+    fn reverse(&mut self, frame: &Frame<S>, half_play: S, direction: Direction) -> Option<TurningPoint<S>> {
         let first = self.direction == Direction::Unknown;
         self.direction = direction;
         if first {
+            self.glide = self.short_way(frame, half_play, None);
             return None;
         }
         let here = TurningPoint { theta: self.filtered, eta: self.eta };
-        self.highest = self.highest.max(here.theta);
-        self.lowest = self.lowest.min(here.theta);
+        if direction == Direction::Rising {
+            self.lowest = self.lowest.min(here.theta);
+        } else {
+            self.highest = self.highest.max(here.theta);
+        }
         if self.turning_points.is_empty() {
             let mirrored = TurningPoint { theta: self.origin + (self.origin - here.theta), eta: -here.eta };
             self.push(mirrored);
@@ -236,24 +234,31 @@ impl<S: Scalar, const N: usize> Path<S, N> {
         entry
     }
 
+    /// The short way from the anchor.
+    #[inline]
+    fn short_way(&self, frame: &Frame<S>, half_play: S, target: Option<S>) -> Glide<S> {
+        Glide::new(frame, half_play, self.direction == Direction::Rising, self.anchor.theta, target)
+    }
+
     /// Sets up the branch from the newest turning point, entered at `entry`.
-    fn enter(&mut self, frame: &Frame<S>, entry: TurningPoint<S>) {
+    fn enter(&mut self, frame: &Frame<S>, half_play: S, entry: TurningPoint<S>) {
         self.blend = None;
         let (Some(target), Some(&anchor)) = (self.target(), self.turning_points.last()) else {
             self.anchor = TurningPoint { theta: self.origin, eta: S::ZERO };
+            self.glide = self.short_way(frame, half_play, None);
             return;
         };
         self.anchor = anchor;
-        if !self.merging {
+        let length = frame.fraction(target.theta - entry.theta);
+        if !self.merging || length == S::ZERO {
+            self.glide = self.short_way(frame, half_play, Some(target.theta));
             return;
         }
-        let length = frame.fraction(target.theta - entry.theta);
-        if length != S::ZERO {
-            let entry_gap = entry.eta - self.plain_branch(frame, entry.theta);
-            let target_gap = target.eta - self.plain_branch(frame, target.theta);
-            self.blend =
-                Some(Blend { entry_theta: entry.theta, entry_gap, tilt: (target_gap - entry_gap).over(length) });
-        }
+        let entry_gap = entry.eta - self.plain_branch(frame, entry.theta);
+        let target_gap = target.eta - self.plain_branch(frame, target.theta);
+        let tilt = (target_gap - entry_gap).over(length);
+        self.blend = Some(Blend { entry_theta: entry.theta, entry_gap, tilt });
+        self.glide = Glide::none();
     }
 }
 

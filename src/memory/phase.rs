@@ -79,6 +79,30 @@ impl<S: Scalar> Phase<S> {
     }
 }
 
+impl<S: Float> Phase<S> {
+    /// Moves to a deflection, of which u = sin φ and g = cos φ are given.
+    #[inline]
+    fn advance(&self, state: &mut PhaseState<S>, theta: S, u: S, g: S) {
+        let direction = if theta > state.theta {
+            S::ONE
+        } else if theta < state.theta {
+            -S::ONE
+        } else {
+            return;
+        };
+        if direction != state.direction {
+            state.transient = state.transient_towards(self, direction);
+            state.direction = direction;
+        }
+        let kept = (-(self.rho * phase_step(state.u, state.g, u, g))).exp();
+        state.transient = state.transient * kept;
+        state.uncertainty = state.uncertainty * kept;
+        state.theta = theta;
+        state.u = u;
+        state.g = g;
+    }
+}
+
 /// The angle from (u_0, g_0) to (u, g) on the unit circle, in [0, π].
 #[inline]
 pub(crate) fn phase_step<S: Float>(u0: S, g0: S, u: S, g: S) -> S {
@@ -108,26 +132,17 @@ impl<S: Float> MemoryLaw<S> for Phase<S> {
 
     #[inline]
     fn step<const N: usize>(&self, frame: &Frame<S>, state: &mut PhaseState<S>, theta: S) {
-        let direction = if theta > state.theta {
-            S::ONE
-        } else if theta < state.theta {
-            -S::ONE
-        } else {
-            return;
-        };
-        if direction != state.direction {
-            state.transient = state.transient_towards(self, direction);
-            state.direction = direction;
-        }
-        let (u, g) = (frame.clamped_fraction(theta), frame.gate(theta));
-        let kept = (-(self.rho * phase_step(state.u, state.g, u, g))).exp();
-        state.transient = state.transient * kept;
-        state.uncertainty = state.uncertainty * kept;
-        state.theta = theta;
-        state.u = u;
-        state.g = g;
+        self.advance(state, theta, frame.clamped_fraction(theta), frame.gate(theta));
     }
 
+    #[inline]
+    fn glide<const N: usize>(&self, frame: &Frame<S>, state: &mut PhaseState<S>, theta: S) -> bool {
+        let within = frame.in_range(theta);
+        if within {
+            self.advance(state, theta, frame.fraction(theta), frame.gate(theta));
+        }
+        within
+    }
     #[inline]
     fn torque<const N: usize>(&self, _frame: &Frame<S>, state: &PhaseState<S>, _theta: S) -> S {
         let memory = state.memory(self);

@@ -21,6 +21,7 @@ macro_rules! scalar {
             const ONE: Self = 1.0;
             const TWO: Self = 2.0;
             const EPSILON: f64 = <$f>::EPSILON as f64;
+            const TOLERANCE: f64 = 4.0 * <Self as Scalar>::EPSILON;
             const LARGEST: f64 = <$f>::MAX as f64;
             const SI: bool = true;
             const REFUSED_BEYOND: f64 = 1e5;

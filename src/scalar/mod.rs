@@ -38,6 +38,8 @@ pub trait Scalar:
     const TWO: Self;
     /// The spacing of the numbers next to 1.
     const EPSILON: f64;
+    /// What an inverse may leave of a torque, as a share of the rated one.
+    const TOLERANCE: f64;
     /// No number is larger.
     const LARGEST: f64;
     /// Whether input units are SI (floats) or fractions of the rated deflection and the rated torque (fixed point).
@@ -65,10 +67,20 @@ pub trait Scalar:
     fn over(self, divisor: Self) -> Self {
         self * divisor.recip()
     }
+    /// √((1 − x)(1 + x)), 0 beyond ±1. `_square` is x², which says it all on an even grid.
+    #[inline]
+    fn cosine(self, _square: Self) -> Self {
+        ((Self::ONE - self) * (Self::ONE + self)).sqrt()
+    }
     /// √(a² + 2xy), 0 where that is negative; the squares may be larger than any number is.
     #[inline]
     fn root_of_parabola(a: Self, x: Self, y: Self) -> Self {
         (a * a + (x + x) * y).sqrt()
+    }
+    /// self·n for n of 0, 1 or 2.
+    #[inline]
+    fn multiple(self, n: Self) -> Self {
+        self * n
     }
     /// self·sign for a sign of 1 or −1.
     #[inline]

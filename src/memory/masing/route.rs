@@ -12,6 +12,7 @@ pub(crate) struct Arc<S> {
     from: S,
     eta: S,
     slope: S,
+    /// 0, 1 or 2.
     bend: S,
     /// The length after which the loop is fully open.
     span: S,
@@ -61,12 +62,23 @@ impl<S: Scalar> Arc<S> {
         Self { from: origin, eta: S::ZERO, slope: S::TWO, bend: S::TWO, span: S::ONE }
     }
 
-    /// η and its first two derivatives by u.
     #[inline]
-    pub(crate) fn at(&self, u: S) -> [S; 3] {
+    pub(crate) fn eta(&self, u: S) -> S {
         let step = u - self.from;
-        let bent = self.bend * step;
-        [self.eta + step * (self.slope - bent), self.slope - (bent + bent), -(self.bend + self.bend)]
+        self.eta + step * (self.slope - step.multiple(self.bend))
+    }
+
+    /// The first two derivatives of h·η by u.
+    #[inline]
+    pub(crate) fn slopes(&self, u: S, h: S) -> [S; 2] {
+        let (bent, curl) = ((u - self.from).multiple(self.bend), h.multiple(self.bend));
+        [h * (self.slope - (bent + bent)), -(curl + curl)]
+    }
+
+    /// What merged pairs add to the derivative of η.
+    #[inline]
+    pub(crate) fn tilt(&self) -> S {
+        self.slope - S::TWO
     }
 
     /// Where a loop is fully open; it then keeps the η of its turning point.
@@ -93,7 +105,7 @@ impl<S: Scalar> Arc<S> {
     fn blended(self, entry: Knot<S>, target: Knot<S>) -> Self {
         let length = target.u - entry.u;
         if length > S::ZERO {
-            let plain = |u: S| self.at(u.min(self.flat_from()))[0];
+            let plain = |u: S| self.eta(u.min(self.flat_from()));
             let gap = entry.eta - plain(entry.u);
             let growth = (target.eta - plain(target.u) - gap).over(length);
             self.tilted(entry.u, gap, growth)

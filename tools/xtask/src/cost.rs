@@ -26,16 +26,26 @@ struct Image {
 
 const IMAGES: [Image; 2] = [
     Image { machine: machine::M4F, place: "Cortex-M4F in `f32`", limits: &LIMITS },
-    Image { machine: machine::M0, place: "Cortex-M0 in fixed point", limits: &[] },
+    Image { machine: machine::M0, place: "Cortex-M0 in fixed point", limits: &FIXED_LIMITS },
 ];
 
-const LIMITS: [(&str, f64); 6] = [
+const LIMITS: [(&str, f64); 7] = [
     ("law `masing`, away from a reversal", 60.0),
     ("inverse of law `masing`, mean of a sine", 350.0),
     ("inverse of law `masing`, across a full stack", 700.0),
     ("law `phase`, away from a reversal", 250.0),
+    ("law `phase`, reversal by a large step", 250.0),
     ("law `time`, kernel `deflection`, gate `cycle`", 60.0),
     ("law `time`, kernel `rate`, gate `none`", 60.0),
+];
+
+const FIXED_LIMITS: [(&str, f64); 6] = [
+    ("law `masing`, away from a reversal", 400.0),
+    ("law `masing`, reversal with a full stack", 1000.0),
+    ("law `masing`, full stack wiped out", 1000.0),
+    ("law `masing`, reversal that wipes out a full stack", 1000.0),
+    ("inverse of law `masing`, across a full stack", 5000.0),
+    ("inverse of law `masing`, the dearest of 5000", 5000.0),
 ];
 
 /// One line of the table.
