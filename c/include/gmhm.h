@@ -25,8 +25,8 @@
 extern "C" {
 #endif
 
-/* Room for one gear with its terms, in 64-bit words. */
-#define GMHM_JOINT_WORDS 768
+/* Room for one gear with eight terms and 16 turning points, in 64-bit words: 3.5 KiB. */
+#define GMHM_JOINT_WORDS 448
 
 /* One gear: parameters in force and the path so far. Its content is no concern of yours. */
 typedef struct gmhm_joint {

@@ -25,7 +25,7 @@ pub const OK: u16 = 0;
 pub const NULL: u16 = 1;
 
 /// 64-bit words of `gmhm_joint`.
-pub const JOINT_WORDS: usize = 768;
+pub const JOINT_WORDS: usize = 448;
 
 const _: () = assert!(
     size_of::<Joint>() <= 8 * JOINT_WORDS && align_of::<Joint>() <= align_of::<u64>(),
