@@ -194,18 +194,6 @@ fn judge(fit: &Fit, evidence: &Assessment) -> Judgement {
             ),
         );
     }
-    let vague = fit.uncertainty.parameters.iter().filter(|p| p.undetermined && p.sd.is_some() && !p.at_bound);
-    let vague: Vec<&str> = vague.map(|p| p.name.as_ref()).collect();
-    if !vague.is_empty() {
-        let (are, them) = if vague.len() == 1 { ("is", "it") } else { ("are", "them") };
-        let names = vague.join(", ");
-        say(
-            Grade::Caution,
-            format!(
-                "{names} {are} not determined by these recordings: within the motion recorded that does no harm, beyond them do not rely on {them}"
-            ),
-        );
-    }
     if let Some(structure) = evidence.structure.filter(|s| s.significant && s.share > REPEATED) {
         let percent = 100.0 * structure.share;
         say(
@@ -214,13 +202,10 @@ fn judge(fit: &Fit, evidence: &Assessment) -> Judgement {
                 "{percent:.0} % of what is left repeats at the same place and direction, so physics is left out: run gmhm diagnose"
             ),
         );
-    }
-    if fit.leaves_physics() {
-        say(
-            Grade::Caution,
-            "what is left is physics more than noise, as a fit against it as noise predicts worse: run gmhm diagnose"
-                .to_owned(),
-        );
+    } else if fit.leaves_physics() {
+        let words =
+            "what is left is physics more than noise, as a fit against it as noise predicts worse: run gmhm diagnose";
+        say(Grade::Caution, words.to_owned());
     }
     let better = evidence.comparison.iter().skip(1).min_by(|a, b| a.heldout_rms.total_cmp(&b.heldout_rms));
     if let (Some(own), Some(best)) = (evidence.comparison.first(), better) {
@@ -232,6 +217,18 @@ fn judge(fit: &Fit, evidence: &Assessment) -> Judgement {
         if spring.is_some_and(|s| s.heldout_rms < 1.02 * own.heldout_rms) {
             say(Grade::Bad, "a linear spring predicts as well: these recordings show no hysteresis".to_owned());
         }
+    }
+    let vague = fit.uncertainty.parameters.iter().filter(|p| p.undetermined && p.sd.is_some() && !p.at_bound);
+    let vague: Vec<&str> = vague.map(|p| p.name.as_ref()).collect();
+    if !vague.is_empty() {
+        let (are, them) = if vague.len() == 1 { ("is", "it") } else { ("are", "them") };
+        let names = vague.join(", ");
+        say(
+            Grade::Caution,
+            format!(
+                "{names} {are} not determined by these recordings: within the motion recorded that does no harm, beyond it do not rely on {them}"
+            ),
+        );
     }
     if fit.stop == super::swarm::Stop::Evaluations {
         say(Grade::Caution, "the search used up its evaluations before it settled".to_owned());
