@@ -5,6 +5,8 @@
 //! | [`pair`] | counts of two encoders to deflection, in integers until the difference is taken |
 //! | [`joint`] | the control tick: read both encoders, ask a control law, hand its torque to the power stage |
 //! | [`cascade`] | position P over velocity PI, the usual servo |
+//! | [`servo`] | encoders, feed-forward of the gear and cascade together |
+//! | [`lockstep`] | a servo whose joint a host plays, over a line of bytes |
 //! | [`as5047p`] | an absolute magnetic encoder on SPI, over `embedded_hal::spi::SpiDevice` |
 //! | [`pwm`] | a torque command as a PWM duty cycle, over `embedded_hal::pwm::SetDutyCycle` |
 //!
@@ -36,14 +38,17 @@
 pub mod as5047p;
 pub mod cascade;
 pub mod joint;
+pub mod lockstep;
 pub mod pair;
 pub mod pwm;
+pub mod servo;
 
 pub use as5047p::As5047p;
 pub use cascade::{Cascade, CascadeState, Gains};
 pub use joint::{Fault, Joint};
 pub use pair::{EncoderPair, FromCounts, Mounting, Reading, Setup, SetupError};
 pub use pwm::CentredPwm;
+pub use servo::{Reference, Servo, ServoError, ServoSetup, ServoState};
 
 /// An absolute encoder of one turn.
 pub trait Encoder {

@@ -1,0 +1,153 @@
+//! A compensated servo: encoders, feed-forward of the gear, and the cascade, put together as a drive runs them.
+//!
+//! Once a control period, from the reference of the output (position, torque) and the counts of both encoders to the torque of the motor. The measurement that a period
+//! works on is that of the period before, and it is held against the reference of its time.
+
+use core::fmt;
+
+use super::pair::{EncoderPair, FromCounts, Reading, Setup, SetupError};
+use super::{Cascade, CascadeState, Gains};
+use crate::feedforward::{
+    Contribution, Controls, Demand, FeedForward, FeedForwardError, FeedForwardState, MotorEncoder, MotorSide, Settings,
+};
+use crate::params::Params;
+use crate::scalar::Float;
+
+/// What a servo is set to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ServoSetup {
+    /// The encoders and the ratio between them.
+    pub encoders: Setup,
+    /// Counts of a turn of the output in which its reference is given: any, such as 2^30.
+    pub reference_counts_per_turn: u32,
+    /// The cascade, at the motor's angle.
+    pub gains: Gains,
+    /// The feed-forward; its period is that of the cascade.
+    pub feed_forward: Settings,
+}
+
+/// Why there is no servo.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ServoError {
+    /// The encoders do not go together.
+    Encoders(SetupError),
+    /// The gear cannot be fed forward.
+    FeedForward(FeedForwardError),
+}
+
+impl fmt::Display for ServoError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Encoders(error) => error.fmt(f),
+            Self::FeedForward(error) => error.fmt(f),
+        }
+    }
+}
+
+impl core::error::Error for ServoError {}
+
+impl From<SetupError> for ServoError {
+    fn from(error: SetupError) -> Self {
+        Self::Encoders(error)
+    }
+}
+
+impl From<FeedForwardError> for ServoError {
+    fn from(error: FeedForwardError) -> Self {
+        Self::FeedForward(error)
+    }
+}
+
+/// What a period is asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Reference<S> {
+    /// q_o* in reference counts over all turns.
+    pub counts: i64,
+    /// T*, the torque that the gear shall carry, N·m.
+    pub torque: S,
+    /// Torque to feed forward to the motor, N·m.
+    pub feed_forward: S,
+}
+
+/// A servo; what it remembers is apart.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Servo<S: FromCounts> {
+    pair: EncoderPair<S>,
+    motor: MotorSide<S>,
+    feed_forward: FeedForward<S>,
+    cascade: Cascade<S>,
+}
+
+/// What the servo of one joint remembers, with room for `N` turning points.
+#[derive(Clone)]
+pub struct ServoState<S: Float<Carry = S>, const N: usize = 16> {
+    feed_forward: FeedForwardState<S, N>,
+    cascade: CascadeState<S>,
+    seen: Reading<S>,
+    /// Where the motor should be, of the period before.
+    position: i64,
+}
+
+impl<S: Float<Carry = S> + FromCounts> Servo<S> {
+    /// A servo for a gear.
+    ///
+    /// # Errors
+    /// [`ServoError`].
+    pub fn new(params: &Params, setup: &ServoSetup) -> Result<Self, ServoError> {
+        let ServoSetup { encoders, reference_counts_per_turn, gains, feed_forward } = setup;
+        let encoder = MotorEncoder {
+            counts_per_turn: encoders.motor.counts_per_turn,
+            ratio: encoders.ratio,
+            reference_counts_per_turn: *reference_counts_per_turn,
+            rated_deflection_rad: encoders.rated_deflection_rad,
+        };
+        let settings = Settings { period_s: gains.period_s, ..*feed_forward };
+        Ok(Self {
+            pair: EncoderPair::new(encoders)?,
+            motor: MotorSide::new(&encoder)?,
+            feed_forward: FeedForward::new(params, &settings)?,
+            cascade: Cascade::new(gains),
+        })
+    }
+
+    /// The state at power-up, from the raw counts of motor and output, standing at a position of the output in reference counts.
+    pub fn start<const N: usize>(&self, motor: u32, output: u32, counts: i64) -> ServoState<S, N> {
+        let seen = self.pair.start(motor, output);
+        ServoState {
+            feed_forward: self.feed_forward.start(seen.deflection),
+            cascade: CascadeState::default(),
+            seen,
+            position: self.motor.position(counts, S::ZERO),
+        }
+    }
+
+    /// One period: the raw counts that motor and output have at its start, to the torque that is to act in the next one, N·m.
+    #[inline]
+    pub fn period<const N: usize>(
+        &self,
+        state: &mut ServoState<S, N>,
+        controls: &Controls<S>,
+        reference: &Reference<S>,
+        motor: u32,
+        output: u32,
+    ) -> S {
+        let demand = Demand { torque: reference.torque, deflection: state.seen.deflection };
+        let offset = self.feed_forward.step(&mut state.feed_forward, controls, &demand).offset;
+        let position = core::mem::replace(&mut state.position, self.motor.position(reference.counts, offset));
+        let error = self.motor.error(position, &state.seen.motor);
+        state.seen = self.pair.follow(&state.seen, motor, output);
+        self.cascade.step(&mut state.cascade, error, reference.feed_forward)
+    }
+}
+
+impl<S: Float<Carry = S> + FromCounts, const N: usize> ServoState<S, N> {
+    /// What the encoders said last.
+    pub fn seen(&self) -> &Reading<S> {
+        &self.seen
+    }
+
+    /// What the gear's feed-forward adds.
+    pub fn contribution(&self) -> &Contribution<S> {
+        self.feed_forward.contribution()
+    }
+}
