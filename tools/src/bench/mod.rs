@@ -33,6 +33,7 @@ use gmhm::{ParamError, Params};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use crate::device::DeviceError;
 use crate::estimate::EstimateError;
 use crate::model::Model;
 use crate::physics::{self, PredictError};
@@ -106,12 +107,15 @@ pub enum BenchError {
     /// The torque could not be computed.
     #[error(transparent)]
     Predict(#[from] PredictError),
-    /// The gear of the joint cannot be fed forward.
+    /// The joint has no servo.
+    #[error("servo of the joint: {0}")]
+    Servo(#[from] gmhm::drive::ServoError),
+    /// The drive at the end of the line did not answer.
     #[error(transparent)]
-    FeedForward(#[from] joint::FeedForwardFailure),
-    /// The encoders of the joint do not suit the gear.
-    #[error("encoders of the joint: {0}")]
-    Encoders(#[from] gmhm::drive::SetupError),
+    Device(#[from] DeviceError),
+    /// It answered that it cannot.
+    #[error("the drive refused the joint: its firmware is of another version")]
+    DriveRefused,
     /// An effect could not be hidden.
     #[error(transparent)]
     Hide(#[from] HideError),

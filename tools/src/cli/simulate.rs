@@ -10,6 +10,7 @@ use super::failure::Failure;
 use super::progress::Progress;
 use crate::bench::joint::{self, Plant};
 use crate::bench::{self, BenchError, Experiment, Options};
+use crate::device::{Lockstep, Target, line};
 use crate::model;
 use crate::output::Outputs;
 
@@ -44,17 +45,25 @@ pub struct SimulateArgs {
     /// Where to write what each compensation leaves (joint)
     #[arg(long, value_name = "F.json")]
     json: Option<PathBuf>,
+    /// Drive of a run in lock-step, serial:PORT or tcp:HOST:PORT, held against the same servo on this host (joint)
+    #[arg(long, value_name = "TARGET", conflicts_with_all = ["plot", "json"])]
+    drive: Option<Target>,
     #[command(flatten)]
     options: Options,
     #[command(flatten)]
     seed: SeedArgs,
 }
 
+/// Bits a second of a serial port.
+const BAUD: u32 = 921_600;
+
 impl SimulateArgs {
     pub(super) fn run(&self, session: &Session) -> Result<(), Failure> {
         let joint = self.experiment == Experiment::Joint;
-        for (option, path) in [("--plot", &self.plot), ("--json", &self.json)] {
-            if path.is_some() && !joint {
+        let given =
+            [("--plot", self.plot.is_some()), ("--json", self.json.is_some()), ("--drive", self.drive.is_some())];
+        for (option, given) in given {
+            if given && !joint {
                 return Err(BenchError::NotInExperiment { option, experiment: self.experiment }.into());
             }
         }
@@ -75,7 +84,16 @@ impl SimulateArgs {
             "Synthetic recording of experiment {}: {} rows, {:.6} s, seed {}, noise {}\n",
             self.experiment, key.rows, key.duration_s, key.seed, key.noise
         );
-        if joint {
+        if let Some(target) = &self.drive {
+            let mut drive = Lockstep::new(line::open(target, BAUD)?);
+            let run = joint::in_lockstep(&model, &self.options, seed, &mut drive)?;
+            let equal = if run.equal { "every bit agrees" } else { "the runs differ" };
+            told += &format!(
+                "Link's position error, µrad rms: {:.4} with the drive at {target}, {:.4} with the same servo on this host; {equal}\n",
+                1e6 * run.drive_rad,
+                1e6 * run.host_rad
+            );
+        } else if joint {
             let given = self.options.plant;
             let plants = given.as_ref().map_or(Plant::value_variants(), std::slice::from_ref);
             let progress = Progress::new("Driving the joint", Progress::WHOLE, session.quiet);

@@ -5,16 +5,19 @@
 //! | [`target`] | where a drive is: a serial port, a TCP port, a debug probe |
 //! | [`line`] | bytes to it and back |
 //! | [`client`] | one request, one answer |
+//! | [`Lockstep`] | a joint played for a drive |
 //! | [`flash`] | a whole block: staged, tried, stored, read back, compared |
 
 pub mod client;
 mod error;
 pub mod flash;
 pub mod line;
+mod lockstep;
 pub mod target;
 
 pub use client::Client;
 pub use error::DeviceError;
 pub use flash::{Flashed, flash};
 pub use line::Line;
+pub use lockstep::Lockstep;
 pub use target::Target;

@@ -1,10 +1,8 @@
 //! What the drive knows of the gear, and how it makes up for it: the core's feed-forward, in `f32` as on a drive.
 
 use clap::ValueEnum;
-use gmhm::feedforward::{Controls, FeedForward, FeedForwardError, Settings, Source};
+use gmhm::feedforward::{Controls, Source};
 use gmhm::{Elastic, Memory, ParamError, Params};
-
-use super::drive::PERIOD_S;
 
 /// How the drive makes up for the deflection of the gear.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -75,8 +73,8 @@ impl Knowledge {
         Ok(Self { params, ..*self })
     }
 
-    /// The feed-forward of a compensation. Along the measurement an input play of `play_rad` keeps the noise of the encoders from turning the memory.
-    pub fn feed_forward(&self, kind: Compensation, play_rad: f64) -> Result<FeedForward<f32>, FeedForwardFailure> {
+    /// What a compensation is told of the gear. Along the measurement an input play of `play_rad` keeps the noise of the encoders from turning the memory.
+    pub fn known(&self, kind: Compensation, play_rad: f64) -> Result<Params, ParamError> {
         let (mut elastic, mut memory) = (self.params.elastic(), self.params.memory());
         match kind {
             Compensation::Off | Compensation::Spring => {
@@ -86,19 +84,6 @@ impl Knowledge {
             Compensation::Reference => {}
             Compensation::Measurement => memory.reversal_play_rad = memory.reversal_play_rad.max(play_rad),
         }
-        let params = Params::new(self.params.rated_deflection_rad(), elastic, memory)?;
-        let settings = Settings { period_s: PERIOD_S, ramp_s: 0.5, ..Settings::default() };
-        Ok(FeedForward::new(&params, &settings)?)
+        Params::new(self.params.rated_deflection_rad(), elastic, memory)
     }
-}
-
-/// Why the drive cannot feed forward.
-#[derive(Debug, thiserror::Error)]
-pub enum FeedForwardFailure {
-    /// No gear.
-    #[error("the identified gear is none: {0}")]
-    Params(#[from] ParamError),
-    /// No inverse.
-    #[error(transparent)]
-    FeedForward(#[from] FeedForwardError),
 }

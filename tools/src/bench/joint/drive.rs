@@ -1,16 +1,18 @@
 //! The drive: a standard cascade, position P over velocity PI over current, at 2 kHz on the motor's encoder. Encoder counts, feed-forward and servo are the
-//! core's, in `f32`.
+//! core's, in `f32`, here or on a drive at the end of a line.
 
 use std::f64::consts::TAU;
 
-use gmhm::drive::{Cascade, CascadeState, EncoderPair, Gains, Mounting, Reading, Setup};
-use gmhm::feedforward::{Controls, Demand, FeedForward, FeedForwardState, MotorEncoder, MotorSide};
+use gmhm::drive::lockstep::{self, Period, Start};
+use gmhm::drive::{Gains, Mounting, ServoSetup, Setup};
+use gmhm::feedforward::Settings;
 use rand_chacha::ChaCha8Rng;
 
 use super::super::{BenchError, sensors};
 use super::compensator::{Compensation, Knowledge};
 use super::plant::Masses;
 use super::task::Reference;
+use crate::device::Lockstep;
 
 /// Control period, s.
 pub(super) const PERIOD_S: f64 = 5e-4;
@@ -40,23 +42,38 @@ const REFERENCE_COUNTS: u32 = 1 << 30;
 /// Input play along the measurement, rad: eight times the noise of the deflection.
 const PLAY_RAD: f64 = 8.0 * LINK_NOISE_RAD;
 
+/// Who computes what the drive computes.
+pub(super) enum Servo<'a> {
+    /// This host.
+    Here(Box<lockstep::Drive>),
+    /// A drive at the end of a line.
+    There(&'a mut Lockstep),
+}
+
+impl Servo<'_> {
+    /// This host's own.
+    pub fn here() -> Self {
+        Self::Here(Box::default())
+    }
+
+    fn torque_nm(&mut self, request: &[u8]) -> Result<f32, BenchError> {
+        let answer = match self {
+            Self::Here(drive) => drive.answer(request),
+            Self::There(line) => Some(line.ask(request)?),
+        };
+        answer.and_then(|answer| lockstep::torque(&answer)).ok_or(BenchError::DriveRefused)
+    }
+}
+
 /// The drive at work. It computes from the measurement of the period before, and its torque is applied in the period after.
-pub(super) struct Drive {
-    pair: EncoderPair<f32>,
-    motor: MotorSide<f32>,
-    feed_forward: FeedForward<f32>,
-    feed_forward_state: FeedForwardState<f32>,
-    controls: Controls<f32>,
-    cascade: Cascade<f32>,
-    cascade_state: CascadeState<f32>,
+pub(super) struct Drive<'a> {
+    servo: Servo<'a>,
     noise: ChaCha8Rng,
-    seen: Reading<f32>,
-    position_before: i64,
     waiting_nm: f64,
     current_nm: f64,
 }
 
-impl Drive {
+impl<'a> Drive<'a> {
     /// At rest at zero.
     pub fn new(
         masses: &Masses,
@@ -64,21 +81,16 @@ impl Drive {
         kind: Compensation,
         knowledge: &Knowledge,
         noise: ChaCha8Rng,
+        mut servo: Servo<'a>,
     ) -> Result<Self, BenchError> {
-        let rated_deflection_rad = knowledge.params.rated_deflection_rad();
+        let params = knowledge.known(kind, PLAY_RAD)?;
         let mounting = |counts_per_turn| Mounting { counts_per_turn, reversed: false };
-        let setup = Setup {
+        let encoders = Setup {
             motor: mounting(MOTOR_COUNTS),
             output: mounting(LINK_COUNTS),
             ratio: (RATIO, 1),
             deflection_zero_rad: 0.0,
-            rated_deflection_rad,
-        };
-        let encoder = MotorEncoder {
-            counts_per_turn: MOTOR_COUNTS,
-            ratio: (RATIO, 1),
-            reference_counts_per_turn: REFERENCE_COUNTS,
-            rated_deflection_rad,
+            rated_deflection_rad: params.rated_deflection_rad(),
         };
         // Torques of the output side over angles of the motor.
         let gains = Gains {
@@ -89,42 +101,35 @@ impl Drive {
             filter_rad_per_s: FILTER_CORNER,
             limit_nm: 3.0 * rated_torque_nm,
         };
-        let pair = EncoderPair::new(&setup)?;
-        let feed_forward = knowledge.feed_forward(kind, PLAY_RAD)?;
-        Ok(Self {
-            pair,
-            motor: MotorSide::new(&encoder)?,
-            feed_forward,
-            feed_forward_state: feed_forward.start(0.0),
-            controls: kind.controls(),
-            cascade: Cascade::new(&gains),
-            cascade_state: CascadeState::default(),
-            noise,
-            seen: pair.start(0, 0),
-            position_before: 0,
-            waiting_nm: 0.0,
-            current_nm: 0.0,
-        })
+        let feed_forward = Settings { period_s: PERIOD_S, ramp_s: 0.5, ..Settings::default() };
+        let setup = ServoSetup { encoders, reference_counts_per_turn: REFERENCE_COUNTS, gains, feed_forward };
+        let start = Start { params, setup, controls: kind.controls() };
+        // A drive far away could not say why.
+        start.servo()?;
+        servo.torque_nm(&start.encode())?;
+        Ok(Self { servo, noise, waiting_nm: 0.0, current_nm: 0.0 })
     }
 
     /// One control period: the torque to apply in it, N·m. Both angles are of the output side, rad.
-    pub fn control(&mut self, reference: &Reference, masses: &Masses, motor_rad: f64, link_rad: f64) -> f64 {
-        let demand = Demand { torque: reference.torque_nm as f32, deflection: self.seen.deflection };
-        let offset = self.feed_forward.step(&mut self.feed_forward_state, &self.controls, &demand).offset;
-        let counts = (reference.angle_rad / TAU * f64::from(REFERENCE_COUNTS)).round() as i64;
-        // The measurement is a period old: it is held against the reference of its time.
-        let position = std::mem::replace(&mut self.position_before, self.motor.position(counts, offset));
-        let error = self.motor.error(position, &self.seen.motor);
+    pub fn control(
+        &mut self,
+        reference: &Reference,
+        masses: &Masses,
+        motor_rad: f64,
+        link_rad: f64,
+    ) -> Result<f64, BenchError> {
         let feed_forward_nm = masses.motor_kgm2 * reference.acceleration
             + reference.torque_nm
             + KNOWN_FRICTION * masses.friction_nm(reference.velocity);
-        let asked_nm = self.cascade.step(&mut self.cascade_state, error, feed_forward_nm as f32);
-        let (motor, link) = (
-            self.count(motor_rad * f64::from(RATIO), MOTOR_NOISE_RAD, MOTOR_COUNTS),
-            self.count(link_rad, LINK_NOISE_RAD, LINK_COUNTS),
-        );
-        self.seen = self.pair.follow(&self.seen, motor, link);
-        std::mem::replace(&mut self.waiting_nm, f64::from(asked_nm))
+        let motor = self.count(motor_rad * f64::from(RATIO), MOTOR_NOISE_RAD, MOTOR_COUNTS);
+        let output = self.count(link_rad, LINK_NOISE_RAD, LINK_COUNTS);
+        let reference = gmhm::drive::Reference {
+            counts: (reference.angle_rad / TAU * f64::from(REFERENCE_COUNTS)).round() as i64,
+            torque: reference.torque_nm as f32,
+            feed_forward: feed_forward_nm as f32,
+        };
+        let asked_nm = self.servo.torque_nm(&Period { reference, motor, output }.encode())?;
+        Ok(std::mem::replace(&mut self.waiting_nm, f64::from(asked_nm)))
     }
 
     /// An angle with noise, in counts of one turn.

@@ -15,7 +15,7 @@ mod plant;
 mod report;
 mod task;
 
-pub use compensator::{Compensation, FeedForwardFailure};
+pub use compensator::Compensation;
 pub use report::{Errors, Identified, JointReport, Knows, Line};
 
 use clap::ValueEnum;
@@ -25,12 +25,13 @@ use rayon::prelude::*;
 use super::noise::Noise;
 use super::plan;
 use super::{BenchError, Experiment, Options, Stream, random, sensors};
+use crate::device::Lockstep;
 use crate::estimate::{self, FitOptions, Progress};
 use crate::model::Model;
 use crate::recording::Recording;
 use crate::report::plot::Drawing;
 use compensator::Knowledge;
-use drive::{Drive, PERIOD_S};
+use drive::{Drive, PERIOD_S, Servo};
 use gear::JointGear;
 use plant::{Joint, Masses};
 use task::{DURATION_S, SETTLED_S, Task};
@@ -120,7 +121,7 @@ pub fn figure(model: &Model, plant: Plant, seed: u64) -> Result<Drawing, BenchEr
     let mut traces = Vec::new();
     for compensation in Compensation::ALL {
         let joint = bench.joint(Task::Track, plant);
-        let errors = bench.drive(Task::Track, joint, compensation, &knowledge, |_, _, _| {})?;
+        let errors = bench.drive(Task::Track, joint, compensation, &knowledge, Servo::here(), |_, _, _| {})?;
         let time = |k: usize| SETTLED_S + k as f64 * PERIOD_S;
         traces.push((compensation, errors.iter().enumerate().map(|(k, error)| (time(k), 1e6 * error)).collect()));
     }
@@ -129,6 +130,37 @@ pub fn figure(model: &Model, plant: Plant, seed: u64) -> Result<Drawing, BenchEr
 
 /// One run of the tracking task as perfect sensors on the joint record it.
 pub(super) fn record(model: &Model, options: &Options, seed: u64) -> Result<Recording, BenchError> {
+    Ok(recorded(model, options, seed, Servo::here())?.0)
+}
+
+/// The tracking task by a drive at the end of a line, held against the same servo on this host.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Lockstepped {
+    /// The link's rms position error once settled by the drive, rad.
+    pub drive_rad: f64,
+    /// That by this host, rad.
+    pub host_rad: f64,
+    /// Both runs agree in every bit of every row.
+    pub equal: bool,
+}
+
+/// Runs the tracking task on this host and by a drive at the end of a line.
+///
+/// # Errors
+/// As the experiment has them; the drive did not answer.
+pub fn in_lockstep(
+    model: &Model,
+    options: &Options,
+    seed: u64,
+    drive: &mut Lockstep,
+) -> Result<Lockstepped, BenchError> {
+    let (here, host_rad) = recorded(model, options, seed, Servo::here())?;
+    let (there, drive_rad) = recorded(model, options, seed, Servo::There(drive))?;
+    Ok(Lockstepped { drive_rad, host_rad, equal: here == there })
+}
+
+/// A run and its rms error.
+fn recorded(model: &Model, options: &Options, seed: u64, servo: Servo<'_>) -> Result<(Recording, f64), BenchError> {
     let ratio = model.gear.ratio.ok_or(BenchError::NoRatio { experiment: Experiment::Joint })?;
     let sample_rate_hz = options.sample_rate_hz.unwrap_or(500.0);
     let every = (1.0 / (PERIOD_S * sample_rate_hz)).round();
@@ -142,7 +174,8 @@ pub(super) fn record(model: &Model, options: &Options, seed: u64) -> Result<Reco
     let knowledge = identify(plant, &bench.params, seed, &())?;
     let (mut time, mut torque, mut input, mut output, mut velocity) = (vec![], vec![], vec![], vec![], vec![]);
     let mut deflection = vec![];
-    bench.drive(Task::Track, bench.joint(Task::Track, plant), compensation, &knowledge, |period, t, joint| {
+    let joint = bench.joint(Task::Track, plant);
+    let errors = bench.drive(Task::Track, joint, compensation, &knowledge, servo, |period, t, joint| {
         if period % every as usize == 0 {
             time.push(t);
             torque.push(joint.torque_nm);
@@ -152,7 +185,7 @@ pub(super) fn record(model: &Model, options: &Options, seed: u64) -> Result<Reco
             velocity.push(joint.link_rad_per_s);
         }
     })?;
-    Ok(Recording {
+    let recording = Recording {
         torque: Some(torque),
         deflection_rad: Some(deflection),
         theta_in_rad: Some(input),
@@ -160,7 +193,12 @@ pub(super) fn record(model: &Model, options: &Options, seed: u64) -> Result<Reco
         velocity_out_rad_per_s: Some(velocity),
         time_s: time,
         ..Recording::default()
-    })
+    };
+    Ok((recording, rms(&errors)))
+}
+
+fn rms(of: &[f64]) -> f64 {
+    (of.iter().map(|x| x * x).sum::<f64>() / of.len() as f64).sqrt()
 }
 
 /// What all runs of a model have in common.
@@ -187,14 +225,13 @@ impl Bench {
         compensation: Compensation,
         knowledge: &Knowledge,
     ) -> Result<Line, BenchError> {
-        let rms = |of: &[f64]| (of.iter().map(|x| x * x).sum::<f64>() / of.len() as f64).sqrt();
         // Without loop, what the drive knows of it would be one more error.
         let without = if compensation.knows_hysteresis() { knowledge.without_loop()? } else { *knowledge };
         let both = |task: Task| -> Result<[f64; 2], BenchError> {
             let joint = self.joint(task, plant);
             let middle = joint.clone().without_hysteresis(self.params.rated_deflection_rad());
-            let errors = self.drive(task, joint, compensation, knowledge, |_, _, _| {})?;
-            let calm = self.drive(task, middle, compensation, &without, |_, _, _| {})?;
+            let errors = self.drive(task, joint, compensation, knowledge, Servo::here(), |_, _, _| {})?;
+            let calm = self.drive(task, middle, compensation, &without, Servo::here(), |_, _, _| {})?;
             let difference: Vec<f64> = errors.iter().zip(calm).map(|(a, b)| a - b).collect();
             Ok([rms(&errors), rms(&difference)])
         };
@@ -210,11 +247,12 @@ impl Bench {
         mut joint: Joint,
         compensation: Compensation,
         knowledge: &Knowledge,
+        servo: Servo<'_>,
         mut watch: impl FnMut(usize, f64, &Joint),
     ) -> Result<Vec<f64>, BenchError> {
         let rated_nm = self.params.rated_torque_nm();
         let noise = random(self.seed, Stream::Joint);
-        let mut drive = Drive::new(&self.masses, rated_nm, compensation, knowledge, noise)?;
+        let mut drive = Drive::new(&self.masses, rated_nm, compensation, knowledge, noise, servo)?;
         let mut errors = Vec::new();
         for period in 0..(DURATION_S / PERIOD_S) as usize {
             let t = period as f64 * PERIOD_S;
@@ -226,7 +264,7 @@ impl Bench {
                     Task::Press => joint.torque_nm - reference.torque_nm,
                 });
             }
-            let asked_nm = drive.control(&reference, &self.masses, joint.motor_rad, joint.link_rad);
+            let asked_nm = drive.control(&reference, &self.masses, joint.motor_rad, joint.link_rad)?;
             for _ in 0..STEPS {
                 let motor_nm = drive.torque_nm(asked_nm, STEP_S);
                 joint.step(motor_nm, STEP_S);
