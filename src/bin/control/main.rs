@@ -24,7 +24,11 @@ use gmhm::{Gate, Gear, Kernel, Law, State};
 use platform::gears::{self, RATED_NM, RATED_RAD};
 
 /// What the loop computes in.
+#[cfg(target_abi = "eabihf")]
 type Number = f32;
+/// What the loop computes in.
+#[cfg(not(target_abi = "eabihf"))]
+type Number = gmhm::scalar::Fixed;
 
 /// Core clocks of a control period: 1 ms at 25 MHz.
 const PERIOD: u32 = 25_000;

@@ -37,6 +37,11 @@ const fn machine(core: &'static str, board: &'static str, target: &'static str, 
 }
 
 impl Machine {
+    /// Whether it computes floats in hardware.
+    pub fn has_floats(&self) -> bool {
+        self.target.ends_with("hf")
+    }
+
     /// The machine that runs what was built for a target.
     pub fn of_target(target: &str) -> Option<Self> {
         // The Cortex-M4F comes before the M7, which shares its target.

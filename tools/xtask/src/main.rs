@@ -1,11 +1,14 @@
 //! `cargo xtask`: set-up, tests, emulator runs and tables of this workspace, from a machine with stock Rust to the end.
 
+mod accuracy;
 mod c;
 mod cost;
+mod cycles;
 mod emulate;
 mod emulator;
 mod end_to_end;
 mod golden;
+mod lockstep;
 mod machine;
 mod registry;
 mod setup;
