@@ -2,9 +2,11 @@
 
 use std::fmt::Write;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, bail, ensure};
 use xshell::Shell;
 
+use crate::accuracy::Accuracy;
+use crate::cycles;
 use crate::emulator::{self, Clock};
 use crate::machine::{self, Machine};
 use crate::registry;
@@ -14,6 +16,9 @@ const TABLE: &str = "docs/cost.md";
 
 /// Counts that differ by less are the same: the code generator may place a constant differently.
 pub const TOLERANCE: f64 = 1.0;
+
+/// The share by which an estimate may differ where the count does not.
+const CYCLES_TOLERANCE: f64 = 0.02;
 
 /// What is counted on one machine.
 struct Image {
@@ -56,6 +61,8 @@ pub struct Call {
     pub name: String,
     /// What a call takes.
     pub instructions: f64,
+    /// The estimate, where there is one.
+    cycles: Option<f64>,
 }
 
 /// Counts every call. A count above that of the table fails, unless it is accepted by `overwrite`.
@@ -72,7 +79,7 @@ pub fn run(shell: &Shell, overwrite: bool) -> Result<()> {
         }
         calls.extend(counted);
     }
-    let table = table(&calls)?;
+    let table = table(&calls, &Accuracy::measure(shell)?)?;
     print!("{table}");
     registry::check(shell, &calls, overwrite)?;
     let file = shell.current_dir().join(TABLE);
@@ -85,39 +92,64 @@ pub fn run(shell: &Shell, overwrite: bool) -> Result<()> {
 
 fn count(shell: &Shell, machine: Machine, place: &str) -> Result<Vec<Call>> {
     let image = machine.build(shell, "cost")?;
-    let lines = emulator::lines(&image, machine, Clock::Instructions)?;
-    lines
-        .lines()
-        .map(|line| {
-            let mut words = line.splitn(3, ' ');
-            let mut number = || words.next()?.parse::<f64>().ok();
-            let (Some(ticks), Some(calls)) = (number(), number()) else {
-                bail!("the image `cost` printed `{line}`: expected ticks, calls and a name");
-            };
-            let name = words.next().unwrap_or_default().to_owned();
-            Ok(Call {
-                place: place.to_owned(),
-                name,
-                instructions: (ticks * machine.instructions_per_tick / calls).round(),
-            })
+    let counted = emulator::lines(&image, machine, Clock::Instructions)?;
+    let estimated = if machine.has_floats() { cycles::lines(shell, &image, machine)? } else { String::new() };
+    let mut estimated = estimated.lines();
+    let calls = counted.lines().map(|counted| {
+        let (name, ticks) = measurement(counted)?;
+        let (same_name, cycles) = estimated.next().map(measurement).transpose()?.unzip();
+        ensure!(
+            same_name.is_none_or(|same| same == name),
+            "the image `cost` printed another line than `{name}` in its second run"
+        );
+        // No instruction takes less than a cycle.
+        let fits = cycles.is_none_or(|cycles| cycles > 0.98 * ticks * machine.instructions_per_tick - TOLERANCE);
+        ensure!(fits, "{name}: fewer cycles than instructions: the trace of the emulator was not understood");
+        Ok(Call {
+            place: place.to_owned(),
+            name: name.to_owned(),
+            instructions: (ticks * machine.instructions_per_tick).round(),
+            cycles: cycles.map(f64::round),
         })
-        .collect()
+    });
+    calls.collect()
 }
 
-fn table(calls: &[Call]) -> Result<String> {
+/// The name and the ticks a call of a line.
+fn measurement(line: &str) -> Result<(&str, f64)> {
+    let mut words = line.splitn(3, ' ');
+    let mut number = || words.next()?.parse::<f64>().ok();
+    let (Some(ticks), Some(calls)) = (number(), number()) else {
+        bail!("the image `cost` printed `{line}`: expected ticks, calls and a name");
+    };
+    Ok((words.next().unwrap_or_default(), ticks / calls))
+}
+
+fn table(calls: &[Call], accuracy: &Accuracy) -> Result<String> {
     let mut text = String::from(
         "# Cost of a call\n\n\
          Instructions, call included, counted by the emulator (`-icount shift=0`). Written by `cargo xtask cost --overwrite`; `cargo xtask cost`\n\
-         fails where a count has grown. An instruction is not a cycle: on a Cortex-M4F a division or a square root takes 14, a taken branch 2 to 4,\n\
-         most others 1, flash wait states aside.\n",
+         fails where a count has grown.\n\n\
+         Cycles are an **estimate**, measured on no board: the timings of the Cortex-M4 Technical Reference Manual along a trace of the emulator, memory without wait\n\
+         states, two cycles to refill the pipeline after a branch, twelve for an integer division.\n\n\
+         The error is the rms that `gmhm compare` leaves on held-out blocks of the demo's recording (synthetic, of the published gear, noise 0.1 N·m), for the models\n\
+         that it fits. An inverse by operators errs as its model does. The closed form is that of one steady cycle and follows no other path.\n",
     );
     let mut place = "";
     for call in calls {
+        let estimated = call.cycles.is_some();
         if call.place != place {
             place = &call.place;
-            write!(text, "\n{HEADING}{place}\n\n| call | instructions |\n|---|---:|\n")?;
+            let (more, line) =
+                if estimated { (" cycles (estimate) | held-out error, N·m |", "---:|---:|") } else { ("", "") };
+            write!(text, "\n{HEADING}{place}\n\n| call | instructions |{more}\n|---|---:|{line}\n")?;
         }
-        writeln!(text, "| {} | {} |", call.name, call.instructions)?;
+        write!(text, "| {} | {} |", call.name, call.instructions)?;
+        if let Some(cycles) = call.cycles {
+            let error = accuracy.of(&call.name).map_or_else(|| "–".to_owned(), |error| format!("{error:.3}"));
+            write!(text, " {cycles} | {error} |")?;
+        }
+        text.push('\n');
     }
     Ok(text)
 }
@@ -130,7 +162,8 @@ fn parse(table: &str) -> Vec<Call> {
         place = str::strip_prefix(line, HEADING).unwrap_or(place);
         let mut cells = line.trim_matches('|').split(" | ").map(str::trim);
         let (name, instructions) = (cells.next()?.to_owned(), cells.next()?.parse().ok()?);
-        Some(Call { place: place.to_owned(), name, instructions })
+        let cycles = cells.next().and_then(|cell| cell.parse().ok());
+        Some(Call { place: place.to_owned(), name, instructions, cycles })
     };
     table.lines().filter_map(&mut row).collect()
 }
@@ -139,7 +172,7 @@ fn compare(golden: &[Call], calls: &[Call]) -> Result<()> {
     let mut complaints = Vec::new();
     let same = |a: &Call, b: &Call| a.place == b.place && a.name == b.name;
     for call in calls {
-        let Call { place, name, instructions } = call;
+        let Call { place, name, instructions, cycles } = call;
         match golden.iter().find(|known| same(known, call)) {
             None => complaints.push(format!("{place}: {name}: not in the table")),
             Some(known) if *instructions > known.instructions + TOLERANCE => complaints
@@ -147,7 +180,12 @@ fn compare(golden: &[Call], calls: &[Call]) -> Result<()> {
             Some(known) if *instructions < known.instructions - TOLERANCE => {
                 println!("cost: {place}: {name} fell from {}: lower the table with --overwrite", known.instructions);
             }
-            Some(_) => {}
+            Some(known) => {
+                let (now, then) = (cycles.unwrap_or_default(), known.cycles.unwrap_or_default());
+                if (now - then).abs() > CYCLES_TOLERANCE * then + TOLERANCE {
+                    complaints.push(format!("{place}: {name}: {now} cycles, {then} in the table"));
+                }
+            }
         }
     }
     for known in golden.iter().filter(|known| !calls.iter().any(|call| same(known, call))) {

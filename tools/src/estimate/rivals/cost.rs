@@ -13,8 +13,8 @@ pub fn instructions(model: &str) -> Option<u32> {
         Some(_) => "law `time`, kernel `deflection`, gate `cycle`".to_owned(),
     };
     TABLE.lines().find_map(|line| {
-        let (name, count) = line.strip_prefix("| ")?.strip_suffix(" |")?.rsplit_once(" | ")?;
-        if name == wanted { count.parse().ok() } else { None }
+        let (name, figures) = line.strip_prefix("| ")?.split_once(" | ")?;
+        if name == wanted { figures.split(" | ").next()?.parse().ok() } else { None }
     })
 }
 

@@ -133,7 +133,7 @@ pub fn all(rated_deflection_rad: f64) -> Vec<Rival> {
     let a = rated_deflection_rad;
     let mut rivals =
         vec![spring(), lines::two(), lines::four(), polynomial::with_coulomb(), dahl::dahl(a), bouc_wen::bouc_wen(a)];
-    rivals.extend([2, 4, 8, 16].map(|count| maxwell_slip::maxwell_slip(a, count)));
+    rivals.extend([2, 4, 8, 10, 16].map(|count| maxwell_slip::maxwell_slip(a, count)));
     rivals
 }
 
