@@ -17,8 +17,11 @@ const TABLE: &str = "docs/cost.md";
 /// Counts that differ by less are the same: the code generator may place a constant differently.
 pub const TOLERANCE: f64 = 1.0;
 
+/// Nor is a change by this share one: which call is the dearest of many depends on the ticks of the timer.
+const SHARE: f64 = 0.01;
+
 /// The share by which an estimate may differ where the count does not.
-const CYCLES_TOLERANCE: f64 = 0.02;
+const CYCLES_TOLERANCE: f64 = 0.05;
 
 /// What is counted on one machine.
 struct Image {
@@ -175,9 +178,9 @@ fn compare(golden: &[Call], calls: &[Call]) -> Result<()> {
         let Call { place, name, instructions, cycles } = call;
         match golden.iter().find(|known| same(known, call)) {
             None => complaints.push(format!("{place}: {name}: not in the table")),
-            Some(known) if *instructions > known.instructions + TOLERANCE => complaints
+            Some(known) if *instructions > (1.0 + SHARE) * known.instructions + TOLERANCE => complaints
                 .push(format!("{place}: {name}: {instructions} instructions, {} in the table", known.instructions)),
-            Some(known) if *instructions < known.instructions - TOLERANCE => {
+            Some(known) if *instructions < (1.0 - SHARE) * known.instructions - TOLERANCE => {
                 println!("cost: {place}: {name} fell from {}: lower the table with --overwrite", known.instructions);
             }
             Some(known) => {

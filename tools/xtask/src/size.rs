@@ -1,5 +1,6 @@
 //! Bytes of the control path of one joint, and what must not be in it.
 
+use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use anyhow::{Context, Result, bail, ensure};
@@ -94,6 +95,8 @@ fn weigh(shell: &Shell, path: &Path) -> Result<Weight> {
     let elf = shell.read_binary_file(machine::M4F.build(shell, image)?)?;
     let file = object::File::parse(&*elf).with_context(|| format!("cannot read the image `{image}`"))?;
     let (mut gear, mut joint) = (None, None);
+    // By its symbols: the gaps between them depend on the folder that it is built in.
+    let mut code = BTreeMap::new();
     for symbol in file.symbols() {
         let name = format!("{:#}", demangle(symbol.name()?));
         ensure!(!is_panic(&name), "the control path can panic: the image `{image}` holds `{name}`");
@@ -103,12 +106,13 @@ fn weigh(shell: &Shell, path: &Path) -> Result<Weight> {
             Some((_, "JOINT")) => joint = Some(symbol.size()),
             _ => {}
         }
+        let section = symbol.section_index().and_then(|index| file.section_by_index(index).ok());
+        if section.is_some_and(|section| section.kind() == SectionKind::Text || section.name() == Ok(".rodata")) {
+            let size = code.entry(symbol.address() & !1).or_default();
+            *size = symbol.size().max(*size);
+        }
     }
-    let code = file
-        .sections()
-        .filter(|section| section.kind() == SectionKind::Text || section.name() == Ok(".rodata"))
-        .map(|section| section.size())
-        .sum();
+    let code = code.values().sum();
     let gear = gear.with_context(|| format!("the image `{image}` has no GEAR"))?;
     let joint = joint.with_context(|| format!("the image `{image}` has no JOINT"))?;
     Ok(Weight { code, gear, joint })
