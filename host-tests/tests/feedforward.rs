@@ -96,11 +96,15 @@ fn every_law_is_fed_forward() {
             );
             let should = exact.step(&mut other, &whole(Source::Reference), &Demand { torque, deflection: 0.0 });
             worst = worst.max((f64::from(is.offset) - should.offset).abs() / A);
+            worst = worst.max((f64::from(is.hysteresis) - should.hysteresis).abs() / params.torque_scale_nm());
             assert!((0.0..=1.0).contains(&is.certainty) && !is.refused);
         }
         let law = params.memory();
-        println!("{:?} {:?} {:?}: f32 beside f64 {worst:.1e} of the rated deflection", law.law, law.kernel, law.gate);
-        assert!(worst < 5e-5, "{law:?}: {worst:e}");
+        println!(
+            "{:?} {:?} {:?}: f32 beside f64 {worst:.1e} of rated deflection and torque",
+            law.law, law.kernel, law.gate
+        );
+        assert!(worst < 1e-6, "{law:?}: {worst:e}");
     }
 }
 
@@ -116,10 +120,10 @@ fn switching_makes_no_step() {
     let settings = Settings { ramp_s: RAMP_S, ..instant() };
     let feed_forward = FeedForward::<f32>::new(&masing(), &settings).expect("a feed-forward");
     let mut state = settled(&feed_forward, &Controls::default());
-    // The torque stands: whatever changes comes from switching.
-    let torque = 20.0;
+    // Torque and deflection stand, far apart: whatever changes comes from switching.
+    let demand = Demand { torque: 20.0, deflection: -0.8 * A as f32 };
     for _ in 0..10 {
-        let is = feed_forward.step(&mut state, &Controls::default(), &Demand { torque, deflection: 0.0 });
+        let is = feed_forward.step(&mut state, &Controls::default(), &demand);
         assert_eq!((is.offset, is.hysteresis, is.gain), (0.0, 0.0, 0.0));
     }
     let mut dice = ChaCha8Rng::seed_from_u64(1);
@@ -132,7 +136,7 @@ fn switching_makes_no_step() {
             controls.ratio = dice.random_range(-0.5..1.5);
             controls.source = if dice.random_bool(0.5) { Source::Reference } else { Source::Measurement };
         }
-        let is = feed_forward.step(&mut state, &controls, &Demand { torque, deflection: 0.0 });
+        let is = feed_forward.step(&mut state, &controls, &demand);
         let change = largest_change(&last, &is);
         assert!(change <= 1.01 * PERIOD_S / RAMP_S, "{change} in period {k}");
         assert!((is.change - (is.offset - last.offset)).abs() < 1e-12);
