@@ -1,5 +1,6 @@
 //! The control path of one joint and nothing else, forward and inverse: what a drive pays in bytes, and proof that nothing on it can panic or calls
-//! double-precision arithmetic. `cargo xtask size` reads its symbols; there is nothing to run.
+//! double-precision arithmetic. `cargo xtask size` reads its symbols; there is nothing to run. In `f32` on a core that has it in hardware, else in
+//! fixed point, where no floating-point routine may be left either.
 #![no_std]
 #![no_main]
 
@@ -9,8 +10,13 @@ use core::mem::MaybeUninit;
 use gmhm::memory::masing::Masing;
 use gmhm::{Inverse, State};
 
-type Gear = Inverse<f32, Masing<f32>>;
-type Joint = State<f32, 16, Masing<f32>>;
+#[cfg(target_abi = "eabihf")]
+type Number = f32;
+#[cfg(not(target_abi = "eabihf"))]
+type Number = gmhm::scalar::Fixed;
+
+type Gear = Inverse<Number, Masing<Number>>;
+type Joint = State<Number, 16, Masing<Number>>;
 
 /// Coefficients that something else has written, as a loader does from a parameter block.
 #[unsafe(link_section = ".uninit")]
@@ -30,22 +36,22 @@ fn panic(_: &core::panic::PanicInfo) -> ! {
 fn main() -> ! {
     // SAFETY: this image is measured and never run; nothing else touches the two places.
     let (gear, joint) = unsafe { ((*black_box(&raw const GEAR)).assume_init_ref(), &mut *black_box(&raw mut JOINT)) };
-    let state = joint.write(gear.gear().start(black_box(0.0)));
+    let state = joint.write(gear.gear().start(black_box(Number::default())));
     loop {
-        black_box(step(gear, state, invert(gear, state, black_box(0.0))));
+        black_box(step(gear, state, invert(gear, state, black_box(Number::default()))));
     }
 }
 
 /// The control tick, from deflection to torque.
 #[inline(never)]
 #[unsafe(no_mangle)]
-fn step(gear: &Gear, state: &mut Joint, theta_rad: f32) -> f32 {
-    gear.gear().step(state, theta_rad).torque
+fn step(gear: &Gear, state: &mut Joint, theta: Number) -> Number {
+    gear.gear().step(state, theta).torque
 }
 
 /// The control tick, from torque to deflection.
 #[inline(never)]
 #[unsafe(no_mangle)]
-fn invert(gear: &Gear, state: &Joint, torque_nm: f32) -> f32 {
-    gear.peek(state, torque_nm).theta
+fn invert(gear: &Gear, state: &Joint, torque: Number) -> Number {
+    gear.peek(state, torque).theta
 }

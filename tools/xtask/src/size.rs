@@ -9,13 +9,15 @@ use rustc_demangle::demangle;
 use xshell::Shell;
 
 use crate::emulator::{self, Clock};
-use crate::{golden, machine};
+use crate::golden;
+use crate::machine::{self, Machine};
 
 const TABLE: &str = "docs/size.md";
 
 /// An image that is nothing but a control path.
 struct Path {
     image: &'static str,
+    machine: Machine,
     title: &'static str,
     /// Flash for the code and constants, start-up code included.
     code_limit: u64,
@@ -23,15 +25,24 @@ struct Path {
     joint_limit: u64,
 }
 
-const PATHS: [Path; 2] = [
+const PATHS: [Path; 3] = [
     Path {
         image: "core_path",
+        machine: machine::M0,
+        title: "in fixed point on a Cortex-M0: law `masing`, forward and inverse, 16 turning points",
+        code_limit: 15_360,
+        joint_limit: 256,
+    },
+    Path {
+        image: "core_path",
+        machine: machine::M4F,
         title: "law `masing`, forward and inverse, 16 turning points",
         code_limit: 6144,
         joint_limit: 256,
     },
     Path {
         image: "terms_path",
+        machine: machine::M4F,
         title: "law `masing`, forward, with room for eight terms of every kind",
         code_limit: 20_480,
         joint_limit: 1024,
@@ -55,13 +66,13 @@ struct Weight {
 pub fn run(shell: &Shell, overwrite: bool) -> Result<()> {
     let mut table = String::from(
         "# Size of the control path\n\n\
-         Bytes on a Cortex-M4F in `f32`, start-up code included. Written by `cargo xtask size --overwrite`; the command fails where they change, and on any panic or\n\
-         double-precision arithmetic left in an image.\n\n\
+         Bytes on a Cortex-M4F in `f32` unless said otherwise, start-up code included. Written by `cargo xtask size --overwrite`; the command fails where\n\
+         they change, and on any panic or double-precision arithmetic left in an image, in fixed point on any floating-point arithmetic or wide multiplication.\n\n\
          | control path of a joint | code and constants, flash | coefficients of a gear | state of a joint, RAM |\n|---|---:|---:|---:|\n",
     );
     for path in PATHS {
         let Weight { code, gear, joint } = weigh(shell, &path)?;
-        let Path { image, title, code_limit, joint_limit } = path;
+        let Path { image, title, code_limit, joint_limit, .. } = path;
         ensure!(code <= code_limit, "`{image}` takes {code} B of flash, and at most {code_limit} are allowed");
         ensure!(
             joint <= joint_limit,
@@ -92,7 +103,7 @@ pub fn run(shell: &Shell, overwrite: bool) -> Result<()> {
 /// Reads the sections and symbols of an image; refuses it if something is in it that must not be.
 fn weigh(shell: &Shell, path: &Path) -> Result<Weight> {
     let image = path.image;
-    let elf = shell.read_binary_file(machine::M4F.build(shell, image)?)?;
+    let elf = shell.read_binary_file(path.machine.build(shell, image)?)?;
     let file = object::File::parse(&*elf).with_context(|| format!("cannot read the image `{image}`"))?;
     let (mut gear, mut joint) = (None, None);
     // By its symbols: the gaps between them depend on the folder that it is built in.
@@ -101,6 +112,11 @@ fn weigh(shell: &Shell, path: &Path) -> Result<Weight> {
         let name = format!("{:#}", demangle(symbol.name()?));
         ensure!(!is_panic(&name), "the control path can panic: the image `{image}` holds `{name}`");
         ensure!(!is_double(&name), "the f32 path computes in double precision: the image `{image}` holds `{name}`");
+        ensure!(
+            path.machine.has_float() || !is_soft(&name),
+            "fixed point needs no `{name}`, and the image `{image}` for the {} holds it",
+            path.machine.core
+        );
         match name.rsplit_once("::") {
             Some((_, "GEAR")) => gear = Some(symbol.size()),
             Some((_, "JOINT")) => joint = Some(symbol.size()),
@@ -120,6 +136,13 @@ fn weigh(shell: &Shell, path: &Path) -> Result<Weight> {
 
 pub fn is_panic(name: &str) -> bool {
     name.contains("panic") || name.contains("unwind")
+}
+
+/// The run-time routines of floating-point arithmetic and of the multiplication of 64-bit words.
+fn is_soft(name: &str) -> bool {
+    name.starts_with("__aeabi_f")
+        || matches!(name, "__aeabi_i2f" | "__aeabi_ui2f" | "__aeabi_l2f" | "__aeabi_ul2f" | "__aeabi_lmul" | "__muldi3")
+        || (name.starts_with("__") && name.contains("sf") && name.ends_with(|c: char| c.is_ascii_digit()))
 }
 
 /// The run-time routines of double-precision arithmetic, by their names in the ABI of Arm and in the compiler.
