@@ -91,6 +91,10 @@ fn smoothed(x: &[f64], time_s: &[f64]) -> Option<Vec<f64>> {
     if sd <= 1e-9 * range {
         return None;
     }
+    // A movement without corners is smoothed as a whole.
+    if let Some(whole) = whittaker(x, time_s).filter(|whole| only_noise(x, whole, sd)) {
+        return Some(whole);
+    }
     let weights: Vec<Vec<f64>> = HALF_WIDTHS.iter().map(|&h| parabola(h)).collect();
     let last = x.len() - 1;
     let at = |k: usize| {
@@ -120,7 +124,7 @@ fn smoothed(x: &[f64], time_s: &[f64]) -> Option<Vec<f64>> {
 const FEWEST_ROWS: usize = 32;
 
 /// The smoothest signal that differs from the recorded one by no more than its noise: Whittaker's graduation with third differences (1923), its weight by
-/// Morozov's discrepancy principle. For angles and speeds, whose derivatives count and whose corners are of no consequence.
+/// Morozov's discrepancy principle, of the noise only what the graduation takes out. For angles and speeds, whose derivatives count and whose corners are of no consequence.
 fn whittaker(x: &[f64], time_s: &[f64]) -> Option<Vec<f64>> {
     let sd = channel_sd(x);
     let range = x.iter().fold(f64::NEG_INFINITY, |m, x| m.max(*x)) - x.iter().fold(f64::INFINITY, |m, x| m.min(*x));
@@ -153,28 +157,50 @@ fn whittaker(x: &[f64], time_s: &[f64]) -> Option<Vec<f64>> {
 fn graduate(x: &[f64], sd: f64, out: &mut [f64]) {
     let mean = x.iter().sum::<f64>() / x.len() as f64;
     let centred: Vec<f64> = x.iter().map(|x| x - mean).collect();
-    let weight = discrepant_weight(&centred, TIGHT * sd);
+    let chance = 1.0 + (2.0 / x.len() as f64).sqrt();
+    let weight = discrepant_weight(&centred, |weight| sd * (chance * noise_left(weight)).sqrt());
     for (out, smooth) in out.iter_mut().zip(Graduation::new(x.len(), weight).smooth(&centred)) {
         *out = mean + smooth;
     }
 }
 
-/// The graduated signal takes up some of the noise, so it lies closer to the record than the truth does.
-const TIGHT: f64 = 0.9;
+/// Which part of the variance of white noise a graduation takes out of a record: the mean of (1 − H)² over all frequencies.
+fn noise_left(weight: f64) -> f64 {
+    const FREQUENCIES: usize = 512;
+    let left = (0..FREQUENCIES).map(|k| {
+        let w = std::f64::consts::PI * (k as f64 + 0.5) / FREQUENCIES as f64;
+        let kept = 1.0 / (1.0 + weight * (2.0 * (0.5 * w).sin()).powi(6));
+        (1.0 - kept) * (1.0 - kept)
+    });
+    left.sum::<f64>() / FREQUENCIES as f64
+}
 
-/// The weight at which a graduation differs from the record by `misfit`.
-fn discrepant_weight(centred: &[f64], misfit: f64) -> f64 {
+/// The highest weight at which a graduation differs from the record by no more than `misfit` of that weight.
+fn discrepant_weight(centred: &[f64], misfit: impl Fn(f64) -> f64) -> f64 {
     let rms = |smooth: &[f64]| {
         (smooth.iter().zip(centred).map(|(a, b)| (a - b).powi(2)).sum::<f64>() / centred.len() as f64).sqrt()
     };
     let (mut low, mut high) = (-2.0_f64, 12.0_f64);
     for _ in 0..18 {
         let middle = 0.5 * (low + high);
-        let smooth = Graduation::new(centred.len(), 10.0_f64.powf(middle)).smooth(centred);
-        if rms(&smooth) > misfit { high = middle } else { low = middle }
+        let weight = 10.0_f64.powf(middle);
+        let smooth = Graduation::new(centred.len(), weight).smooth(centred);
+        if rms(&smooth) > misfit(weight) { high = middle } else { low = middle }
     }
     10.0_f64.powf(low)
 }
+
+/// Whether a smoothed signal differs from the record by white noise, nowhere by more.
+fn only_noise(x: &[f64], smooth: &[f64], sd: f64) -> bool {
+    let apart: Vec<f64> = x.iter().zip(smooth).map(|(a, b)| a - b).collect();
+    [1_usize, 4, 12].into_iter().all(|width| {
+        let most = FARTHEST * sd * (width as f64).sqrt();
+        apart.windows(width).all(|w| w.iter().sum::<f64>().abs() < most)
+    })
+}
+
+/// Standard deviations that one of ten thousand sums of noise may be away.
+const FARTHEST: f64 = 4.8;
 
 /// Steps of the method of multipliers.
 const ROUNDS: usize = 150;
@@ -184,7 +210,7 @@ const ROUNDS: usize = 150;
 fn unround(x: &[f64], half: f64, sd: f64, out: &mut [f64]) {
     let mean = x.iter().sum::<f64>() / x.len() as f64;
     let centred: Vec<f64> = x.iter().map(|x| x - mean).collect();
-    let graduation = Graduation::new(x.len(), discrepant_weight(&centred, sd));
+    let graduation = Graduation::new(x.len(), discrepant_weight(&centred, |_| sd));
     let mut inside = centred.clone();
     let mut multiplier = vec![0.0; x.len()];
     let mut smooth = centred.clone();

@@ -203,10 +203,13 @@ impl Subject<'_> {
         }
     }
 
-    /// Root mean square of blocks, each predicted by a fit to the others; the fit is linearised where it ended.
+    /// Root mean square of blocks, each predicted by a fit to the others; the fit is linearised where it ended. What is a recording's own, its offset and its
+    /// past, is no part of the prediction and stays that of all rows.
     fn rms_of_blocks(&self, fit: &Fitted) -> f64 {
         let layout = self.layout();
-        let columns: Vec<Vec<f64>> = fit.columns.iter().map(|c| layout.whiten(&fit.noise, c)).collect();
+        let of_gear = &fit.columns[..fit.places.len()];
+        let free: Vec<Vec<f64>> = of_gear.iter().map(|c| self.without_offsets(&fit.noise, c)).collect();
+        let columns: Vec<Vec<f64>> = free.iter().map(|c| layout.whiten(&fit.noise, c)).collect();
         let y = layout.whiten(&fit.noise, &fit.residual);
         let (mut sum, mut count) = (0.0, 0);
         for block in 0..BLOCKS {
@@ -221,7 +224,7 @@ impl Subject<'_> {
             }
             let moved = solve_held(&without, &columns, &rest);
             for row in rows.into_iter().filter(|&row| self.counts(row)) {
-                let change: f64 = fit.columns.iter().zip(&moved).map(|(c, m)| c[row] * m).sum();
+                let change: f64 = free.iter().zip(&moved).map(|(c, m)| c[row] * m).sum();
                 sum += (fit.residual[row] - change).powi(2);
                 count += 1;
             }

@@ -79,7 +79,7 @@ impl Subject<'_> {
             let near = tried.gain > WORTH_POLISHING * best || tried.gain > best - NEAR;
             let places = self.places(&start, search);
             let steps = if near { 6 } else { 1 };
-            let polished = self.fit(&start, &places, Some(&tried.noise), steps).ok()?;
+            let polished = self.fit_beside(&start, &places, Some(&tried.noise), steps, Some(fit)).ok()?;
             // What only trades structure for slow noise explains nothing.
             let worse = dot(&polished.residual, &polished.residual) > DEARER * dot(&fit.residual, &fit.residual);
             if worse || !proposal.accepts_fitted(&polished.model) {

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::DiscoverError;
 use super::explain::Search;
-use super::least_squares::{Layout, bounded_steps, normal_matrix, pseudo_inverse, solve};
+use super::least_squares::{Layout, bounded_steps, dot, normal_matrix, pseudo_inverse, solve};
 use super::parameters::{self, Place};
 use super::subject::Subject;
 use crate::estimate::noise::Noise;
@@ -49,9 +49,19 @@ impl Subject<'_> {
         places
     }
 
-    /// The change of the torque with each place, then with the offset of each recording.
-    fn derivatives(&self, model: &Model, places: &[Place], total: &[f64]) -> Result<Vec<Vec<f64>>, PredictError> {
+    /// The change of the torque with each place, then with the offset of each recording; of a place of `beside` that of `beside`.
+    fn derivatives(
+        &self,
+        model: &Model,
+        places: &[Place],
+        total: &[f64],
+        beside: Option<&Fitted>,
+    ) -> Result<Vec<Vec<f64>>, PredictError> {
         let one = |place: &Place| -> Result<Vec<f64>, PredictError> {
+            let known = beside.and_then(|fit| fit.places.iter().position(|p| p == place).map(|i| &fit.columns[i]));
+            if let Some(known) = known {
+                return Ok(known.clone());
+            }
             let at = |value: f64| {
                 let mut moved = model.clone();
                 parameters::put(&mut moved, *place, value);
@@ -95,14 +105,27 @@ impl Subject<'_> {
         noise: Option<&[Noise]>,
         most_steps: usize,
     ) -> Result<Fitted, DiscoverError> {
+        self.fit_beside(model, places, noise, most_steps, None)
+    }
+
+    /// [`fit`](Self::fit), where the change of the torque with the numbers of a model fitted before stays what it was.
+    ///
+    /// # Errors
+    /// A model that cannot be evaluated.
+    pub fn fit_beside(
+        &self,
+        model: &Model,
+        places: &[Place],
+        noise: Option<&[Noise]>,
+        most_steps: usize,
+        beside: Option<&Fitted>,
+    ) -> Result<Fitted, DiscoverError> {
         if noise.is_some() {
-            return self.fit_from(model, places, noise, most_steps);
+            return self.fit_from(model, places, noise, most_steps, beside);
         }
-        let white = self.descend(model, places, None, WHITE_STEPS, true)?;
-        let coloured = self.descend(&white.model, places, Some(&white.noise), most_steps, false)?;
-        let power = |fit: &Fitted| super::least_squares::dot(&fit.residual, &fit.residual);
-        // Structure that passes for slow noise would otherwise be left alone, and the parameters with it.
-        Ok(if power(&coloured) > DRIFTED * power(&white) { white } else { coloured })
+        let white = self.descend(model, places, None, WHITE_STEPS, beside)?;
+        let coloured = self.descend(&white.model, places, Some(&white.noise), most_steps, beside)?;
+        Ok(if coloured.drifted_from(&white) { white } else { coloured })
     }
 
     /// [`fit`](Self::fit) from a first guess of the noise, and from white noise where that ends better.
@@ -112,37 +135,42 @@ impl Subject<'_> {
         places: &[Place],
         noise: Option<&[Noise]>,
         most_steps: usize,
+        beside: Option<&Fitted>,
     ) -> Result<Fitted, DiscoverError> {
-        let direct = self.descend(model, places, noise, most_steps, false)?;
+        let direct = self.descend(model, places, noise, most_steps, beside)?;
         if most_steps < WHITE_STEPS {
             return Ok(direct);
         }
-        let white = self.fit(model, places, None, most_steps)?;
-        Ok(if white.minus_two_log_likelihood < direct.minus_two_log_likelihood { white } else { direct })
+        let white = self.fit_beside(model, places, None, most_steps, beside)?;
+        let better = white.minus_two_log_likelihood < direct.minus_two_log_likelihood;
+        Ok(if better || direct.drifted_from(&white) { white } else { direct })
     }
 
-    /// Gauss-Newton steps; `keep_noise` leaves the noise as it was handed in until the end.
+    /// Gauss-Newton steps against `noise`, fitted anew before each; without it against white noise to the end.
     fn descend(
         &self,
         model: &Model,
         places: &[Place],
         noise: Option<&[Noise]>,
         most_steps: usize,
-        keep_noise: bool,
+        beside: Option<&Fitted>,
     ) -> Result<Fitted, DiscoverError> {
         let layout = self.layout();
+        let white = noise.is_none();
         let mut model = model.clone();
         let mut total = self.total(&model)?;
         let mut residual = self.centred(&total);
         let mut noise = noise.map_or_else(|| self.spans.iter().map(|_| Noise::unit()).collect(), <[Noise]>::to_vec);
-        let mut columns = self.derivatives(&model, places, &total)?;
+        let mut columns = self.derivatives(&model, places, &total, beside)?;
         let mut stale = false;
+        // Structure must not pass for slow noise on the way, and the parameters drift with it.
+        let allowed = beside.map_or(0.0, |fit| dot(&fit.residual, &fit.residual)).max(dot(&residual, &residual));
         for _ in 0..most_steps {
             if stale {
-                columns = self.derivatives(&model, places, &total)?;
+                columns = self.derivatives(&model, places, &total, beside)?;
             }
             let parts: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
-            if !keep_noise {
+            if !white {
                 noise = layout.profile(&parts, &residual, &noise, 2).noise;
             }
             let whitened: Vec<Vec<f64>> = columns.iter().map(|c| layout.whiten(&noise, c)).collect();
@@ -166,7 +194,7 @@ impl Subject<'_> {
                 // The offsets go with the step.
                 left = self.without_offsets(&noise, &left);
                 let after = size(&left);
-                if after < before {
+                if after < before && (white || dot(&left, &left) < DRIFTED * allowed) {
                     moved = Some((candidate, total, left, after));
                     break;
                 }
@@ -179,7 +207,7 @@ impl Subject<'_> {
             }
         }
         if stale {
-            columns = self.derivatives(&model, places, &total)?;
+            columns = self.derivatives(&model, places, &total, beside)?;
         }
         residual = self.without_offsets(&noise, &residual);
         noise = layout.noise(&residual, 0);
@@ -187,8 +215,8 @@ impl Subject<'_> {
         Ok(Fitted { model, places: places.to_vec(), residual, columns, noise, minus_two_log_likelihood })
     }
 
-    /// A residual with the nuisances of each recording taken out as the noise asks.
-    fn without_offsets(&self, noise: &[Noise], residual: &[f64]) -> Vec<f64> {
+    /// A line of rows with the nuisances of each recording taken out as the noise asks.
+    pub fn without_offsets(&self, noise: &[Noise], residual: &[f64]) -> Vec<f64> {
         let layout = self.layout();
         let columns: Vec<Vec<f64>> = self.nuisances.iter().map(|c| layout.whiten(noise, c)).collect();
         let weights = solve(&columns, &layout.whiten(noise, residual));
@@ -226,6 +254,11 @@ fn is_linear(model: &Model, place: Place) -> bool {
 }
 
 impl Fitted {
+    /// Whether structure passes for slow noise in this fit, and its parameters drift with it.
+    fn drifted_from(&self, white: &Self) -> bool {
+        dot(&self.residual, &self.residual) > DRIFTED * dot(&white.residual, &white.residual)
+    }
+
     /// Standard deviation of each free number, and of each offset, given all others free.
     pub fn standard_deviations(&self, layout: Layout<'_>) -> Vec<f64> {
         let used = self.columns.len();

@@ -164,6 +164,7 @@ fn bounds(key: &KeyInfo, value: f64) -> (f64, f64) {
     match key.role {
         Role::Nonlinear if key.unit == "1" && key.name != ORDERS => (key.plausible.0, key.plausible.1),
         Role::Nonlinear if key.range == Range::Positive => (low, (3.0 * value).max(key.plausible.0)),
+        Role::Nonlinear if key.range == Range::AtLeastZero => (low, key.plausible.1.max(value)),
         _ => (low, f64::INFINITY),
     }
 }

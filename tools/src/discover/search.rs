@@ -5,6 +5,7 @@ use gmhm::terms::KINDS;
 use super::DiscoverError;
 use super::explain::{Alternative, Search};
 use super::fit::Fitted;
+use super::least_squares::dot;
 use super::subject::Subject;
 use crate::model::Model;
 
@@ -66,6 +67,11 @@ impl Subject<'_> {
         Ok(if gain > best + SWAP { (zeroed, free) } else { (base, search) })
     }
 
+    /// An alternative, all its numbers refitted together.
+    fn adopted(&self, tried: &Fitted) -> Result<Fitted, DiscoverError> {
+        self.fit(&tried.model, &tried.places, Some(&tried.noise), 3)
+    }
+
     /// Searches for what was left out of a model.
     ///
     /// # Errors
@@ -80,7 +86,8 @@ impl Subject<'_> {
             let found = extended.model.terms.len() - search.base_terms;
             let tried = self.explain(&extended, search, 6.0)?;
             let net = |a: &Alternative| a.gain - self.penalty(a.parameters);
-            let best = tried.iter().enumerate().max_by(|a, b| net(a.1).total_cmp(&net(b.1)));
+            let plain = |a: &&Alternative| part(&a.fit, &extended) > LEAST_PART;
+            let best = tried.iter().enumerate().filter(|(_, a)| plain(a)).max_by(|a, b| net(a.1).total_cmp(&net(b.1)));
             let Some((best, alternative)) = best else {
                 rejected = tried;
                 break;
@@ -94,7 +101,7 @@ impl Subject<'_> {
                 rejected = tried;
                 break;
             }
-            extended = tried.into_iter().nth(best).map(|a| a.fit).unwrap_or(extended);
+            extended = self.adopted(&tried[best].fit)?;
         }
         let mut effects = Vec::new();
         let mut swaps = 0;
@@ -109,7 +116,8 @@ impl Subject<'_> {
                 gain -= self.smoothing_gain(&rest, &extended.model).max(0.0);
             }
             let parameters = super::parameters::of_term(&extended.model, term).len();
-            if gain < self.penalty(parameters) + MARGIN && extended.model.terms.len() > search.base_terms + 1 {
+            let enough = gain > self.penalty(parameters) + MARGIN && part(&extended, &rest) > LEAST_PART;
+            if !enough && extended.model.terms.len() > search.base_terms + 1 {
                 extended = rest;
                 effects.clear();
                 term = search.base_terms;
@@ -123,7 +131,7 @@ impl Subject<'_> {
             });
             if let Some(better) = better.filter(|_| swaps < 4) {
                 swaps += 1;
-                extended = alternatives.into_iter().nth(better).map(|a| a.fit).unwrap_or(extended);
+                extended = self.adopted(&alternatives[better].fit)?;
                 effects.clear();
                 term = search.base_terms;
                 continue;
@@ -138,6 +146,14 @@ impl Subject<'_> {
 /// A further effect has to gain at least this share of what those before it gained: what a shape of theirs does not follow to the last is no effect of
 /// its own.
 const LEAST_SHARE: f64 = 0.04;
+
+/// What is named explains at least this part of the squared residual. Noise of an angle leaves less, and looks like inertia, damping or slip.
+const LEAST_PART: f64 = 0.02;
+
+/// Which part of what one fit leaves another does not.
+fn part(better: &Fitted, worse: &Fitted) -> f64 {
+    1.0 - dot(&better.residual, &better.residual) / dot(&worse.residual, &worse.residual)
+}
 
 /// A swap has to gain this much.
 const SWAP: f64 = 4.0;
