@@ -60,7 +60,9 @@ pub fn diagnose(
     options: &Options,
     progress: &dyn Progress,
 ) -> Result<Finding, DiscoverError> {
-    let first = recordings.first().ok_or(DiscoverError::NoRecording)?;
+    if recordings.is_empty() {
+        return Err(DiscoverError::NoRecording);
+    }
     let model = prepared(model, recordings, options)?;
     progress.report("reading", 0.0);
     let mut subject = Subject::new(recordings, &model)?;
@@ -114,7 +116,7 @@ pub fn diagnose(
             from: HeldoutFrom::Recordings,
         }
     };
-    let unit = match first.torque_unit {
+    let unit = match subject.torque_unit() {
         TorqueUnit::NewtonMetre => Unit::NewtonMetre,
         TorqueUnit::Ampere => Unit::Ampere,
     };
@@ -321,7 +323,7 @@ impl Subject<'_> {
                     TermValue::Text(t) => (ParameterValue::Text(t.clone()), None),
                 };
                 let free = key.is_some_and(|k| k.role != Role::Structure || !matches!(k.form, Form::Choice(_)));
-                let unit = key.map_or("", |k| k.unit).to_owned();
+                let unit = self.torque_unit().of_parameter(key.map_or("", |k| k.unit)).into_owned();
                 all.insert(name.clone(), Parameter { value, sd: sd.filter(|_| free), unit });
             }
             all

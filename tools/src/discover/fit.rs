@@ -124,8 +124,7 @@ impl Subject<'_> {
             return self.fit_from(model, places, noise, most_steps, beside);
         }
         let white = self.descend(model, places, None, WHITE_STEPS, beside)?;
-        let coloured = self.descend(&white.model, places, Some(&white.noise), most_steps, beside)?;
-        Ok(if coloured.drifted_from(&white) { white } else { coloured })
+        self.descend(&white.model, places, Some(&white.noise), most_steps, beside)
     }
 
     /// [`fit`](Self::fit) from a first guess of the noise, and from white noise where that ends better.
@@ -142,8 +141,7 @@ impl Subject<'_> {
             return Ok(direct);
         }
         let white = self.fit_beside(model, places, None, most_steps, beside)?;
-        let better = white.minus_two_log_likelihood < direct.minus_two_log_likelihood;
-        Ok(if better || direct.drifted_from(&white) { white } else { direct })
+        Ok(if white.minus_two_log_likelihood < direct.minus_two_log_likelihood { white } else { direct })
     }
 
     /// Gauss-Newton steps against `noise`, fitted anew before each; without it against white noise to the end.
@@ -228,7 +226,7 @@ impl Subject<'_> {
     }
 }
 
-/// A fit against coloured noise may leave so many times the squares that one against white noise leaves.
+/// A step against coloured noise may leave so many times the squares that it began with.
 const DRIFTED: f64 = 1.3;
 
 /// Steps taken as if the noise were white.
@@ -254,11 +252,6 @@ fn is_linear(model: &Model, place: Place) -> bool {
 }
 
 impl Fitted {
-    /// Whether structure passes for slow noise in this fit, and its parameters drift with it.
-    fn drifted_from(&self, white: &Self) -> bool {
-        dot(&self.residual, &self.residual) > DRIFTED * dot(&white.residual, &white.residual)
-    }
-
     /// Standard deviation of each free number, and of each offset, given all others free.
     pub fn standard_deviations(&self, layout: Layout<'_>) -> Vec<f64> {
         let used = self.columns.len();

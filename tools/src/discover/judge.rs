@@ -123,14 +123,11 @@ impl Subject<'_> {
             let Some(at) = effect.term else { continue };
             let mut without = extended.model.clone();
             without.terms.remove(at);
-            if let Some(curve) = self.curve_term(&without, &effect.places)? {
-                let mut with = extended.model.clone();
-                with.terms[at] = curve;
-                let fitted = self.fit(&with, &self.places(&with, search), None, 4)?;
-                if fitted.minus_two_log_likelihood < extended.minus_two_log_likelihood {
-                    extended = fitted;
-                    effect.closest = None;
-                }
+            if let Some(fitted) = self.with_curve(&without, at, &effect.places, search)?
+                && fitted.minus_two_log_likelihood < extended.minus_two_log_likelihood
+            {
+                extended = fitted;
+                effect.closest = None;
             }
         }
         let left = self.places_of(&extended)?;
@@ -141,15 +138,13 @@ impl Subject<'_> {
             let before = power(&extended.residual);
             let gain = left[0].gain;
             let mut term = None;
-            if let Some(curve) = self.curve_term(&extended.model, &left)? {
-                let mut with = extended.model.clone();
-                with.terms.push(curve);
-                let fitted = self.fit(&with, &self.places(&with, search), None, 4)?;
-                let numbers = parameters::of_term(&fitted.model, fitted.model.terms.len() - 1).len();
+            let end = extended.model.terms.len();
+            if let Some(fitted) = self.with_curve(&extended.model, end, &left, search)? {
+                let numbers = parameters::of_term(&fitted.model, end).len();
                 let gain = extended.minus_two_log_likelihood - fitted.minus_two_log_likelihood;
                 if gain > 2.0 * numbers as f64 + 20.0 {
                     extended = fitted;
-                    term = Some(extended.model.terms.len() - 1);
+                    term = Some(end);
                 }
             }
             let after = before - left[0].contribution.iter().map(|c| c * c).sum::<f64>();
@@ -203,49 +198,69 @@ impl Subject<'_> {
         Ok(())
     }
 
-    /// A term `unknown` over the best coordinate that such a term can be over.
-    fn curve_term(&self, model: &Model, places: &[Curve]) -> Result<Option<Term>, DiscoverError> {
+    /// A model with a term `unknown` put in at `at`, over the coordinate where that explains most.
+    fn with_curve(
+        &self,
+        model: &Model,
+        at: usize,
+        places: &[Curve],
+        search: Search<'_>,
+    ) -> Result<Option<Fitted>, DiscoverError> {
         let evaluations = self.evaluate(model)?;
         let see = Coordinates::new(self, &evaluations);
-        let Some(best) = places.first() else { return Ok(None) };
-        if !Coordinate::NAMES.contains(&best.coordinate) || best.coordinate == "reversal" {
-            return Ok(None);
+        let mut best: Option<Fitted> = None;
+        let likely = places.iter().filter(|p| p.net() > WORTH_A_CURVE * places[0].net()).take(CURVES);
+        for curve in likely.filter_map(|place| curve_term(&see, place.coordinate)) {
+            let mut with = model.clone();
+            with.terms.insert(at, curve);
+            let fitted = self.fit(&with, &self.places(&with, search), None, 4)?;
+            if best.as_ref().is_none_or(|b| fitted.minus_two_log_likelihood < b.minus_two_log_likelihood) {
+                best = Some(fitted);
+            }
         }
-        let along = match best.coordinate {
-            "motor_angle" => see.motor,
-            "output_angle" => see.output,
-            "output_velocity" => see.velocity,
-            "acceleration" => see.acceleration,
-            "deflection" => see.deflection,
-            "deflection_rate" => see.rate,
-            "torque" => Some(see.torque),
-            "torque_rate" => Some(see.torque_rate),
-            "temperature" => see.temperature,
-            _ => Some(see.time),
-        };
-        let Some(along) = along else { return Ok(None) };
-        let turning = best.coordinate.ends_with("angle");
-        let knots = if turning {
-            let count = if best.coordinate == "motor_angle" { 24 } else { 16 };
-            let low = along.iter().copied().fold(f64::INFINITY, f64::min);
-            (0..count).map(|i| low + std::f64::consts::TAU * f64::from(i) / f64::from(count)).collect()
-        } else {
-            flexible::knots(&along, 12)
-        };
-        if knots.len() < 3 || knots.windows(2).any(|w| w[1] <= w[0]) {
-            return Ok(None);
-        }
-        let values = vec![0.0; knots.len()];
-        let values = [
-            ("coordinate", TermValue::Text(best.coordinate.to_owned())),
-            ("knots", TermValue::List(knots)),
-            ("values_nm", TermValue::List(values)),
-        ];
-        Ok(Some(Term {
-            kind: UNKNOWN.to_owned(),
-            values: values.into_iter().map(|(k, v)| (k.to_owned(), v)).collect(),
-        }))
+        Ok(best)
     }
+}
+
+/// Coordinates that a curve is tried over, and how much of the best's gain they need.
+const CURVES: usize = 3;
+const WORTH_A_CURVE: f64 = 0.3;
+
+/// A term `unknown` over a coordinate, if such a term can be over it.
+fn curve_term(see: &Coordinates, coordinate: &str) -> Option<Term> {
+    if !Coordinate::NAMES.contains(&coordinate) || coordinate == "reversal" {
+        return None;
+    }
+    let along = match coordinate {
+        "motor_angle" => see.motor.as_deref()?,
+        "output_angle" => see.output.as_deref()?,
+        "output_velocity" => see.velocity.as_deref()?,
+        "acceleration" => see.acceleration.as_deref()?,
+        "deflection" => see.deflection.as_deref()?,
+        "deflection_rate" => see.rate.as_deref()?,
+        "torque" => &see.torque,
+        "torque_rate" => &see.torque_rate,
+        "temperature" => see.temperature.as_deref()?,
+        _ => &see.time,
+    };
+    let turning = coordinate.ends_with("angle");
+    let knots = if turning {
+        let count = if coordinate == "motor_angle" { 24 } else { 16 };
+        let low = along.iter().copied().fold(f64::INFINITY, f64::min);
+        (0..count).map(|i| low + std::f64::consts::TAU * f64::from(i) / f64::from(count)).collect()
+    } else {
+        flexible::knots(along, 12)
+    };
+    if knots.len() < 3 || knots.windows(2).any(|w| w[1] <= w[0]) {
+        return None;
+    }
+    let values = vec![0.0; knots.len()];
+    let values = [
+        ("coordinate", TermValue::Text(coordinate.to_owned())),
+        ("knots", TermValue::List(knots)),
+        ("values_nm", TermValue::List(values)),
+    ];
+    Some(Term { kind: UNKNOWN.to_owned(), values: values.into_iter().map(|(k, v)| (k.to_owned(), v)).collect() })
 }
 
 /// The places with the named one first.

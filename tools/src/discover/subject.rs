@@ -11,7 +11,7 @@ use crate::estimate::columns::Mark;
 use crate::estimate::prepare;
 use crate::model::Model;
 use crate::physics::{Evaluation, PredictError, Signals};
-use crate::recording::Recording;
+use crate::recording::{Recording, TorqueUnit};
 
 /// Recordings of one gear or joint, their rows in one line.
 pub struct Subject<'a> {
@@ -126,6 +126,11 @@ impl<'a> Subject<'a> {
             }
         }
         bridged
+    }
+
+    /// What the torque is measured in.
+    pub fn torque_unit(&self) -> TorqueUnit {
+        self.recordings.first().map_or_else(TorqueUnit::default, |r| r.torque_unit)
     }
 
     /// Number of rows that are looked at.

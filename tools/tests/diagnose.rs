@@ -1,0 +1,158 @@
+//! `gmhm diagnose`: synthetic recordings with physics hidden in them, and real ones where they are at hand.
+
+mod common;
+
+use std::path::Path;
+
+use common::{PUBLISHED, WorkDir};
+use serde_json::Value;
+
+/// A short run with both angles.
+const RUNNING: &str = "simulate gear.toml --experiment running --duration 15 --sample-rate 160";
+
+fn bench() -> WorkDir {
+    let dir = WorkDir::new();
+    dir.write("gear.toml", PUBLISHED);
+    dir
+}
+
+fn findings(dir: &WorkDir, recordings: &str) -> Value {
+    dir.succeed(&format!("diagnose gear.toml {recordings} -o extended.toml --json findings.json"));
+    serde_json::from_str(&dir.read("findings.json")).unwrap()
+}
+
+fn names(found: &Value) -> Vec<&str> {
+    found["effects"].as_array().unwrap().iter().map(|e| e["name"].as_str().unwrap()).collect()
+}
+
+fn number(found: &Value, path: &[&str]) -> f64 {
+    let at = path.iter().fold(found, |value, key| &value[*key]);
+    at.as_f64().unwrap_or_else(|| panic!("{path:?} is {at}"))
+}
+
+#[test]
+fn a_kinematic_error_is_found_named_and_modelled() {
+    let dir = bench();
+    dir.succeed(&format!("{RUNNING} --hide kinematic_error=0.15 --seed 3 -o rec.csv --key key.toml"));
+    dir.succeed("simulate gear.toml --experiment running --duration 10 --seed 3 --noise none -o plain.csv");
+    let found = findings(&dir, "rec.csv");
+    assert_eq!(found["mismatch"], true);
+    assert_eq!(names(&found), ["kinematic_error"]);
+    let key: toml::Table = dir.read("key.toml").parse().unwrap();
+    let hidden = key["truth"]["term"].as_array().unwrap()[0].as_table().unwrap();
+    let parameters = &found["effects"][0]["parameters"];
+    for name in ["cos_rad", "sin_rad"] {
+        let truth = hidden[name].as_array().unwrap();
+        let orders = hidden["orders"].as_array().unwrap();
+        for (order, truth) in orders.iter().zip(truth) {
+            let order = order.as_float().or(order.as_integer().map(|i| i as f64)).unwrap();
+            let list = |key: &str, part: &str| parameters[key][part].as_array().unwrap().clone();
+            let at = list("orders", "value").iter().position(|o| (o.as_f64().unwrap() - order).abs() < 0.01);
+            let at = at.unwrap_or_else(|| panic!("order {order} is not in {parameters}"));
+            let (value, sd) = (list(name, "value")[at].as_f64().unwrap(), list(name, "sd")[at].as_f64().unwrap());
+            let truth = truth.as_float().unwrap();
+            assert!((value - truth).abs() < 5.0 * sd + 2e-8, "{name} of order {order}: {value} ± {sd}, true {truth}");
+        }
+    }
+    let (base, extended) = (number(&found, &["rms", "refitted"]), number(&found, &["rms", "extended"]));
+    assert!(extended < 0.4 * base, "{extended} N·m of {base} N·m left");
+    let held = (number(&found, &["heldout", "refitted"]), number(&found, &["heldout", "extended"]));
+    assert!(held.1 < 0.5 * held.0, "held out: {held:?}");
+    // The extended model is a model file like any other.
+    dir.succeed("predict extended.toml rec.csv -o out.csv");
+    dir.succeed("predict extended.toml plain.csv -o out.csv");
+}
+
+#[test]
+fn nothing_left_out_is_nothing_found() {
+    let dir = bench();
+    for seed in 1..=3 {
+        dir.succeed(&format!("{RUNNING} --noise torque=0.1,ar=0.95,encoder_bits=24 --seed {seed} -o rec.csv"));
+        let found = findings(&dir, "rec.csv");
+        assert_eq!(found["mismatch"], false, "seed {seed}: {found}");
+        assert!(names(&found).is_empty() && found["where"].as_array().unwrap().is_empty(), "{found}");
+        let done = dir.succeed("diagnose gear.toml rec.csv -o extended.toml");
+        assert!(done.stdout.to_lowercase().contains("nothing"), "{}", done.stdout);
+    }
+}
+
+#[test]
+fn recordings_that_take_no_part_are_predicted() {
+    let dir = bench();
+    dir.succeed(&format!("{RUNNING} --hide viscous_friction=0.15 --seed 4 -o rec.csv --key key.toml"));
+    dir.succeed(&format!("{RUNNING} --hide viscous_friction=0.15 --seed 4 --speed 0.7 -o other.csv"));
+    dir.succeed("diagnose gear.toml rec.csv --holdout other.csv -o extended.toml --json findings.json");
+    let found: Value = serde_json::from_str(&dir.read("findings.json")).unwrap();
+    assert_eq!(found["heldout"]["from"], "recordings");
+    let held = (number(&found, &["heldout", "refitted"]), number(&found, &["heldout", "extended"]));
+    assert!(held.1 < 0.7 * held.0, "held out: {held:?}");
+}
+
+#[test]
+fn another_simulator_is_compared_in_the_models_place() {
+    let dir = bench();
+    dir.succeed(&format!("{RUNNING} --hide viscous_friction=0.15 --seed 5 -o rec.csv"));
+    // Somebody's simulation: the published gear along the recorded motion, computed outside the diagnosis.
+    dir.succeed("predict gear.toml rec.csv -o predicted.csv");
+    let simulated = dir.column("predicted.csv", "torque_model_nm");
+    let mut rows: Vec<String> = dir.read("rec.csv").lines().map(str::to_owned).collect();
+    rows[0].push_str(",torque_sim_nm");
+    rows.iter_mut().skip(1).zip(&simulated).for_each(|(row, torque)| row.push_str(&format!(",{torque}")));
+    dir.write("both.csv", rows.join("\n"));
+    // The model handed in is stiffer than the gear; the simulation stands in for it.
+    dir.write("stiff.toml", PUBLISHED.replace("2.4737e4", "2.9e4"));
+    dir.succeed("diagnose stiff.toml both.csv -o extended.toml --json findings.json");
+    let found: Value = serde_json::from_str(&dir.read("findings.json")).unwrap();
+    assert_eq!(names(&found), ["viscous_friction"], "{found}");
+}
+
+#[test]
+fn the_same_recording_gives_the_same_finding() {
+    let dir = bench();
+    dir.succeed(&format!("{RUNNING} --hide coulomb_friction=0.1 --seed 6 -o rec.csv"));
+    let once = findings(&dir, "rec.csv");
+    assert_eq!(once, findings(&dir, "rec.csv"));
+}
+
+#[test]
+fn what_cannot_be_diagnosed_is_refused_with_the_mend() {
+    let dir = bench();
+    dir.succeed(&format!("{RUNNING} -o rec.csv"));
+    dir.write("short.csv", dir.read("rec.csv").lines().take(20).collect::<Vec<_>>().join("\n"));
+    let done = dir.gmhm("diagnose gear.toml short.csv -o extended.toml");
+    assert_eq!(done.status, Some(1), "{}", done.stderr);
+    assert!(done.stderr.contains("short.csv"), "{}", done.stderr);
+    let bare: Vec<String> = dir.read("rec.csv").lines().map(|row| row.rsplit_once(',').unwrap().0.to_owned()).collect();
+    dir.write("bare.csv", bare.join("\n"));
+    let done = dir.gmhm("diagnose gear.toml bare.csv -o extended.toml");
+    assert_eq!(done.status, Some(1), "{}", done.stderr);
+    assert!(done.stderr.contains("torque_nm"), "{}", done.stderr);
+    assert!(!dir.files().contains(&"extended.toml".to_owned()));
+}
+
+#[test]
+fn the_report_stands_alone() {
+    let dir = bench();
+    dir.succeed(&format!("{RUNNING} --hide kinematic_error=0.15 --seed 3 -o rec.csv"));
+    dir.succeed("diagnose gear.toml rec.csv -o extended.toml --report finding.html");
+    let page = dir.read("finding.html");
+    assert!(page.contains("kinematic") && page.contains("<svg") && page.len() < 2_000_000);
+    assert!(!page.contains("http://") || page.contains("http://www.w3.org/"), "a page that reaches for the network");
+}
+
+#[test]
+fn a_robot_joint_is_diagnosed_without_a_motor_angle() {
+    let recording = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/recordings/ur10e_joint2_sine.csv");
+    let Ok(recording) = recording.canonicalize() else {
+        println!("not run: {} is not on this machine", recording.display());
+        return;
+    };
+    let dir = WorkDir::new();
+    let file = recording.display();
+    dir.succeed(&format!("fit {file} -o joint.toml"));
+    dir.succeed(&format!("diagnose joint.toml {file} -o extended.toml --json findings.json"));
+    let found: Value = serde_json::from_str(&dir.read("findings.json")).unwrap();
+    assert_eq!(found["unit"], "A");
+    let (base, extended) = (number(&found, &["rms", "refitted"]), number(&found, &["rms", "extended"]));
+    assert!(found["mismatch"] == true && extended < base, "{found}");
+}
