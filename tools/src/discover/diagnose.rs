@@ -25,6 +25,9 @@ use crate::recording::{Recording, TorqueUnit};
 /// Rows that the search looks at: means where there are more. The final fit takes all.
 const SEARCH_ROWS: usize = 10_000;
 
+/// Rows that are fitted. Of longer recordings means are, the motion's as well as the torque's.
+const MOST_ROWS: usize = 250_000;
+
 /// The rate of false alarms that the verdict was tuned to on coloured nulls of `gmhm prove`.
 pub const FALSE_ALARM_RATE: f64 = 0.01;
 
@@ -64,6 +67,14 @@ pub fn diagnose(
         return Err(DiscoverError::NoRecording);
     }
     let model = prepared(model, recordings, options)?;
+    let rows: usize = recordings.iter().map(Recording::len).sum();
+    let whole: Vec<Recording>;
+    let recordings = if rows > MOST_ROWS {
+        whole = recordings.iter().map(|r| r.in_means(rows.div_ceil(MOST_ROWS))).collect();
+        &whole
+    } else {
+        recordings
+    };
     progress.report("reading", 0.0);
     let mut subject = Subject::new(recordings, &model)?;
     let search = Search { removed: &options.removed, only: None, base_terms: model.terms.len(), zero: false };
@@ -82,6 +93,8 @@ pub fn diagnose(
     let search = Search { zero: outcome.free_zero, ..search };
     let mut judgement = thin.judge(outcome, search)?;
     check()?;
+    let undecidable = experiment::undecidable(&thin, &judgement, search)?;
+    let places = if judgement.mismatch { thin.where_it_sits(&judgement) } else { Vec::new() };
     if stride > 1 {
         progress.report("fitting all rows", 0.8);
         for fit in [&mut judgement.base, &mut judgement.extended] {
@@ -121,7 +134,6 @@ pub fn diagnose(
         TorqueUnit::Ampere => Unit::Ampere,
     };
     let noise_rms = rms.extended;
-    let undecidable = experiment::undecidable(&subject, &judgement, search)?;
     let next_experiment = experiment::next(&judgement, &undecidable);
     let diagnosis = Diagnosis {
         mismatch: judgement.mismatch,
@@ -130,7 +142,7 @@ pub fn diagnose(
         noise_rms,
         rms,
         heldout,
-        places: if judgement.mismatch { thin.where_it_sits(&judgement) } else { Vec::new() },
+        places,
         effects: subject.effects(&judgement),
         undecidable,
         next_experiment,
@@ -207,7 +219,7 @@ impl Subject<'_> {
 
     /// Root mean square of blocks, each predicted by a fit to the others; the fit is linearised where it ended. What is a recording's own, its offset and its
     /// past, is no part of the prediction and stays that of all rows.
-    fn rms_of_blocks(&self, fit: &Fitted) -> f64 {
+    pub fn rms_of_blocks(&self, fit: &Fitted) -> f64 {
         let layout = self.layout();
         let of_gear = &fit.columns[..fit.places.len()];
         let free: Vec<Vec<f64>> = of_gear.iter().map(|c| self.without_offsets(&fit.noise, c)).collect();

@@ -6,7 +6,6 @@ use super::DiscoverError;
 use super::explain::{Alternative, Search};
 use super::fit::Fitted;
 use super::flexible::{self, Coordinates, Explained as Curve};
-use super::parameters;
 use super::search::Outcome;
 use super::subject::Subject;
 use crate::diagnosis::UNKNOWN;
@@ -124,7 +123,7 @@ impl Subject<'_> {
             let mut without = extended.model.clone();
             without.terms.remove(at);
             if let Some(fitted) = self.with_curve(&without, at, &effect.places, search)?
-                && fitted.minus_two_log_likelihood < extended.minus_two_log_likelihood
+                && self.rms_of_blocks(&fitted) < self.rms_of_blocks(&extended)
             {
                 extended = fitted;
                 effect.closest = None;
@@ -139,13 +138,11 @@ impl Subject<'_> {
             let gain = left[0].gain;
             let mut term = None;
             let end = extended.model.terms.len();
-            if let Some(fitted) = self.with_curve(&extended.model, end, &left, search)? {
-                let numbers = parameters::of_term(&fitted.model, end).len();
-                let gain = extended.minus_two_log_likelihood - fitted.minus_two_log_likelihood;
-                if gain > 2.0 * numbers as f64 + 20.0 {
-                    extended = fitted;
-                    term = Some(end);
-                }
+            if let Some(fitted) = self.with_curve(&extended.model, end, &left, search)?
+                && self.rms_of_blocks(&fitted) < self.rms_of_blocks(&extended)
+            {
+                extended = fitted;
+                term = Some(end);
             }
             let after = before - left[0].contribution.iter().map(|c| c * c).sum::<f64>();
             judged.push(Judged {
@@ -198,7 +195,7 @@ impl Subject<'_> {
         Ok(())
     }
 
-    /// A model with a term `unknown` put in at `at`, over the coordinate where that explains most.
+    /// A model with a term `unknown` put in at `at`, over the coordinate where that predicts blocks held out best.
     fn with_curve(
         &self,
         model: &Model,
@@ -208,17 +205,18 @@ impl Subject<'_> {
     ) -> Result<Option<Fitted>, DiscoverError> {
         let evaluations = self.evaluate(model)?;
         let see = Coordinates::new(self, &evaluations);
-        let mut best: Option<Fitted> = None;
+        let mut best: Option<(f64, Fitted)> = None;
         let likely = places.iter().filter(|p| p.net() > WORTH_A_CURVE * places[0].net()).take(CURVES);
         for curve in likely.filter_map(|place| curve_term(&see, place.coordinate)) {
             let mut with = model.clone();
             with.terms.insert(at, curve);
             let fitted = self.fit(&with, &self.places(&with, search), None, 4)?;
-            if best.as_ref().is_none_or(|b| fitted.minus_two_log_likelihood < b.minus_two_log_likelihood) {
-                best = Some(fitted);
+            let left = self.rms_of_blocks(&fitted);
+            if best.as_ref().is_none_or(|(least, _)| left < *least) {
+                best = Some((left, fitted));
             }
         }
-        Ok(best)
+        Ok(best.map(|(_, fitted)| fitted))
     }
 }
 

@@ -125,6 +125,26 @@ impl Recording {
         }
     }
 
+    /// The recording in means of so many rows each; of the torque without what stands out of its rows, lest an outlier spoil a mean.
+    #[must_use]
+    pub fn in_means(&self, rows: usize) -> Self {
+        let means = |values: &[f64]| values.chunks(rows).map(mean).collect::<Vec<f64>>();
+        let thin = |column: &Option<Vec<f64>>| column.as_deref().map(means);
+        Self {
+            name: self.name.clone(),
+            sha256: self.sha256.clone(),
+            time_s: means(&self.time_s),
+            torque: self.torque.as_deref().map(|torque| torque.chunks(rows).map(mean_without_outliers).collect()),
+            torque_unit: self.torque_unit,
+            deflection_rad: thin(&self.deflection_rad),
+            theta_in_rad: thin(&self.theta_in_rad),
+            theta_out_rad: thin(&self.theta_out_rad),
+            velocity_out_rad_per_s: thin(&self.velocity_out_rad_per_s),
+            temperature_c: thin(&self.temperature_c),
+            torque_sim_nm: thin(&self.torque_sim_nm),
+        }
+    }
+
     /// Computes θ = q_m/N − q_o where no deflection was recorded but both angles were. A recorded deflection wins; a joint log stays without.
     ///
     /// # Errors
@@ -155,5 +175,39 @@ impl Recording {
 
     fn refuse(&self, problem: RecordingProblem) -> RecordingError {
         RecordingError { file: self.name.clone(), line: None, column: None, problem: Box::new(problem) }
+    }
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+/// The mean of what lies within eight median deviations of the median.
+fn mean_without_outliers(values: &[f64]) -> f64 {
+    const FARTHEST: f64 = 8.0;
+    let median = |of: &mut Vec<f64>| {
+        let middle = of.len() / 2;
+        *of.select_nth_unstable_by(middle, f64::total_cmp).1
+    };
+    let centre = median(&mut values.to_vec());
+    let deviation = median(&mut values.iter().map(|x| (x - centre).abs()).collect());
+    let near: Vec<f64> = values.iter().copied().filter(|x| (x - centre).abs() <= FARTHEST * deviation).collect();
+    mean(&near)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn means_keep_slopes_and_drop_outliers() {
+        let line: Vec<f64> = (0..100).map(f64::from).collect();
+        let mut torque = line.clone();
+        torque[37] = 1e4;
+        let recording = Recording { time_s: line, torque: Some(torque), ..Recording::default() };
+        let means = recording.in_means(10);
+        assert_eq!(means.time_s, (0..10).map(|k| 4.5 + 10.0 * f64::from(k)).collect::<Vec<f64>>());
+        let torque = means.torque.unwrap();
+        assert!(means.time_s.iter().zip(&torque).all(|(t, x)| (t - x).abs() < 0.5), "{torque:?}");
     }
 }
