@@ -7,6 +7,7 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
+use gmhm::block::ScalarKind;
 use gmhm_tools::device::{Client, Target, line};
 
 use crate::Failure;
@@ -37,6 +38,14 @@ impl Board {
         match self {
             Self::Mps2An386 => "mps2-an386",
             Self::Microbit => "microbit",
+        }
+    }
+
+    /// What its image computes in.
+    pub fn scalar(self) -> ScalarKind {
+        match self {
+            Self::Mps2An386 => ScalarKind::F32,
+            Self::Microbit => ScalarKind::Fixed,
         }
     }
 

@@ -2,6 +2,8 @@
 //!
 //! `cargo xtask end-to-end` builds the image `node`, and runs this with it.
 
+#[path = "../../../src/bin/node/arithmetic.rs"]
+mod arithmetic;
 mod emulator;
 #[path = "../../../src/bin/journey/mod.rs"]
 #[allow(dead_code, reason = "the path at a constant period")]
@@ -95,8 +97,9 @@ fn chain(arguments: &Arguments) -> Result<(), Failure> {
         arguments.seed
     ))?;
     run("fit recording.csv -o fitted.toml")?;
-    run("pack fitted.toml --gear bench -o params.bin")?;
-    let twin = Twin::of(&model::load(&at("fitted.toml"))?)?;
+    let scalar = board.scalar();
+    run(&format!("pack fitted.toml --gear bench --scalar {} -o params.bin", scalar.name()))?;
+    let twin = Twin::of(&model::load(&at("fitted.toml"))?, scalar)?;
 
     let emulator = Emulator::start(board, &arguments.image, false)?;
     let told = run(&format!("flash params.bin --to {} --read-back back.bin", emulator.target()))?;
@@ -114,7 +117,11 @@ fn chain(arguments: &Arguments) -> Result<(), Failure> {
         "after the reset, the block reads otherwise than when it was flashed",
     )?;
     let Followed { samples, ticks } = twin.follow(&mut drive, 200)?;
-    println!("{}: {samples} samples among {ticks} control periods equal the host's to the bit", board.name());
+    println!(
+        "{}: {samples} samples among {ticks} control periods equal the host's to the bit, in {}",
+        board.name(),
+        scalar.name()
+    );
 
     let shown = |file: &str| -> Result<Vec<String>, Failure> {
         let text = run(&format!("inspect {file}"))?;
@@ -129,13 +136,13 @@ fn chain(arguments: &Arguments) -> Result<(), Failure> {
     // A second block over the first one's neighbour, and back.
     let other = GEAR.replace("2.6e4", "2.2e4");
     std::fs::write(at("other.toml"), &other)?;
-    run("pack other.toml --gear bench -o other.bin")?;
+    run(&format!("pack other.toml --gear bench --scalar {} -o other.bin", scalar.name()))?;
     drop(drive);
     run(&format!("flash other.bin --to {}", emulator.target()))?;
     emulator.reset()?;
     let mut drive = emulator.client()?;
     check(drive.status()?.sequence == 2, "the second block is not in force")?;
-    Twin::of(&model::load(&at("other.toml"))?)?.follow(&mut drive, 50)?;
+    Twin::of(&model::load(&at("other.toml"))?, scalar)?.follow(&mut drive, 50)?;
     drive.identify()?;
     drive.tell(&Request::RollBack { signature: LOAD, sequence: 2 })?;
     emulator.reset()?;

@@ -1,12 +1,15 @@
 //! The image `node` as a host sees it: the block in force, and torques to compare with the host's own.
 
+use gmhm::block::{ScalarKind, Scales, Word};
 use gmhm::link::message::MOST_BYTES;
+use gmhm::memory::MemoryLaw;
+use gmhm::memory::masing::Masing;
+use gmhm::scalar::Fixed;
 use gmhm::{Gear, Params};
 use gmhm_tools::device::Client;
 use gmhm_tools::model::Model;
 
-use crate::journey::Journey;
-use crate::{Failure, check};
+use crate::{Failure, arithmetic, check};
 
 /// The block in force, read from the drive.
 pub fn block_in_force(drive: &mut Client) -> Result<Vec<u8>, Failure> {
@@ -22,6 +25,7 @@ pub fn block_in_force(drive: &mut Client) -> Result<Vec<u8>, Failure> {
 /// What the host makes of a model file: the drive's gear, on the drive's path.
 pub struct Twin {
     params: Params,
+    scalar: ScalarKind,
 }
 
 /// How far the drive was followed.
@@ -33,38 +37,51 @@ pub struct Followed {
 }
 
 impl Twin {
-    /// The twin of the drive that has this model.
-    pub fn of(model: &Model) -> Result<Self, Failure> {
+    /// The twin of the drive that has this model and computes in this arithmetic.
+    pub fn of(model: &Model, scalar: ScalarKind) -> Result<Self, Failure> {
         let rated = model.gear.rated_deflection_rad.ok_or("the model has no rated deflection")?;
         let params = model.params(rated).ok_or("the model has no gear")??;
-        Ok(Self { params })
+        Ok(Self { params, scalar })
     }
 
     /// Compares samples of the running drive with the host's: deflection, torque, hysteresis torque, to the bit.
     pub fn follow(&self, drive: &mut Client, samples: usize) -> Result<Followed, Failure> {
-        let gear = Gear::<f32>::new(&self.params);
-        let mut state = gear.start::<16>(0.0);
-        let mut path = Journey::new(self.params.rated_deflection_rad() as f32);
+        match self.scalar {
+            ScalarKind::F32 => self.follow_in(Gear::<f32>::new(&self.params), drive, samples),
+            ScalarKind::Fixed => {
+                let gear = Gear::with_law(&self.params, Masing::<Fixed>::new(&self.params));
+                self.follow_in(gear, drive, samples)
+            }
+        }
+    }
+
+    fn follow_in<S: Word, L: MemoryLaw<S>>(
+        &self,
+        gear: Gear<S, L>,
+        drive: &mut Client,
+        samples: usize,
+    ) -> Result<Followed, Failure> {
+        let scales = Scales::of(&self.params);
+        let mut state = gear.start::<16>(S::ZERO);
+        let mut path = arithmetic::path();
         let mut output = gear.output(&state);
         let (mut ticks, mut moving) = (0, 0);
         for _ in 0..samples {
             let live = drive.live()?;
             check(live.ticks >= ticks, "the drive began anew")?;
             while ticks < live.ticks {
-                output = gear.step(&mut state, path.next_deflection());
+                output = gear.step(&mut state, arithmetic::next_deflection(&mut path, &scales));
                 ticks += 1;
             }
             let found = [live.deflection_rad, live.torque_nm, live.hysteresis_nm].map(f32::to_bits);
-            let expected = [state.theta(), output.torque, output.hysteresis].map(f32::to_bits);
-            let status = state.status();
-            let same = found == expected
-                && live.words == [expected[1], expected[2]]
-                && (live.out_of_range, live.refused) == (status.out_of_range, status.refused);
-            check(
-                same,
-                &format!("after {ticks} control periods the drive has {live:?}, the host {state:?} {output:?}"),
-            )?;
-            moving += usize::from(output.hysteresis != 0.0);
+            let torques = [output.torque, output.hysteresis];
+            let [torque, hysteresis] = torques.map(|torque| arithmetic::torque_nm(torque, &scales));
+            let expected = [arithmetic::deflection_rad(state.theta(), &scales), torque, hysteresis].map(f32::to_bits);
+            let same = live.words == torques.map(S::word)
+                && found == expected
+                && (live.out_of_range, live.refused) == arithmetic::flags(state.status());
+            check(same, &format!("after {ticks} control periods the drive has {live:?}, the host {output:?}"))?;
+            moving += usize::from(output.hysteresis != S::ZERO);
         }
         check(ticks as usize >= samples, "the drive stands still")?;
         check(2 * moving > samples, "the drive computes no hysteresis")?;

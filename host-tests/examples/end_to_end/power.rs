@@ -41,10 +41,12 @@ fn version(arguments: &Arguments, folder: &Path, stiffness: &str, sequence: u32)
     let name = "bench gear ".repeat(50);
     let text = GEAR.replace("2.6e4", stiffness).replace("bench gear", &name);
     std::fs::write(folder.join("version.toml"), text)?;
-    gmhm(&arguments.gmhm, folder, "pack version.toml --gear bench -o version.bin")?;
+    let scalar = arguments.board.scalar();
+    let pack = format!("pack version.toml --gear bench --scalar {} -o version.bin", scalar.name());
+    gmhm(&arguments.gmhm, folder, &pack)?;
     let mut bytes = std::fs::read(folder.join("version.bin"))?;
     stamp(&mut bytes, sequence)?;
-    Ok(Version { bytes, twin: Twin::of(&model::load(&folder.join("version.toml"))?)? })
+    Ok(Version { bytes, twin: Twin::of(&model::load(&folder.join("version.toml"))?, scalar)? })
 }
 
 /// Cuts power until `arguments.cuts` flashes were found that are neither the old nor the new one.

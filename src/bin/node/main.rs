@@ -4,6 +4,7 @@
 #![no_std]
 #![no_main]
 
+mod arithmetic;
 #[cfg_attr(target_abi = "eabihf", path = "mps2.rs")]
 #[cfg_attr(not(target_abi = "eabihf"), path = "microbit.rs")]
 mod board;
@@ -11,19 +12,15 @@ mod board;
 #[allow(dead_code, reason = "this image walks at a constant period")]
 mod journey;
 
-use board::{Board, ROOM};
+use board::{Board, Law, Number, ROOM};
 use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m_semihosting::debug::{self, EXIT_FAILURE};
-use gmhm::block::{Block, BlockError, Identity, Parameters, ScalarKind};
+use gmhm::block::{Block, BlockError, Identity, Parameters, ScalarKind, Scales, Word};
 use gmhm::link::{Drive, Live, Port};
-use gmhm::memory::AnyLaw;
 use gmhm::store::Store;
 use gmhm::{Gear, Output, State};
 use journey::Journey;
-
-/// What it computes in.
-type Number = f32;
 
 /// Turning points that it has room for.
 const DEPTH: usize = 16;
@@ -60,8 +57,9 @@ struct Node {
 
 /// What parameters in force have set going.
 struct Running {
-    gear: Gear<Number>,
-    state: State<Number, DEPTH>,
+    gear: Gear<Number, Law>,
+    state: State<Number, DEPTH, Law>,
+    scales: Scales,
     output: Output<Number>,
     path: Journey,
 }
@@ -71,7 +69,8 @@ impl Node {
     fn tick(&mut self) {
         let Some(running) = &mut self.running else { return };
         let began = SYST::get_current();
-        running.output = running.gear.step(&mut running.state, running.path.next_deflection());
+        let deflection = arithmetic::next_deflection(&mut running.path, &running.scales);
+        running.output = running.gear.step(&mut running.state, deflection);
         // The counter counts down, in 24 bits.
         self.loop_cost = began.wrapping_sub(SYST::get_current()) & 0x00FF_FFFF;
         self.ticks = self.ticks.wrapping_add(1);
@@ -84,7 +83,7 @@ impl Drive for Node {
     }
 
     fn arithmetic(&self) -> (ScalarKind, u16) {
-        (ScalarKind::F32, DEPTH as u16)
+        (Number::KIND, DEPTH as u16)
     }
 
     fn is_enabled(&self) -> bool {
@@ -95,12 +94,13 @@ impl Drive for Node {
         let running = match block {
             None => None,
             Some(block) => {
-                let parameters = Parameters::<Number, AnyLaw<Number>, ()>::of_block(block, DEPTH)?;
+                let parameters = Parameters::<Number, Law, ()>::of_block(block, DEPTH)?;
                 parameters.gear.zip(parameters.scales).map(|(gear, scales)| Running {
-                    state: gear.start(0.0),
+                    state: gear.start(Number::default()),
                     gear,
                     output: Output::default(),
-                    path: Journey::new(scales.rated_deflection_rad as f32),
+                    path: arithmetic::path(),
+                    scales,
                 })
             }
         };
@@ -126,16 +126,17 @@ impl Drive for Node {
     }
 
     fn live(&self) -> Live {
-        let Some(Running { state, output, .. }) = &self.running else { return Live::default() };
-        let ratio = if self.compensating { self.gain_ratio } else { 0.0 };
+        let Some(Running { state, output, scales, .. }) = &self.running else { return Live::default() };
+        let hysteresis_nm = arithmetic::torque_nm(output.hysteresis, scales);
+        let (out_of_range, refused) = arithmetic::flags(state.status());
         Live {
-            deflection_rad: state.theta(),
-            torque_nm: output.torque,
-            hysteresis_nm: output.hysteresis,
-            words: [output.torque.to_bits(), output.hysteresis.to_bits()],
-            contribution_nm: ratio * output.hysteresis,
-            out_of_range: state.status().out_of_range,
-            refused: state.status().refused,
+            deflection_rad: arithmetic::deflection_rad(state.theta(), scales),
+            torque_nm: arithmetic::torque_nm(output.torque, scales),
+            hysteresis_nm,
+            words: [output.torque.word(), output.hysteresis.word()],
+            contribution_nm: if self.compensating { self.gain_ratio * hysteresis_nm } else { 0.0 },
+            out_of_range,
+            refused,
             ticks: self.ticks,
             loop_cost: self.loop_cost,
         }

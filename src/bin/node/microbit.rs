@@ -8,7 +8,15 @@ use core::ops::Range;
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash, check_erase, check_read, check_write,
 };
+use gmhm::memory::masing::Masing;
+use gmhm::scalar::Fixed;
 use registers::{read, write};
+
+/// What it computes in: the core has no unit for floating point.
+pub type Number = Fixed;
+
+/// The one law that it has room for.
+pub type Law = Masing<Number>;
 
 /// Bytes of a block.
 pub const ROOM: usize = 1024;

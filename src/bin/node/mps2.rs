@@ -5,8 +5,15 @@ mod registers;
 
 use core::ops::Range;
 
+use gmhm::memory::AnyLaw;
 use gmhm::store::RamFlash;
 use registers::{read, write};
+
+/// What it computes in.
+pub type Number = f32;
+
+/// Whichever law a block has.
+pub type Law = AnyLaw<Number>;
 
 /// Bytes of a block.
 pub const ROOM: usize = 1024;
