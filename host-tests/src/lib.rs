@@ -1,7 +1,7 @@
 //! A second implementation of MODEL.md in f64, written apart from the core, to hold the core to.
 //!
 //! It is the textbook's way of computing each law: a growing list of turning points, the memory integrals by quadrature. It uses nothing of
-//! the core, so that no error can be in both by inheritance. Beside it, a [flash](flash) that is out for the store.
+//! the core, so that no error can be in both by inheritance. Beside it, a [flash] that is out for the store.
 
 pub mod closed_form;
 pub mod flash;
