@@ -6,7 +6,7 @@
 //! | [`line`] | bytes to it and back |
 //! | [`client`] | one request, one answer |
 //! | [`Lockstep`] | a joint played for a drive |
-//! | [`flash`] | a whole block: staged, tried, stored, read back, compared |
+//! | [`mod@flash`] | a whole block: staged, tried, stored, read back, compared |
 
 pub mod client;
 mod error;
