@@ -279,6 +279,11 @@ fn grows(kind: &str) -> bool {
     matches!(kind, "kinematic_error" | "torque_ripple" | "position_dependent_friction" | "nonlocal_memory" | "creep")
 }
 
+/// Whether one kind holds another as a special case.
+pub fn generalises(kind: &str, special: &str) -> bool {
+    matches!((kind, special), ("stribeck_friction", "coulomb_friction" | "viscous_friction"))
+}
+
 /// Where the torque of a kind without linear numbers grows from 0, and the first step there.
 fn growth(term: &Term, info: &'static KindInfo, ranges: &Ranges) -> Option<(&'static KeyInfo, f64)> {
     let (name, step) = match term.kind.as_str() {

@@ -6,6 +6,7 @@ use super::DiscoverError;
 use super::explain::{Alternative, Search};
 use super::fit::Fitted;
 use super::least_squares::dot;
+use super::library;
 use super::subject::Subject;
 use crate::model::Model;
 
@@ -87,8 +88,13 @@ impl Subject<'_> {
             let tried = self.explain(&extended, search, 6.0)?;
             let net = |a: &Alternative| a.gain - self.penalty(a.parameters);
             let plain = |a: &&Alternative| part(&a.fit, &extended) > LEAST_PART;
-            let best = tried.iter().enumerate().filter(|(_, a)| plain(a)).max_by(|a, b| net(a.1).total_cmp(&net(b.1)));
-            let Some((best, alternative)) = best else {
+            let able = || tried.iter().enumerate().filter(|(_, a)| plain(a));
+            let best = able().max_by(|a, b| net(a.1).total_cmp(&net(b.1)));
+            let simplest = best.and_then(|(_, best)| {
+                let as_much = |a: &Alternative| net(a) >= net(best) - SHAPE * best.gain;
+                able().find(|(_, a)| library::generalises(best.kind, a.kind) && as_much(a))
+            });
+            let Some((best, alternative)) = simplest.or(best) else {
                 rejected = tried;
                 break;
             };
@@ -125,8 +131,10 @@ impl Subject<'_> {
             }
             let alternatives = self.explain(&rest, search, 6.0)?;
             let better = alternatives.iter().position(|a| {
+                let kind = &extended.model.terms[term].kind;
+                let shape = if library::generalises(a.kind, kind) { SHAPE * gain } else { 0.0 };
                 a.extends.is_none()
-                    && a.gain - self.penalty(a.parameters) > gain - self.penalty(parameters) + SWAP
+                    && a.gain - self.penalty(a.parameters) > gain - self.penalty(parameters) + SWAP + shape
                     && (a.kind != extended.model.terms[term].kind || a.parameters >= parameters)
             });
             if let Some(better) = better.filter(|_| swaps < 4) {
@@ -154,6 +162,9 @@ const LEAST_PART: f64 = 0.02;
 fn part(better: &Fitted, worse: &Fitted) -> f64 {
     1.0 - dot(&better.residual, &better.residual) / dot(&worse.residual, &worse.residual)
 }
+
+/// A kind has to explain at least this share more than the special case of it: following a shape to the last makes no other physics.
+const SHAPE: f64 = 0.02;
 
 /// A swap has to gain this much.
 const SWAP: f64 = 4.0;
