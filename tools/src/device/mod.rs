@@ -3,7 +3,7 @@
 //! | file | what |
 //! |---|---|
 //! | [`target`] | where a drive is: a serial port, a TCP port, a debug probe |
-//! | [`line`] | bytes to it and back |
+//! | [`mod@line`] | bytes to it and back |
 //! | [`client`] | one request, one answer |
 //! | [`Lockstep`] | a joint played for a drive |
 //! | [`mod@flash`] | a whole block: staged, tried, stored, read back, compared |
