@@ -9,7 +9,7 @@ use super::error::DeviceError;
 use super::line::Line;
 
 /// How long a drive may take to answer, and to store a block.
-const ANSWERING: Duration = Duration::from_secs(1);
+const ANSWERING: Duration = Duration::from_secs(3);
 const STORING: Duration = Duration::from_secs(10);
 
 /// A drive at the other end of a line.

@@ -107,7 +107,7 @@ impl DeviceError {
                 "name the serial port as the system does, and close other programs that hold it".to_owned()
             }
             Self::Unreachable { .. } => "check host and port, and that the drive or its bridge listens".to_owned(),
-            Self::NoProbe => "build it with --features probe".to_owned(),
+            Self::NoProbe => "use serial: or tcp:, or write the file of gmhm pack -o params.hex --address ADDRESS with the probe's own tool".to_owned(),
             Self::Line(_) | Self::Closed | Self::Silent { .. } => {
                 "check cable, power and --baud; what the drive had stored is untouched or replaced whole".to_owned()
             }

@@ -6,7 +6,7 @@
 //! | [`base`], [`assembly`] | the base model as contributions, and back |
 //! | [`problem`], [`factors`], [`triangle`], [`bounded`] | one pass over the recordings, its triangular factor, the exact bounded optimum |
 //! | [`swarm`], [`polish`] | search and polish of the nonlinear parameters |
-//! | [`invertible`] | law `masing` held where feed-forward has an inverse |
+//! | `invertible` | law `masing` held where feed-forward has an inverse |
 //! | [`joint`] | joint logs: gravity, inertia, friction |
 //! | [`noise`] | colour, outliers, quantisation |
 //! | [`select`] | law, kernel, gate and play by held-out prediction |
