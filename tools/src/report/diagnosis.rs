@@ -47,13 +47,15 @@ fn verdict(found: &Diagnosis) -> Verdict {
             _ => class.join(" or "),
         }
     };
-    let names: Vec<String> = found.effects.iter().map(name).collect();
+    let mut names: Vec<String> = found.effects.iter().map(name).collect();
+    names.dedup();
     let share = 1.0 - (found.heldout.rms.extended / found.heldout.rms.refitted.max(f64::MIN_POSITIVE)).powi(2);
-    let sentence = format!(
-        "The model leaves out {}; with it, {} of what the refitted model misses on rows held out is gone.",
-        names.join(", and "),
-        percent(share.max(0.0))
-    );
+    let gained = if share > 0.0 {
+        format!("with it, {} of what the refitted model misses on rows held out is gone", percent(share))
+    } else {
+        "nothing found of it predicts rows held out any better".to_owned()
+    };
+    let sentence = format!("The model leaves out {}; {gained}.", names.join(", and "));
     let all_named = found.effects.iter().all(|e| e.name != UNKNOWN && e.equivalents.is_empty());
     let reasons = found.effects.iter().map(|e| format!("{}: {}.", capital(&words(&e.name)), e.why)).collect();
     Verdict { tone: if all_named { Tone::Good } else { Tone::Caution }, sentence, reasons }
