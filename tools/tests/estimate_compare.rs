@@ -91,7 +91,7 @@ fn a_foreign_gear_of_24_slip_elements() {
     let lines = compare(&recordings, &options, &()).unwrap();
     let unseen = |name: &str| rms(&lines, name).unseen_recording_rms.unwrap();
     // GMHM carries to an amplitude that it never saw far better than static curves; many slip elements are this gear's nature and win.
-    assert!(unseen("GMHM") < 0.3 * unseen("two lines").min(unseen("polynomial")), "{lines:#?}");
+    assert!(unseen("GMHM") < 0.35 * unseen("two lines").min(unseen("polynomial")), "{lines:#?}");
     assert!(unseen("Maxwell slip, 16") < 0.5 * unseen("GMHM"), "{lines:#?}");
     assert!(rms(&lines, "GMHM").heldout_rms < 0.1, "{lines:#?}");
     // On its own gear it is the other way round, although every yardstick has the gear's elastic polynomial.

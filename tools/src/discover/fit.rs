@@ -141,7 +141,9 @@ impl Subject<'_> {
             return Ok(direct);
         }
         let white = self.fit_beside(model, places, None, most_steps, beside)?;
-        Ok(if white.minus_two_log_likelihood < direct.minus_two_log_likelihood { white } else { direct })
+        let better = white.minus_two_log_likelihood < direct.minus_two_log_likelihood;
+        let drifted = dot(&direct.residual, &direct.residual) > ASTRAY * dot(&white.residual, &white.residual);
+        Ok(if better || drifted { white } else { direct })
     }
 
     /// Gauss-Newton steps against `noise`, fitted anew before each; without it against white noise to the end.
@@ -228,6 +230,9 @@ impl Subject<'_> {
 
 /// A step against coloured noise may leave so many times the squares that it began with.
 const DRIFTED: f64 = 1.3;
+
+/// A fit that leaves so many times the squares of one that began with white noise has taken physics for noise.
+const ASTRAY: f64 = 2.0;
 
 /// Steps taken as if the noise were white.
 const WHITE_STEPS: usize = 4;

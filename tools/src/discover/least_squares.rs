@@ -228,6 +228,9 @@ fn bounded_step(gram: &DMatrix<f64>, scales: &[f64], rhs: &[f64], lowest: &[f64]
 
 /// The inverse of a Gram matrix on the directions that it tells apart.
 pub fn pseudo_inverse(gram: &DMatrix<f64>) -> DMatrix<f64> {
+    if gram.is_empty() {
+        return gram.clone();
+    }
     let eigen = gram.clone().symmetric_eigen();
     let largest = eigen.eigenvalues.max();
     let inverted = eigen.eigenvalues.map(|v| if v > 1e-11 * largest { v.recip() } else { 0.0 });
