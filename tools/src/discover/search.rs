@@ -87,7 +87,7 @@ impl Subject<'_> {
             let found = extended.model.terms.len() - search.base_terms;
             let tried = self.explain(&extended, search, 6.0)?;
             let net = |a: &Alternative| a.gain - self.penalty(a.parameters);
-            let plain = |a: &&Alternative| part(&a.fit, &extended) > LEAST_PART;
+            let plain = |a: &&Alternative| net(a) > SURE || part(&a.fit, &extended) > LEAST_PART;
             let able = || tried.iter().enumerate().filter(|(_, a)| plain(a));
             let best = able().max_by(|a, b| net(a.1).total_cmp(&net(b.1)));
             let simplest = best.and_then(|(_, best)| {
@@ -122,7 +122,8 @@ impl Subject<'_> {
                 gain -= self.smoothing_gain(&rest, &extended.model).max(0.0);
             }
             let parameters = super::parameters::of_term(&extended.model, term).len();
-            let enough = gain > self.penalty(parameters) + MARGIN && part(&extended, &rest) > LEAST_PART;
+            let net = gain - self.penalty(parameters);
+            let enough = net > SURE || (net > MARGIN && part(&extended, &rest) > LEAST_PART);
             if !enough && extended.model.terms.len() > search.base_terms + 1 {
                 extended = rest;
                 effects.clear();
@@ -157,6 +158,9 @@ const LEAST_SHARE: f64 = 0.04;
 
 /// What is named explains at least this part of the squared residual. Noise of an angle leaves less, and looks like inertia, damping or slip.
 const LEAST_PART: f64 = 0.02;
+
+/// Noise of an angle gains no more than half of this.
+const SURE: f64 = 400.0;
 
 /// Which part of what one fit leaves another does not.
 fn part(better: &Fitted, worse: &Fitted) -> f64 {
