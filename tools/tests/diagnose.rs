@@ -154,7 +154,7 @@ fn a_robot_joint_is_diagnosed_without_a_motor_angle() {
     dir.succeed(&format!("fit {file} -o joint.toml"));
     dir.succeed(&format!("diagnose joint.toml {file} -o extended.toml --json findings.json"));
     let found: Value = serde_json::from_str(&dir.read("findings.json")).unwrap();
-    assert_eq!(found["unit"], "A");
+    assert_eq!(found["unit"], "a");
     let (base, extended) = (number(&found, &["rms", "refitted"]), number(&found, &["rms", "extended"]));
     assert!(found["mismatch"] == true && extended < base, "{found}");
 }
