@@ -12,7 +12,7 @@ use crate::gear::Gear;
 use crate::inverse::{Inverse, Monotony};
 use crate::memory::{AnyLaw, Frame};
 use crate::params::Params;
-use crate::terms::{Compensated, Setting, Stack};
+use crate::terms::{Compensated, Setting, Side, Stack, TermError};
 
 /// The joint that the gear sits in.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -166,6 +166,49 @@ impl<const K: usize> TermStack for Stack<f32, K> {
 
     fn is_empty(&self) -> bool {
         self.terms().is_empty()
+    }
+}
+
+/// Terms that are checked and counted, not kept: [`Parameters`] with them take a fraction of the stack that those with a [`Stack`] do. Once a block is accepted,
+/// [`plant`](Self::plant) fills one in its place.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CheckedTerms<const K: usize> {
+    setting: Setting<f32>,
+    has_gear: bool,
+    count: usize,
+}
+
+impl<const K: usize> CheckedTerms<K> {
+    /// The terms that a drive feeds forward, of the block that was loaded with these.
+    pub fn plant(&self, block: &Block<'_>) -> Stack<f32, K> {
+        let mut stack = Stack::empty(self.setting, self.has_gear);
+        for record in block.records() {
+            let is_plant = TermRecord::kind(&record).is_some_and(|info| info.side == Side::Plant);
+            // All of them were accepted before.
+            let _ = is_plant && stack.take(&record).is_ok();
+        }
+        stack
+    }
+}
+
+impl<const K: usize> TermStack for CheckedTerms<K> {
+    fn empty(setting: Setting<f32>, has_gear: bool) -> Self {
+        Self { setting, has_gear, count: 0 }
+    }
+
+    fn take(&mut self, record: &Record<'_>) -> Result<bool, BlockError> {
+        let Some(term) = TermRecord::decode(record) else { return Ok(false) };
+        let refused = |error| BlockError::Term { tag: record.tag, error };
+        term?.term(self.setting).map_err(refused)?;
+        if self.count == K {
+            return Err(refused(TermError::StackFull));
+        }
+        self.count += 1;
+        Ok(true)
+    }
+
+    fn is_empty(&self) -> bool {
+        self.count == 0
     }
 }
 

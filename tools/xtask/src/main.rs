@@ -2,6 +2,7 @@
 
 mod accuracy;
 mod c;
+mod c_program;
 mod cost;
 mod cycles;
 mod emulate;
@@ -30,7 +31,7 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Install what is missing: Cortex-M targets and llvm-tools (rustup), the emulator (apt-get).
+    /// Install what is missing: Cortex-M targets and llvm-tools (rustup), the emulator and a C compiler (apt-get).
     Setup,
     /// Run the images on every emulated board and compare what they print with the files beside them.
     Emulate {
@@ -50,7 +51,7 @@ enum Command {
         #[arg(long)]
         overwrite: bool,
     },
-    /// Build the static library for C for the microcontrollers; fails where it holds a panic.
+    /// Build the static library for C for the microcontrollers, free of panics, and run a C program with it on the host and in the emulator.
     C,
     /// Fit, pack and flash into emulated drives, compare their torques with the host's, cut their power while they store.
     EndToEnd {
