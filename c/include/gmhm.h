@@ -33,7 +33,7 @@ typedef struct gmhm_joint {
     uint64_t opaque[GMHM_JOINT_WORDS];
 } gmhm_joint;
 
-/* Codes of gmhm_init and gmhm_load. Refused blocks: 0x0101 to 0x010F, listed in docs/block.md. */
+/* Codes of gmhm_init and gmhm_load. Refused blocks: 0x0101 to 0x0110, listed in docs/block.md. */
 #define GMHM_OK 0x0000u
 #define GMHM_NULL 0x0001u
 #define GMHM_ERROR_LENGTH 0x0101u
@@ -51,6 +51,7 @@ typedef struct gmhm_joint {
 #define GMHM_ERROR_OUT_OF_RANGE 0x010Du
 #define GMHM_ERROR_TERM 0x010Eu
 #define GMHM_ERROR_NO_ROOM 0x010Fu
+#define GMHM_ERROR_NO_TERMS 0x0110u
 
 /* Flags of outputs and solutions. */
 #define GMHM_FLAG_NOT_LOADED 0x01u    /* no parameters are in force: all numbers are 0 */

@@ -203,6 +203,7 @@ fn the_header_says_what_the_library_does() {
         "OUT_OF_RANGE",
         "TERM",
         "NO_ROOM",
+        "NO_TERMS",
     ];
     for (k, name) in errors.into_iter().enumerate() {
         assert_eq!(defined(&format!("GMHM_ERROR_{name}")), 0x0101 + k as u32);

@@ -4,7 +4,7 @@ use super::Word;
 use super::error::BlockError;
 use super::header::Header;
 use super::law::{BlockLaw, number};
-use super::layout::{GEAR, INVERSE, JOINT, MASING, MAY_SKIP, PHASE, RECORDS, TIME};
+use super::layout::{GEAR, INVERSE, JOINT, MASING, MAY_SKIP, PHASE, RECORDS, TERM_TAGS, TIME};
 use super::record::{Block, Record, double, verify};
 use super::term::TermRecord;
 use crate::elastic::Polynomial;
@@ -215,8 +215,8 @@ impl<const K: usize> TermStack for CheckedTerms<K> {
 impl TermStack for () {
     fn empty(_: Setting<f32>, _: bool) -> Self {}
 
-    fn take(&mut self, _: &Record<'_>) -> Result<bool, BlockError> {
-        Ok(false)
+    fn take(&mut self, record: &Record<'_>) -> Result<bool, BlockError> {
+        if TERM_TAGS.contains(&record.tag) { Err(BlockError::TermsNotComputed(record.tag)) } else { Ok(false) }
     }
 
     fn is_empty(&self) -> bool {
