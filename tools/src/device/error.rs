@@ -3,6 +3,7 @@
 use gmhm::block::{BlockError, Identity};
 use gmhm::link::{Refusal, Refused};
 
+use super::probe::ProbeError;
 use super::target::Target;
 
 /// Whatever may go wrong between host and drive.
@@ -84,9 +85,9 @@ pub enum DeviceError {
     /// The bytes are no block.
     #[error(transparent)]
     Block(#[from] BlockError),
-    /// The debug probe failed.
-    #[error("the debug probe: {0}")]
-    Probe(String),
+    /// A debug probe, or the place of the block in the chip behind it.
+    #[error(transparent)]
+    Probe(#[from] ProbeError),
 }
 
 fn detail(refused: Refused) -> String {
@@ -107,7 +108,7 @@ impl DeviceError {
                 "name the serial port as the system does, and close other programs that hold it".to_owned()
             }
             Self::Unreachable { .. } => "check host and port, and that the drive or its bridge listens".to_owned(),
-            Self::NoProbe => "use serial: or tcp:, or write the file of gmhm pack -o params.hex --address ADDRESS with the probe's own tool".to_owned(),
+            Self::NoProbe => "build it with `--features probe`, use serial: or tcp:, or write the file of gmhm pack -o params.hex --address ADDRESS with the probe's own tool".to_owned(),
             Self::Line(_) | Self::Closed | Self::Silent { .. } => {
                 "check cable, power and --baud; what the drive had stored is untouched or replaced whole".to_owned()
             }
@@ -119,7 +120,8 @@ impl DeviceError {
             Self::TooLarge { what: "bytes", .. } => "pack a model with fewer terms".to_owned(),
             Self::TooLarge { .. } => "pack the block with a smaller --stack-depth".to_owned(),
             Self::ReadBack { .. } => "flash again; if it stays, the drive's flash is worn".to_owned(),
-            Self::Refused { .. } | Self::NotUnderstood | Self::Block(_) | Self::Probe(_) => return None,
+            Self::Probe(error) => return error.mend(),
+            Self::Refused { .. } | Self::NotUnderstood | Self::Block(_) => return None,
         })
     }
 }

@@ -150,6 +150,11 @@ fn read_back(
         bytes.extend(drive.read(bytes.len() as u32, part.len() as u8)?);
         progress(stamped.len() + bytes.len(), 2 * stamped.len());
     }
+    compared(stamped, bytes)
+}
+
+/// What was read back, if it is what was sent.
+pub(super) fn compared(stamped: &[u8], bytes: Vec<u8>) -> Result<Flashed, DeviceError> {
     let differing = stamped.iter().zip(&bytes).position(|(sent, found)| sent != found);
     if let Some(offset) = differing {
         return Err(DeviceError::ReadBack { offset, expected: stamped[offset], found: bytes[offset] });

@@ -7,12 +7,14 @@
 //! | [`client`] | one request, one answer |
 //! | [`Lockstep`] | a joint played for a drive |
 //! | [`mod@flash`] | a whole block: staged, tried, stored, read back, compared |
+//! | [`probe`] | a block into a chip's flash through a debug probe |
 
 pub mod client;
 mod error;
 pub mod flash;
 pub mod line;
 mod lockstep;
+pub mod probe;
 pub mod target;
 
 pub use client::Client;
