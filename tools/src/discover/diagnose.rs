@@ -9,7 +9,6 @@ use super::experiment;
 use super::explain::Search;
 use super::fit::Fitted;
 use super::judge::{Judged, Judgement, coordinates};
-use super::least_squares::{dot, solve_held};
 use super::parameters::Place as Number;
 use super::scene::Scene;
 use super::subject::Subject;
@@ -19,6 +18,8 @@ use crate::diagnosis::{
 use crate::estimate::Progress;
 use crate::estimate::columns::Mark;
 use crate::estimate::noise::mark_outliers;
+use crate::estimate::profile::solve_held;
+use crate::estimate::triangle::dot;
 use crate::model::{Model, TermValue};
 use crate::recording::{Recording, TorqueUnit};
 
@@ -324,7 +325,7 @@ impl Subject<'_> {
                     let at = judgement.extended.places.iter().position(|p| {
                         matches!(p, Number::Term { term: t, key, index } if *t == term && key.name == name && *index == wanted)
                     });
-                    at.map(|i| sds[i])
+                    at.and_then(|i| sds[i])
                 };
                 let (value, sd) = match value {
                     TermValue::Number(x) => (ParameterValue::Number(*x), sd_at(None).map(ParameterValue::Number)),

@@ -4,9 +4,9 @@
 use rayon::prelude::*;
 
 use super::fit::Fitted;
-use super::least_squares::dot;
 use super::spectrum;
 use super::subject::Subject;
+use crate::estimate::triangle::dot;
 use crate::physics::Evaluation;
 
 /// What can be seen of a recording, row by row.
@@ -341,7 +341,7 @@ impl Subject<'_> {
     /// Every curve beside a fitted model, refitted with it, the best first.
     pub fn locate(&self, fit: &Fitted, curves: &[Curve]) -> Vec<Explained> {
         let layout = self.layout();
-        let base: Vec<&[f64]> = fit.columns.iter().map(Vec::as_slice).collect();
+        let base = fit.of_places();
         let explain = |curve: &Curve| {
             let mut columns = base.clone();
             columns.extend(curve.columns.iter().map(Vec::as_slice));

@@ -2,7 +2,7 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | [`subject`], [`parameters`], [`fit`], [`least_squares`] | recordings, the free numbers of a model, its fit against coloured noise |
+//! | [`subject`], [`parameters`], [`fit`] | recordings, the free numbers of a model, its fit against coloured noise |
 //! | [`library`], [`spectrum`] | what could have been left out, as columns; orders of a turn |
 //! | [`explain`] | every kind beside a fitted model, refitted together |
 //! | [`mod@search`] | forward, with swaps, and backward |
@@ -20,7 +20,6 @@ pub mod explain;
 pub mod fit;
 pub mod flexible;
 pub mod judge;
-pub mod least_squares;
 pub mod library;
 pub mod parameters;
 pub mod scene;

@@ -5,9 +5,9 @@ use gmhm::terms::KINDS;
 use super::DiscoverError;
 use super::explain::{Alternative, Search};
 use super::fit::Fitted;
-use super::least_squares::dot;
 use super::library;
 use super::subject::Subject;
+use crate::estimate::triangle::dot;
 use crate::model::Model;
 
 /// An effect that was found, and what else could stand in its place.

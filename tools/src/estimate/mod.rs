@@ -5,12 +5,13 @@
 //! | [`columns`] | what a contribution is to the estimator, and how to plug one in |
 //! | [`base`], [`assembly`] | the base model as contributions, and back |
 //! | [`problem`], [`factors`], [`triangle`], [`bounded`] | one pass over the recordings, its triangular factor, the exact bounded optimum |
-//! | [`swarm`], [`polish`] | search and polish of the nonlinear parameters |
+//! | [`swarm`], [`polish`], [`descent`] | search and polish of the nonlinear parameters |
+//! | [`ready`], [`profile`], [`basis`] | models of any terms, linearised: their columns stand ready in memory |
 //! | `invertible` | law `masing` held where feed-forward has an inverse |
 //! | [`joint`] | joint logs: gravity, inertia, friction |
-//! | [`noise`] | colour, outliers, quantisation |
+//! | [`noise`], `whitening` | colour, outliers, quantisation |
 //! | [`select`] | law, kernel, gate and play by held-out prediction |
-//! | [`uncertainty`] | standard deviations, and what the recordings cannot tell |
+//! | [`uncertainty`], [`singular`] | standard deviations, and what the recordings cannot tell |
 //! | [`coverage`], [`judge`] | what the recordings exercise, and whether the fit is good enough for the drive |
 //! | [`pso`] | the paper's own identification |
 //! | [`rivals`] | foreign models, as yardsticks |
@@ -24,9 +25,11 @@
 
 pub mod assembly;
 pub mod base;
+pub mod basis;
 pub mod bounded;
 pub mod columns;
 pub mod coverage;
+pub mod descent;
 pub mod factors;
 mod invertible;
 pub mod joint;
@@ -35,13 +38,17 @@ pub mod noise;
 pub mod polish;
 pub(crate) mod prepare;
 pub mod problem;
+pub mod profile;
 pub mod pso;
+pub mod ready;
 mod refine;
 pub mod rivals;
 pub mod select;
+pub mod singular;
 pub mod swarm;
 pub mod triangle;
 pub mod uncertainty;
+mod whitening;
 
 use gmhm::{Elastic, Law, ParamError};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
