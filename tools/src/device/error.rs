@@ -17,6 +17,9 @@ pub enum DeviceError {
         /// Why.
         error: std::io::Error,
     },
+    /// A debug probe has no line to the firmware.
+    #[error("a debug probe writes flash and does not speak to the firmware")]
+    NoLine,
     /// This program was built without debug probes.
     #[error("this gmhm was built without debug probes")]
     NoProbe,
@@ -90,6 +93,17 @@ pub enum DeviceError {
     Probe(#[from] ProbeError),
 }
 
+fn refusal_mend(refusal: Refusal) -> Option<String> {
+    let mend = match refusal {
+        Refusal::Compensating => "gmhm drive --to TARGET off, then again",
+        Refusal::OnTrial => "gmhm drive --to TARGET revert, or commit, then again",
+        Refusal::NotOnTrial => "gmhm drive --to TARGET try params.bin first",
+        Refusal::NoParameters => "gmhm flash params.bin --to TARGET first",
+        _ => return None,
+    };
+    Some(mend.to_owned())
+}
+
 fn detail(refused: Refused) -> String {
     if refused.detail == 0 { String::new() } else { format!(" (code {:#06x})", refused.detail) }
 }
@@ -108,6 +122,7 @@ impl DeviceError {
                 "name the serial port as the system does, and close other programs that hold it".to_owned()
             }
             Self::Unreachable { .. } => "check host and port, and that the drive or its bridge listens".to_owned(),
+            Self::NoLine => "name the drive's line: serial:PORT or tcp:HOST:PORT".to_owned(),
             Self::NoProbe => "build it with `--features probe`, use serial: or tcp:, or write the file of gmhm pack -o params.hex --address ADDRESS with the probe's own tool".to_owned(),
             Self::Line(_) | Self::Closed | Self::Silent { .. } => {
                 "check cable, power and --baud; what the drive had stored is untouched or replaced whole".to_owned()
@@ -121,7 +136,8 @@ impl DeviceError {
             Self::TooLarge { .. } => "pack the block with a smaller --stack-depth".to_owned(),
             Self::ReadBack { .. } => "flash again; if it stays, the drive's flash is worn".to_owned(),
             Self::Probe(error) => return error.mend(),
-            Self::Refused { .. } | Self::NotUnderstood | Self::Block(_) => return None,
+            Self::Refused { refused, .. } => return refusal_mend(refused.refusal),
+            Self::NotUnderstood | Self::Block(_) => return None,
         })
     }
 }
