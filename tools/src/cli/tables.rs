@@ -31,8 +31,8 @@ pub(super) fn fit(fit: &Fit) -> String {
             format!("  {:<24} {:>10} {:>12.4} {:>12.4}{said}", c.name, c.parameters, c.rms, c.heldout_rms)
         }));
     }
-    if fit.held_invertible {
-        lines.push("Held at the bound where feed-forward has an inverse up to the rated deflection; the recordings do not contradict it".to_owned());
+    if let Some(words) = fit.said_of_the_inverse() {
+        lines.push(format!("The parameters are {words}; the recordings do not contradict it"));
     }
     if fit.leaves_physics() {
         lines.push("Plain least squares: what is left is physics more than noise; standard deviations from the scatter of blocks".to_owned());

@@ -7,7 +7,7 @@
 //! | [`problem`], [`factors`], [`triangle`], [`bounded`] | one pass over the recordings, its triangular factor, the exact bounded optimum |
 //! | [`swarm`], [`polish`], [`descent`] | search and polish of the nonlinear parameters |
 //! | [`ready`], [`profile`], [`basis`] | models of any terms, linearised: their columns stand ready in memory |
-//! | `invertible` | law `masing` held where feed-forward has an inverse |
+//! | `invertible` | the parameters held where feed-forward has an inverse |
 //! | [`joint`] | joint logs: gravity, inertia, friction |
 //! | [`noise`], `whitening` | colour, outliers, quantisation |
 //! | [`select`] | law, kernel, gate and play by held-out prediction |
@@ -217,7 +217,8 @@ pub struct Fit {
     pub noise: Vec<Noise>,
     /// Whether the rows were weighted against that noise; if not, the fit is plain least squares.
     pub prewhitened: bool,
-    /// Whether the optimum had no inverse over the whole rated range and the parameters were held at the nearest that has, which the recordings do not contradict.
+    /// Whether the optimum had no inverse over the range that its law can have one in, and the parameters were held at the nearest that has, which the recordings do not
+    /// contradict.
     pub held_invertible: bool,
     /// Why the search stopped.
     pub stop: Stop,
@@ -229,6 +230,16 @@ impl Fit {
     /// Whether what is left is physics more than noise: a fit against it as noise predicts worse.
     pub fn leaves_physics(&self) -> bool {
         !self.prewhitened && self.method == Method::Auto
+    }
+
+    /// What there is to say where the parameters are held at the bound of an inverse.
+    pub fn said_of_the_inverse(&self) -> Option<&'static str> {
+        let whole = self.model.memory.is_none_or(|memory| invertible::reach(&memory) == 1.0);
+        self.held_invertible.then_some(if whole {
+            "held at the bound where feed-forward has an inverse up to the rated deflection"
+        } else {
+            "held at the bound where feed-forward has an inverse up to half the rated deflection"
+        })
     }
 
     /// A parameter by name.
@@ -284,9 +295,7 @@ pub fn fit(recordings: &[Recording], options: &FitOptions, progress: &dyn Progre
         }
     };
     let weights = prewhitened.then_some(&noise[..]);
-    let held_invertible = structure.law == Law::Masing
-        && options.method == Method::Auto
-        && invertible::hold(&assembly.problem(&rows), &mut result, weights, rated_deflection_rad);
+    let held_invertible = options.method == Method::Auto && invertible::hold(&assembly, &rows, &mut result, weights);
     evaluations += result.evaluations;
     let (elastic, memory) = assembly.coefficients(&result.nonlinear, &result.linear, gauge_omega_per_s);
     let zero_rad = assembly.has_free_zero().then(|| assembly.zero_rad(&result.nonlinear));
