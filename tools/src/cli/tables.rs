@@ -1,5 +1,6 @@
 //! Results as text for people.
 
+use crate::demo::paper;
 use crate::diagnosis::{Diagnosis, ParameterValue, Unit};
 use crate::estimate::Fit;
 use crate::estimate::rivals::Comparison;
@@ -140,7 +141,8 @@ pub(super) fn comparison(lines: &[Comparison], unit: TorqueUnit, seed: u64) -> S
             line.model, line.parameters, line.rss, line.rms, line.heldout_rms, unseen
         );
     }
-    text + "Instructions: a sample on a Cortex-M4F in f32, counted in the emulator\n"
+    text += "Instructions: a sample on a Cortex-M4F in f32, counted in the emulator\n";
+    text + &paper::claim(lines).map_or(String::new(), |claim| claim + "\n")
 }
 
 /// A series of states: the finding, then each quantity.
