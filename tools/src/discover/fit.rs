@@ -33,6 +33,8 @@ pub struct Fitted {
     pub columns: Vec<Vec<f64>>,
     /// The noise of each recording.
     pub noise: Vec<Noise>,
+    /// Fitted by plain least squares: what is left is physics more than noise, and does not weigh the rows.
+    pub plain: bool,
     /// −2 ln L, without constants.
     pub minus_two_log_likelihood: f64,
 }
@@ -149,7 +151,19 @@ impl Subject<'_> {
         let white = self.fit_beside(model, places, None, most_steps, beside)?;
         let better = white.minus_two_log_likelihood < direct.minus_two_log_likelihood;
         let drifted = dot(&direct.residual, &direct.residual) > ASTRAY * dot(&white.residual, &white.residual);
-        Ok(if better || drifted { white } else { direct })
+        // Either is a point of the same model, so the better likelihood is the model's.
+        let least = direct.minus_two_log_likelihood.min(white.minus_two_log_likelihood);
+        let chosen = if better || drifted { white } else { direct };
+        Ok(Fitted { minus_two_log_likelihood: least, ..chosen })
+    }
+
+    /// A fit, or the one by plain least squares where that predicts held-out blocks clearly better: what is left is then physics more than noise.
+    ///
+    /// # Errors
+    /// A model that cannot be evaluated.
+    pub fn settled(&self, fit: Fitted) -> Result<Fitted, DiscoverError> {
+        let plain = self.descend(&fit.model, &fit.places, None, PLAIN_STEPS, None)?;
+        Ok(if self.rms_of_blocks(&plain) < CLEARLY * self.rms_of_blocks(&fit) { plain } else { fit })
     }
 
     /// Goes down against `noise`, fitted anew before each step; without it against white noise to the end.
@@ -175,7 +189,15 @@ impl Subject<'_> {
         let residual = self.without_offsets(&walk.noise, &stand.residual);
         let noise = layout.noise(&residual, 0);
         let minus_two_log_likelihood = layout.minus_two_log_likelihood(&noise, &residual);
-        Ok(Fitted { model: stand.model, places: places.to_vec(), residual, columns, noise, minus_two_log_likelihood })
+        Ok(Fitted {
+            model: stand.model,
+            places: places.to_vec(),
+            residual,
+            columns,
+            noise,
+            plain: white,
+            minus_two_log_likelihood,
+        })
     }
 
     /// A line of rows with the nuisances of each recording taken out as the noise asks.
@@ -253,7 +275,13 @@ impl Descend for Walk<'_, '_> {
 const DRIFTED: f64 = 1.3;
 
 /// A fit that leaves so many times the squares of one that began with white noise has taken physics for noise.
-const ASTRAY: f64 = 2.0;
+const ASTRAY: f64 = 1.4;
+
+/// Plain least squares are preferred where they leave less than this share of what is left of held-out blocks.
+const CLEARLY: f64 = 0.8;
+
+/// Steps of plain least squares.
+const PLAIN_STEPS: usize = 8;
 
 /// Steps taken as if the noise were white.
 const WHITE_STEPS: usize = 4;
@@ -275,11 +303,6 @@ fn is_linear(model: &Model, place: Place) -> bool {
 }
 
 impl Fitted {
-    /// Standard deviation of each free number given all others free; `None` where the recordings do not tell it from others.
-    pub fn standard_deviations(&self, layout: Layout<'_>) -> Vec<Option<f64>> {
-        layout.standard_deviations(&self.of_places(), &self.residual)
-    }
-
     /// The change of the torque with each free number, without the nuisances.
     pub fn of_places(&self) -> Vec<&[f64]> {
         self.columns[..self.places.len()].iter().map(Vec::as_slice).collect()

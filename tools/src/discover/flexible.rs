@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use super::fit::Fitted;
 use super::spectrum;
 use super::subject::Subject;
+use crate::estimate::noise::Noise;
 use crate::estimate::triangle::dot;
 use crate::physics::Evaluation;
 
@@ -57,6 +58,10 @@ pub struct Explained {
     pub contribution: Vec<f64>,
     /// Part of the squared residual that the fit with it no longer has.
     pub part: f64,
+    /// Its columns.
+    pub basis: Vec<Vec<f64>>,
+    /// The noise that is left.
+    pub noise: Vec<Noise>,
 }
 
 /// Structure is at least this part of the squared residual.
@@ -357,6 +362,8 @@ impl Subject<'_> {
                 picked: curve.picked,
                 part: 1.0 - dot(&profile.residual, &profile.residual) / dot(&fit.residual, &fit.residual),
                 contribution,
+                basis: curve.columns.clone(),
+                noise: profile.noise,
             }
         };
         let mut found: Vec<Explained> = curves.par_iter().map(explain).collect();

@@ -7,6 +7,7 @@
 //! | [`explain`] | every kind beside a fitted model, refitted together |
 //! | [`mod@search`] | forward, with swaps, and backward |
 //! | [`flexible`] | curves without physics over every coordinate |
+//! | `heldout` | blocks predicted by a fit to the others |
 //! | [`judge`] | classes that cannot be told apart, names only where they explain all there is |
 //! | [`experiment`] | what could not have been seen, and the experiment that would show it |
 //! | [`scene`] | what a report shows |
@@ -19,6 +20,7 @@ pub mod experiment;
 pub mod explain;
 pub mod fit;
 pub mod flexible;
+mod heldout;
 pub mod judge;
 pub mod library;
 pub mod parameters;

@@ -35,6 +35,9 @@ pub struct Layout<'a> {
 /// Directions of columns that these rows tell apart have a singular value above this share of the largest.
 const TOLD_APART: f64 = 3e-6;
 
+/// Columns beside a fit leave so many times its squares at most.
+const TRADED: f64 = 1.1;
+
 /// A fit with its own noise.
 pub struct Profile {
     /// The weight of each column.
@@ -107,9 +110,15 @@ impl Layout<'_> {
     }
 
     /// [`profile`](Self::profile) from the given noise and from white noise, whichever ends better: a noise that has taken structure for colour holds on to it.
+    ///
+    /// What only trades structure for slow noise, and leaves more than there was, is no fit.
     pub fn best_profile(&self, columns: &[&[f64]], y: &[f64], from: &[Noise]) -> Profile {
-        let (direct, fresh) = (self.profile(columns, y, from, 3), self.profile(columns, y, &self.white(), 3));
-        if fresh.minus_two_log_likelihood < direct.minus_two_log_likelihood { fresh } else { direct }
+        let plain = self.profile(columns, y, &self.white(), 1);
+        let fresh = self.profile(columns, y, &plain.noise, 2);
+        let direct = self.profile(columns, y, from, 3);
+        let most = TRADED * dot(y, y);
+        let sound = [direct, fresh].into_iter().filter(|p| dot(&p.residual, &p.residual) <= most);
+        sound.fold(plain, |a, b| if b.minus_two_log_likelihood < a.minus_two_log_likelihood { b } else { a })
     }
 
     /// Fits columns and the nuisances to `y` with the colour of the noise fitted in turn. `from` is where the noise starts. Directions that the columns do not
