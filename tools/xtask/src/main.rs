@@ -8,6 +8,7 @@ mod cycles;
 mod emulate;
 mod emulator;
 mod end_to_end;
+mod fuzz;
 mod golden;
 mod lockstep;
 mod machine;
@@ -62,6 +63,15 @@ enum Command {
         #[arg(long, default_value_t = end_to_end::SEED)]
         seed: u64,
     },
+    /// Fuzz the block parser, the link and the store.
+    Fuzz {
+        /// Executions of each.
+        #[arg(long, default_value_t = 10_000_000)]
+        executions: u64,
+        /// Of the inputs.
+        #[arg(long, default_value_t = 1)]
+        seed: u64,
+    },
     /// Run one built image in the emulator: the runner of `cargo run`.
     #[command(hide = true)]
     RunImage {
@@ -92,6 +102,7 @@ fn run(arguments: Arguments) -> anyhow::Result<()> {
         Command::Size { overwrite } => size::run(&shell, overwrite),
         Command::C => c::run(&shell),
         Command::EndToEnd { cuts, seed } => end_to_end::run(&shell, cuts, seed),
+        Command::Fuzz { executions, seed } => fuzz::run(&shell, executions, seed),
         Command::RunImage { image } => emulate::run_image(&image),
         Command::Test => test::run(&shell),
     }
