@@ -103,11 +103,11 @@ fn boot(arguments: &Arguments, flash_file: &Path, old: &Version, new: &Version) 
     Ok(version.bytes == new.bytes)
 }
 
-/// A busy host may starve the emulator until a request goes unanswered: then all is done again.
+/// A busy host may starve the emulator until a request goes unanswered, or is answered late: then all is done again.
 fn patiently<T>(mut work: impl FnMut() -> Result<T, Failure>) -> Result<T, Failure> {
     for _ in 1..ATTEMPTS {
         match work() {
-            Err(failure) if matches!(failure.downcast_ref(), Some(DeviceError::Silent { .. })) => {}
+            Err(failure) if failure.downcast_ref().is_some_and(DeviceError::is_of_the_line) => {}
             done => return done,
         }
     }

@@ -110,7 +110,7 @@ fn detail(refused: Refused) -> String {
 
 impl DeviceError {
     /// Whether another attempt may help: the line failed, not the drive.
-    pub(super) fn is_of_the_line(&self) -> bool {
+    pub fn is_of_the_line(&self) -> bool {
         matches!(self, Self::Line(_) | Self::Closed | Self::Silent { .. })
             || matches!(self, Self::Refused { refused, .. } if matches!(refused.refusal, Refusal::Session | Refusal::Order))
     }
