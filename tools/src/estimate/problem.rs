@@ -344,19 +344,15 @@ fn stretches(range: Range<usize>) -> impl Iterator<Item = Range<usize>> {
 /// Clears the rows that do not count; returns how many do.
 fn choose_rows(block: &mut Block, marks: &[Mark], first: usize, stride: usize, weight: f64) -> usize {
     let counts = |i: usize| matches!(marks[i], Mark::Used | Mark::First) && (first + i).is_multiple_of(stride);
-    let kept = (0..marks.len()).filter(|&i| counts(i)).count();
-    if kept < marks.len() || weight != 1.0 {
+    let kept: Vec<usize> = (0..marks.len()).filter(|&i| counts(i)).collect();
+    if kept.len() < marks.len() || weight != 1.0 {
         for j in 0..block.columns() {
             let column = block.column_mut(j);
-            let mut to = 0;
-            for i in 0..column.len() {
-                if counts(i) {
-                    column[to] = weight * column[i];
-                    to += 1;
-                }
+            for (to, &from) in kept.iter().enumerate() {
+                column[to] = weight * column[from];
             }
         }
-        block.set_rows(kept);
+        block.set_rows(kept.len());
     }
-    kept
+    kept.len()
 }
