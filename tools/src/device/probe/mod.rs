@@ -4,7 +4,7 @@
 //! |---|---|
 //! | [`elf`] | where the firmware keeps its blocks, by the symbols of its ELF file |
 //! | [`sector`] | which erase sectors a block takes, and that nothing else lies in them |
-//! | [`chip`] | the chip, by probe-rs; with the feature `probe` |
+//! | `chip` | the chip, by probe-rs; with the feature `probe` |
 //!
 //! The firmware has one place for a block, or two of which the newest valid block counts (the slots of a [`Store`](gmhm::store::Store)). Of two, the one
 //! without the newest block is written.
@@ -134,7 +134,7 @@ pub fn flash(
     Ok(flashed)
 }
 
-/// [`flash`] into the chip of this name, or the one that is found, behind the one probe that is attached.
+/// [`flash()`] into the chip of this name, or the one that is found, behind the one probe that is attached.
 ///
 /// # Errors
 /// As there; without the feature `probe`, always.
