@@ -19,7 +19,7 @@ use crate::estimate::Progress;
 use crate::estimate::columns::Mark;
 use crate::estimate::noise::mark_outliers;
 use crate::estimate::triangle::dot;
-use crate::model::{Model, TermValue};
+use crate::model::{Model, Term, TermValue};
 use crate::recording::{Recording, TorqueUnit};
 
 /// Rows that the search looks at: means where there are more. The final fit takes all.
@@ -97,6 +97,12 @@ pub fn diagnose(
         for fit in [&mut judgement.base, &mut judgement.extended] {
             *fit = subject.settled(subject.fit(&fit.model, &fit.places, None, 3)?)?;
         }
+    }
+    // On all rows a curve may turn out not to predict.
+    let strangers = judgement.effects.iter().all(|e| e.name == UNKNOWN);
+    if strangers && subject.rms_of_blocks(&judgement.extended) > subject.rms_of_blocks(&judgement.base) {
+        judgement.extended = judgement.base.clone();
+        judgement.effects.iter_mut().for_each(|e| (e.term, e.closest) = (None, None));
     }
     check()?;
     progress.report("checking on rows held out", 0.9);
@@ -324,7 +330,7 @@ impl Subject<'_> {
                 share: e.share,
                 parameters: all,
                 side,
-                why: why(e),
+                why: why(e, term),
             }
         };
         judgement.effects.iter().map(effect).collect()
@@ -354,7 +360,7 @@ fn detail(effect: &Judged, coordinate: &str, judgement: &Judgement) -> String {
 }
 
 /// The evidence, in words.
-fn why(effect: &Judged) -> String {
+fn why(effect: &Judged, term: Option<&Term>) -> String {
     let runner_up = effect.tried.iter().find(|(kind, ..)| *kind != effect.name && !effect.equivalents.contains(kind));
     let mut words = format!(
         "explains {:.0} % of the structure; without it −2 ln L rises by {:.0}",
@@ -367,8 +373,8 @@ fn why(effect: &Judged) -> String {
                 "no kind explains what a free curve over {} does; {kind} comes closest and is kept in the model as an approximation",
                 place.coordinate
             ),
-            (None, Some(place)) if effect.term.is_some() => {
-                format!("no kind explains it; a curve over {} stands in", place.coordinate)
+            (None, Some(place)) if let Some(TermValue::Text(along)) = term.and_then(|t| t.values.get("coordinate")) => {
+                format!("no kind explains what is seen over {}; a curve over {along} stands in", place.coordinate)
             }
             (None, Some(place)) => format!(
                 "no kind explains what is seen over {}, and no curve predicts blocks held out better: the model holds none",

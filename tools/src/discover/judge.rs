@@ -64,6 +64,8 @@ const RICHER: f64 = 13.0;
 pub const STRUCTURE: f64 = 45.0;
 /// A curve that shows the same as a term lessens the squared residual by at least this share of what the term does.
 const ALIKE: f64 = 0.3;
+/// Unknown effects at most.
+const STRANGERS: usize = 2;
 /// What comes once has to gain this much.
 const ONCE: f64 = 80.0;
 /// A name is withheld where a free curve beside the named term predicts this share of what the term explains.
@@ -166,30 +168,29 @@ impl Subject<'_> {
             let Some(at) = effect.term else { continue };
             let mut without = extended.model.clone();
             without.terms.remove(at);
-            if let Some(fitted) = self.with_curve(&extended, &without, at, &effect.places, search)?
-                && self.rms_of_blocks(&fitted) < self.rms_of_blocks(&extended)
-            {
+            if let Some(fitted) = self.with_curve(&extended, &without, at, &effect.places, search)? {
                 extended = fitted;
                 effect.closest = None;
             }
         }
-        let left = self.places_of(&extended)?;
-        let total = base.minus_two_log_likelihood - extended.minus_two_log_likelihood;
-        let is_stranger = |c: &&Curve| c.is_structure(STRUCTURE.max(LEFT * total)) && self.predicts(&extended, c);
-        let stranger = left.iter().find(is_stranger).map(|c| c.coordinate);
-        let left = by_first(left, stranger);
-        if stranger.is_some() && !judged.iter().any(|e| e.name == UNKNOWN) {
+        // What an approximation leaves is no further stranger.
+        let known = |e: &Judged| e.name != UNKNOWN || (e.closest.is_none() && e.term.is_some());
+        while judged.iter().all(known) && judged.iter().filter(|e| e.name == UNKNOWN).count() < STRANGERS {
+            let left = self.places_of(&extended)?;
+            let total = base.minus_two_log_likelihood - extended.minus_two_log_likelihood;
+            let Some(stranger) = self.stranger(&extended, &left, STRUCTURE.max(LEFT * total)) else { break };
+            let left = by_first(left, stranger);
+            let further = judged.iter().any(|e| e.name == UNKNOWN);
             let before = power(&extended.residual);
             let gain = left[0].gain;
             let held_out = self.gain_of_columns(&extended, &left[0].basis, &left[0].noise);
-            let mut term = None;
             let end = extended.model.terms.len();
-            if let Some(fitted) = self.with_curve(&extended, &extended.model, end, &left, search)?
-                && self.rms_of_blocks(&fitted) < self.rms_of_blocks(&extended)
-            {
-                extended = fitted;
-                term = Some(end);
+            let curve = self.with_curve(&extended, &extended.model, end, &left, search)?;
+            if further && curve.is_none() {
+                break;
             }
+            let term = curve.is_some().then_some(end);
+            extended = curve.unwrap_or(extended);
             let after = before - left[0].contribution.iter().map(|c| c * c).sum::<f64>();
             judged.push(Judged {
                 name: UNKNOWN.to_owned(),
@@ -211,11 +212,20 @@ impl Subject<'_> {
         Ok(Judgement { mismatch: !judged.is_empty(), base, extended, effects: judged, places, rejected })
     }
 
+    /// The coordinate of what a fit leaves: the curve that gains most, but not one over time where another predicts half as much.
+    fn stranger(&self, fit: &Fitted, left: &[Curve], least: f64) -> Option<&'static str> {
+        let mut strangers = left.iter().filter(|c| c.is_structure(least) && self.predicts(fit, c));
+        let first = strangers.next()?;
+        let mut other = || strangers.find(|c| !once(c) && c.net() > 0.5 * first.net());
+        Some(if once(first) { other().unwrap_or(first).coordinate } else { first.coordinate })
+    }
+
     /// Whether a curve predicts what it was not fitted to. What comes once, in time, cannot be predicted and has to gain more instead.
     fn predicts(&self, fit: &Fitted, curve: &Curve) -> bool {
-        match curve.coordinate {
-            "time" | "frequency" => curve.net() > ONCE,
-            _ => predictive(&self.gain_of_columns(fit, &curve.basis, &curve.noise)),
+        if once(curve) {
+            curve.net() > ONCE
+        } else {
+            predictive(&self.gain_of_columns(fit, &curve.basis, &curve.noise))
         }
     }
 
@@ -251,7 +261,7 @@ impl Subject<'_> {
         Ok(())
     }
 
-    /// A model with a term `unknown` put in at `at`, over the coordinate where that predicts blocks held out best, fitted as `beside` is.
+    /// A model with a term `unknown` put in at `at`, over the coordinate where that predicts blocks held out best; none where `beside` predicts them better.
     fn with_curve(
         &self,
         beside: &Fitted,
@@ -262,21 +272,19 @@ impl Subject<'_> {
     ) -> Result<Option<Fitted>, DiscoverError> {
         let evaluations = self.evaluate(model)?;
         let see = Coordinates::new(self, &evaluations);
-        let mut best: Option<(f64, Fitted)> = None;
+        let mut best: Option<Fitted> = None;
+        let mut least = self.rms_of_blocks(&self.settled(beside.clone())?);
         let likely = places.iter().filter(|p| p.net() > WORTH_A_CURVE * places[0].net()).take(CURVES);
         for curve in likely.filter_map(|place| curve_term(&see, place.coordinate)) {
             let mut with = model.clone();
             with.terms.insert(at, curve);
-            let mut fitted = self.fit(&with, &self.places(&with, search), None, 4)?;
-            if beside.plain {
-                fitted = self.settled(fitted)?;
-            }
+            let fitted = self.settled(self.fit(&with, &self.places(&with, search), None, 4)?)?;
             let left = self.rms_of_blocks(&fitted);
-            if best.as_ref().is_none_or(|(least, _)| left < *least) {
-                best = Some((left, fitted));
+            if left < least {
+                (least, best) = (left, Some(fitted));
             }
         }
-        Ok(best.map(|(_, fitted)| fitted))
+        Ok(best)
     }
 }
 
@@ -286,7 +294,7 @@ const WORTH_A_CURVE: f64 = 0.3;
 
 /// A term `unknown` over a coordinate, if such a term can be over it.
 fn curve_term(see: &Coordinates, coordinate: &str) -> Option<Term> {
-    if !Coordinate::NAMES.contains(&coordinate) || coordinate == "reversal" {
+    if !Coordinate::NAMES.contains(&coordinate) || matches!(coordinate, "reversal" | "frequency") {
         return None;
     }
     let along = match coordinate {
@@ -321,9 +329,14 @@ fn curve_term(see: &Coordinates, coordinate: &str) -> Option<Term> {
     Some(Term { kind: UNKNOWN.to_owned(), values: values.into_iter().map(|(k, v)| (k.to_owned(), v)).collect() })
 }
 
+/// Whether what a curve shows comes once.
+fn once(curve: &Curve) -> bool {
+    matches!(curve.coordinate, "time" | "frequency")
+}
+
 /// The places with the named one first.
-fn by_first(mut places: Vec<Curve>, coordinate: Option<&str>) -> Vec<Curve> {
-    if let Some(at) = places.iter().position(|p| Some(p.coordinate) == coordinate) {
+fn by_first(mut places: Vec<Curve>, coordinate: &str) -> Vec<Curve> {
+    if let Some(at) = places.iter().position(|p| p.coordinate == coordinate) {
         places[..=at].rotate_right(1);
     }
     places
