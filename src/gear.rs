@@ -115,6 +115,7 @@ impl<S: Scalar, L: MemoryLaw<S>> Gear<S, L> {
     }
 
     /// The torques at the state's last good sample.
+    #[inline]
     pub fn output<const N: usize>(&self, state: &State<S, N, L>) -> Output<S> {
         let elastic = self.elastic.torque(self.frame.fraction(state.theta));
         let hysteresis = self.law.torque(&self.frame, &state.memory, state.theta);
@@ -157,9 +158,7 @@ impl<S: Float, L: VaryingPeriod<S>> Gear<S, L> {
     /// [`LONGEST_PERIOD_S`] is refused.
     #[inline]
     pub fn step_after<const N: usize>(&self, state: &mut State<S, N, L>, theta: S, period_s: S) -> Output<S> {
-        // A NaN compares false.
-        let is_time = period_s >= S::ZERO && period_s <= S::from_f64(LONGEST_PERIOD_S);
-        if is_time && self.frame.accepts(theta) {
+        if self.accepts_after(theta, period_s) {
             self.law.step_after(&self.frame, &mut state.memory, theta, period_s);
             state.theta = theta;
             state.status = Status { out_of_range: !self.frame.in_range(theta), refused: false };
@@ -167,6 +166,21 @@ impl<S: Float, L: VaryingPeriod<S>> Gear<S, L> {
             state.status.refused = true;
         }
         self.output(state)
+    }
+
+    /// The torque that [`step_after`](Self::step_after) would return; the state stays as it is.
+    pub fn peek_after<const N: usize>(&self, state: &State<S, N, L>, theta: S, period_s: S) -> S {
+        if !self.accepts_after(theta, period_s) {
+            return self.output(state).torque;
+        }
+        let elastic = self.elastic.torque(self.frame.fraction(theta));
+        self.frame.torque(elastic + self.law.peek_after(&self.frame, &state.memory, theta, period_s))
+    }
+
+    #[inline]
+    fn accepts_after(&self, theta: S, period_s: S) -> bool {
+        // A NaN compares false.
+        period_s >= S::ZERO && period_s <= S::from_f64(LONGEST_PERIOD_S) && self.frame.accepts(theta)
     }
 }
 

@@ -228,6 +228,22 @@ proptest! {
     }
 
     #[test]
+    fn a_peek_tells_what_a_step_gives_and_moves_nothing(p in any_masing(), play in prop_oneof![Just(0.0), 0.0..0.1f64], turns in corners(1.2, 2..30)) {
+        let params = Params::new(A, p.elastic(), Memory { reversal_play_rad: play * A, ..p.memory() }).unwrap();
+        let gear = Gear::<f32>::new(&params);
+        // Four turning points: many are merged.
+        let mut state: State<f32, 4> = gear.start(0.0);
+        for (k, theta) in walk(&turns, 0.1).into_iter().chain([f64::NAN, 0.0]).enumerate() {
+            let (theta, aside) = (theta as f32, turns[k % turns.len()] as f32);
+            let before = gear.output(&state);
+            let peeked = gear.peek_after(&state, theta, 1e-3);
+            gear.peek_after(&state, aside, 1e-3);
+            prop_assert_eq!(gear.output(&state), before);
+            prop_assert_eq!(gear.step_after(&mut state, theta, 1e-3).torque.to_bits(), peeked.to_bits());
+        }
+    }
+
+    #[test]
     fn memory_stands_still_outside_the_rated_range(turns in corners(0.9, 1..6), beyond in 1.01..3.0f64, up in any::<bool>()) {
         let tip = if up { A } else { -A };
         for kernel in [Kernel::Deflection, Kernel::Rate] {

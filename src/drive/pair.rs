@@ -329,5 +329,8 @@ pub(crate) const fn gcd(mut a: u64, mut b: u64) -> u64 {
 
 /// a/b to the nearest integer, b > 0.
 const fn nearest(a: i64, b: i64) -> i64 {
-    (a + b / 2).div_euclid(b)
+    match (a + b / 2).checked_div_euclid(b) {
+        Some(quotient) => quotient,
+        None => 0,
+    }
 }

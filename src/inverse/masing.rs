@@ -1,8 +1,8 @@
 //! The inverse of law `masing`: the direction that the torque asks for, the branch that holds it, one root there.
 
-use super::solve::{Bracket, Point, Spring, Stretch, root};
+use super::solve::{Bracket, Point, Spring, Start, Stretch, root};
 use super::{Invertible, Solution, Task};
-use crate::memory::masing::{Arc, Knot, Masing, Path};
+use crate::memory::masing::{Arc, Masing, Path, TurningPoint, View};
 use crate::scalar::Scalar;
 
 /// f(u) − e·u·g: the part without a memory.
@@ -21,11 +21,19 @@ impl<S: Scalar> SingleValued<'_, S> {
     }
 }
 
-/// The same with the loop, h·η(u).
+/// The same with the loop, h·η(u) = level + (linear + quadratic·u)·u.
 struct Loop<'a, S> {
     single: SingleValued<'a, S>,
-    h: S,
-    arc: Arc<S>,
+    level: S,
+    powers: [S; 2],
+}
+
+impl<'a, S: Scalar> Loop<'a, S> {
+    #[inline]
+    fn new(single: SingleValued<'a, S>, h: S, arc: &Arc<S>) -> Self {
+        let [level, powers @ ..] = arc.powers(h);
+        Self { single, level, powers }
+    }
 }
 
 impl<S: Scalar> Stretch<S> for Loop<'_, S> {
@@ -33,63 +41,47 @@ impl<S: Scalar> Stretch<S> for Loop<'_, S> {
 
     #[inline]
     fn torque(&self, u: S, square: S, g: S) -> (S, S) {
-        let (single, eug) = self.single.torque(u, square, g);
-        (single + self.h * self.arc.eta(u), eug)
+        let eug = self.single.e * (u * g);
+        (self.level + self.single.spring.torque_with(self.powers, u, square) - eug, eug)
     }
 
     #[inline]
     fn slopes(&self, u: S, square: S, _g: S, eug: S) -> [[S; 2]; 2] {
-        let [slope, bend] = self.single.spring.slopes(u, square);
-        let [open, curl] = self.arc.slopes(u, self.h);
         let twice = eug + eug;
-        [[slope + open, bend + curl], [self.single.e * ((square + square) - S::ONE), twice + twice]]
+        let by_u = self.single.spring.slopes_with(self.powers, u, square);
+        [by_u, [self.single.e * ((square + square) - S::ONE), twice + twice]]
     }
 }
 
-/// A point of the route with its gate.
+/// An arc and the u between which it holds the torque, the upper one within the range.
 #[derive(Clone, Copy)]
-struct Place<S> {
-    u: S,
-    g: S,
-}
-
-impl<S: Scalar> Place<S> {
-    #[inline]
-    fn at(u: S) -> Self {
-        Self { u, g: u.cosine(u * u) }
-    }
-
-    #[inline]
-    fn point(self) -> Point<S> {
-        Point::of(self.u, self.g)
-    }
-}
-
-/// An arc, the u where it is entered (`None`: the present place), and the u where it ends if that lies within the range.
 struct Section<S> {
     arc: Arc<S>,
-    low: Option<S>,
-    high: Option<S>,
+    low: S,
+    high: S,
     /// Whether the torque need not rise all over the range along the arc, beyond those ends.
     tight: bool,
 }
 
-/// What the search for a section goes by.
+/// What the search for a section goes by. All mirrored where the deflection falls.
+#[derive(Clone, Copy)]
 struct Search<'a, S> {
     single: SingleValued<'a, S>,
     h: S,
-    /// The torque that is looked for.
+    /// The torque that is looked for, above the present one.
     torque: S,
-    half_play: S,
-    reach: S,
     /// That torque less the present one.
     missing: S,
+    /// The present place.
+    here: S,
+    half_play: S,
+    reach: S,
     /// The torque rises that steeply at least within the range, unless turning points were merged.
     least_slope: S,
 }
 
 impl<S: Scalar> Search<'_, S> {
-    /// Whether the torque is met at a u of the route or before.
+    /// Whether the torque is met at a u of the way ahead or before.
     #[inline]
     fn holds(&self, u: S, eta: S) -> bool {
         let square = u * u;
@@ -107,55 +99,59 @@ impl<S: Scalar> Search<'_, S> {
         excess >= eu * u.cosine(square)
     }
 
-    /// Whether the tilt of a merged branch may let the torque fall somewhere within the range.
-    #[inline]
-    fn falls(&self, arc: &Arc<S>) -> bool {
-        arc.tilt() < S::ZERO && self.least_slope + self.h * arc.tilt() < S::ZERO
+    /// The section of the way ahead that holds the torque.
+    #[inline(always)]
+    fn section<const N: usize>(&self, path: &Path<S, N>, view: View<'_, S>) -> Section<S> {
+        let mut ahead = path.ahead(view.sign);
+        let place = |point: TurningPoint<S>| view.u(point.theta) + self.half_play;
+        let (mut low, mut high) = (self.here, ahead.target.map_or(self.reach, place));
+        // Mostly the torque does not reach the first target, and the least slope tells so.
+        let may_close = high < self.reach && (ahead.merging || (high - self.here) * self.least_slope <= self.missing);
+        if may_close
+            && ahead.close(|target| {
+                let place = place(target);
+                place >= self.reach || self.holds(place, target.eta.signed(view.sign))
+            })
+        {
+            low = place(ahead.entry).max(self.here);
+            high = ahead.target.map_or(self.reach, place);
+        }
+        high = high.min(self.reach);
+        let arc = Arc::of(view, &ahead.branch(view.frame)).delayed(self.half_play);
+        // A merged branch may fall more steeply than others at its end.
+        let falls = ahead.merging && self.least_slope + self.h * arc.slack(self.reach).min(S::ZERO) < S::ZERO;
+        let section = Section { arc, low, high, tight: falls };
+        if self.half_play > S::ZERO || arc.flat_from() < high {
+            self.cut(section, view.u(path.filtered()) + self.half_play, path.eta().signed(view.sign))
+        } else {
+            section
+        }
     }
 
-    /// The section of the route that holds the torque, which is above the present one. All mirrored by `sign` where the deflection falls.
+    /// The part of a section that holds the torque, where it begins with a play that ends at a u, η standing still, or ends with the loop fully open.
     #[inline]
-    fn section<const N: usize>(&self, task: &Task<S>, state: &Path<S, N>, sign: S, here: S) -> Section<S> {
-        let mut low = None;
-        if self.half_play > S::ZERO {
-            let eta = state.eta().signed(sign);
+    fn cut(self, section: Section<S>, play_end: S, eta: S) -> Section<S> {
+        let Section { arc, low, high, tight } = section;
+        if self.half_play > S::ZERO && (play_end >= self.reach || self.holds(play_end, eta)) {
             let arc = Arc::constant(eta);
-            let end = task.frame.fraction(state.filtered()).signed(sign) + self.half_play;
-            if end >= self.reach {
-                return Section { arc, low, high: None, tight: false };
-            }
-            if self.holds(end, eta) {
-                return Section { arc, low, high: Some(end), tight: false };
-            }
-            low = Some(end);
+            return Section { arc, low: self.here, high: play_end.min(self.reach), tight: false };
         }
-        let place = |knot: Knot<S>| knot.u + self.half_play;
-        let inside = |knot: Knot<S>| place(knot) < self.reach;
-        let (mut stage, route) = state.ahead(task.frame, sign);
-        let mut high = None;
-        if let Some(end) = stage.end
-            && inside(end)
-            && (route.merging || (end.u - here) * self.least_slope <= self.missing)
-        {
-            high = Some(place(end));
-            if !self.holds(place(end), end.eta) {
-                let (outer, entry) = route.beyond(end, |knot| !inside(knot) || self.holds(place(knot), knot.eta));
-                low = Some(place(entry));
-                stage = outer;
-                high = stage.end.filter(|&end| inside(end)).map(place);
-            }
-        }
-        let arc = stage.arc.delayed(self.half_play);
+        let low = low.max(play_end);
         let flat_from = arc.flat_from();
-        if flat_from < high.unwrap_or(self.reach) {
-            let behind = low.unwrap_or(here) >= flat_from;
-            if behind || !self.holds(flat_from, arc.eta(flat_from)) {
-                return Section { arc: arc.flat(), low: if behind { low } else { Some(flat_from) }, high, tight: true };
-            }
-            high = Some(flat_from);
+        if flat_from >= high {
+            return Section { arc, low, high, tight };
         }
-        Section { arc, low, high, tight: flat_from < self.reach || self.falls(&arc) }
+        if low >= flat_from || !self.holds(flat_from, arc.eta(flat_from)) {
+            return Section { arc: arc.flat(), low: low.max(flat_from), high, tight: true };
+        }
+        Section { arc, low, high: flat_from, tight: true }
     }
+}
+
+/// t = tan(φ/2) at u = sin φ.
+#[inline(never)]
+fn half_tangent<S: Scalar>(u: S) -> S {
+    Point::of(u, u.cosine(u * u)).t
 }
 
 impl<S: Scalar> Invertible<S> for Masing<S> {
@@ -170,50 +166,41 @@ impl<S: Scalar> Invertible<S> for Masing<S> {
             return Solution::held(theta);
         }
         let sign = if missing > S::ZERO { S::ONE } else { -S::ONE };
-        let torque = task.torque.signed(sign);
-        let (missing, here) = (missing.abs(), Place { u: u.signed(sign), g });
+        let (ahead, torque) = (u.signed(sign), task.torque.signed(sign));
+        if outside && ahead > S::ZERO {
+            return task.edge(sign);
+        }
+        // From beyond the range the way leads through its lower end, where the torque is not known.
+        let (here, missing) = if outside { (-task.reach, S::TWO) } else { (ahead, missing.abs()) };
         let search = Search {
             single,
             h: self.h,
             torque,
+            missing,
+            here,
             half_play: task.frame.fraction(self.half_play),
             reach: task.reach,
-            missing,
-            least_slope: if outside { S::ZERO } else { task.least_slope },
+            least_slope: task.least_slope,
         };
-        let Section { arc, low, high, tight } = search.section(task, state, sign, here.u);
-        let from = low.unwrap_or(here.u);
-        let from_place = || low.map_or(here, Place::at);
-        let below = outside && from < -task.reach;
-        if outside && (from >= task.reach || high.is_some_and(|high| high <= -task.reach)) {
-            return task.edge(if from >= task.reach { sign } else { -sign });
-        }
-        let curve = Loop { single, h: self.h, arc };
-        // The range is bracket enough where the torque rises all over it, and saves fixed point two divisions.
-        let (tight, edge) = (S::SI || tight, task.reach_half_tangent);
-        let from_point = if tight { from_place().point() } else { Point::ZERO };
-        let bracket = Bracket {
-            low: if tight && !below { from_point.t } else { -edge },
-            high: high.filter(|_| tight).map_or(edge, |high| Place::at(high).point().t),
-            low_is_edge: below,
-            high_is_edge: high.is_none(),
-        };
-        let (start, first) = if missing < S::from_f64(NEAR) && low.is_none() && !outside {
-            (if tight { from_point } else { here.point() }, (now.signed(sign), eug.signed(sign)))
+        let Section { arc, low, high, tight } = search.section(state, View { frame: task.frame, sign });
+        // The range is bracket enough where the torque rises all over it.
+        let edge = task.reach_half_tangent;
+        let [low_end, high_end] = if tight { [low, high].map(half_tangent) } else { [-edge, edge] };
+        let bracket = Bracket { low: low_end, high: high_end, low_is_edge: outside, high_is_edge: high >= task.reach };
+        let curve = Loop::new(single, self.h, &arc);
+        let start = if missing < S::from_f64(NEAR) && low == here {
+            Start::At(Point::of(here, g), (missing, eug.signed(sign)))
         } else {
             // Over A and T_A, the mean stiffness is about one.
-            let end = high.unwrap_or(task.reach);
-            let guess = (here.u + missing).max(from).min(end);
-            let start = Point::near(guess, &bracket);
-            (start, curve.torque(start.u, start.u * start.u, start.g))
+            Start::Near((here + missing).max(low).min(high))
         };
-        let found = root(&curve, (torque, task.limits), bracket, start, first);
+        let found = root(&curve, (torque, task.limits), bracket, start);
         task.solution(&found, sign, theta)
     }
 
     fn solve_start(&self, task: &Task<S>) -> Solution<S> {
         let single = SingleValued { spring: task.spring, e: self.e };
-        task.solve_anywhere(&Loop { single, h: self.h, arc: Arc::constant(S::ZERO) }, Point::ZERO)
+        task.solve_anywhere(&Loop::new(single, self.h, &Arc::constant(S::ZERO)), Point::ZERO)
     }
 }
 

@@ -41,14 +41,14 @@ mod solve;
 mod time;
 
 pub(crate) use range::Monotony;
-pub use range::{InverseError, invertible_range, least_rising_slope};
+pub use range::{InverseError, invertible_range};
 pub use solve::MOST_STEPS;
 
 use crate::gear::{Gear, Output, State};
 use crate::memory::{AnyLaw, Frame, MemoryLaw, VaryingPeriod};
 use crate::params::{Gate, Params};
 use crate::scalar::{Float, Scalar};
-use solve::{Bracket, Limits, Point, Root, Spring, Stretch, root};
+use solve::{Bracket, Limits, Point, Root, Spring, Start, Stretch, root};
 
 /// Torques beyond this many rated torques are no torques.
 const REFUSED_BEYOND: f64 = 1e18;
@@ -319,13 +319,9 @@ impl<S: Scalar> Task<'_, S> {
         let edge = self.reach_half_tangent;
         let bracket = Bracket { low: -edge, high: edge, low_is_edge: true, high_is_edge: true };
         let start = if start.t.abs() <= edge { start } else { Point::ZERO };
-        let found = root(
-            stretch,
-            (self.torque, self.limits),
-            bracket,
-            start,
-            stretch.torque(start.u, start.u * start.u, start.g),
-        );
+        let (torque, work) = stretch.torque(start.u, start.u * start.u, start.g);
+        let start = Start::At(start, (self.torque - torque, work));
+        let found = root(stretch, (self.torque, self.limits), bracket, start);
         self.found(&found, S::ONE, self.deflection(found.u))
     }
 

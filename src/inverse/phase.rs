@@ -1,6 +1,6 @@
 //! The inverse of law `phase`: one step ahead, in the direction that the torque asks for.
 
-use super::solve::{Bracket, Point, Spring, Stretch, root};
+use super::solve::{Bracket, Point, Spring, Start, Stretch, root};
 use super::{Invertible, Solution, Task, gated};
 use crate::memory::MemoryLaw;
 use crate::memory::phase::{Phase, PhaseState, phase_step};
@@ -52,13 +52,9 @@ impl<S: Float> Invertible<S> for Phase<S> {
         let below = from.0 < -task.reach;
         let start = if below { Point::at(-task.reach_half_tangent) } else { Point::of(from.0, g) };
         let bracket = Bracket { low: start.t, high: task.reach_half_tangent, low_is_edge: below, high_is_edge: true };
-        let found = root(
-            &ahead,
-            (task.torque.signed(sign), task.limits),
-            bracket,
-            start,
-            ahead.torque(start.u, start.u * start.u, start.g),
-        );
+        let aim = task.torque.signed(sign);
+        let (torque, work) = ahead.torque(start.u, start.u * start.u, start.g);
+        let found = root(&ahead, (aim, task.limits), bracket, Start::At(start, (aim - torque, work)));
         task.solution(&found, sign, theta)
     }
 

@@ -50,11 +50,26 @@ impl<S: Scalar> Spring<S> {
         u * (k1 + square * (k3 + square * k5))
     }
 
+    /// f(u) + (linear + quadratic·u)·u.
+    #[inline]
+    pub(super) fn torque_with(&self, [linear, quadratic]: [S; 2], u: S, square: S) -> S {
+        let [k1, k3, k5] = self.torque;
+        u * ((k1 + linear) + quadratic * u + square * (k3 + square * k5))
+    }
+
     /// f′(u) and f″(u).
     #[inline]
     pub(super) fn slopes(&self, u: S, square: S) -> [S; 2] {
         let slope = self.torque[0] + square * (self.slope[0] + square * self.slope[1]);
         [slope, u * (self.bend[0] + square * self.bend[1])]
+    }
+
+    /// The same with (linear + quadratic·u)·u.
+    #[inline]
+    pub(super) fn slopes_with(&self, [linear, quadratic]: [S; 2], u: S, square: S) -> [S; 2] {
+        let twice = quadratic + quadratic;
+        let slope = (self.torque[0] + linear) + twice * u + square * (self.slope[0] + square * self.slope[1]);
+        [slope, twice + u * (self.bend[0] + square * self.bend[1])]
     }
 }
 
@@ -106,14 +121,6 @@ impl<S: Scalar> Point<S> {
         Self { t: u.over(one_and_g), u, g, q: S::HALF * one_and_g }
     }
 
-    /// Near u within a bracket, without root or division for t: u/2·(1 + u²/2) is close enough to start from.
-    #[inline]
-    pub(super) fn near(u: S, bracket: &Bracket<S>) -> Self {
-        let half = S::HALF * u;
-        let square = half * half;
-        Self::at((half + half * (square + square)).clamp(bracket.low, bracket.high))
-    }
-
     #[inline]
     pub(super) fn at(t: S) -> Self {
         let q = (S::ONE + t * t).recip();
@@ -143,6 +150,15 @@ pub(super) struct Limits<S> {
     pub(super) last_width: S,
 }
 
+/// Where the search begins.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Start<S, W> {
+    /// A point at which the residual is known.
+    At(Point<S>, (S, W)),
+    /// Near a u within the bracket.
+    Near(S),
+}
+
 /// What the search found.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Root<S> {
@@ -153,27 +169,38 @@ pub(super) struct Root<S> {
     pub(super) steps: u8,
 }
 
-/// The point of the bracket at which a stretch meets the aim, from a start on at which its torque is known.
+/// The point of the bracket at which a stretch meets the aim.
 #[inline]
 pub(super) fn root<S: Scalar, C: Stretch<S>>(
     stretch: &C,
     (aim, limits): (S, &Limits<S>),
     bracket: Bracket<S>,
-    start: Point<S>,
-    first: (S, C::Work),
+    start: Start<S, C::Work>,
 ) -> Root<S> {
     let Bracket { mut low, mut high, .. } = bracket;
     // An end is tried at most once: from then on its torque is known.
     let (mut low_tried, mut high_tried) = (false, false);
-    let (mut point, (mut torque, mut work)) = (start, first);
-    let mut steps = 0;
     let found = |u, steps, saturated| Root { u, saturated, converged: true, steps };
+    let at = |t| {
+        let point = Point::at(t);
+        let (torque, work) = stretch.torque(point.u, point.u * point.u, point.g);
+        (point, (aim - torque, work))
+    };
+    let (mut point, (mut residual, mut work)) = match start {
+        Start::At(point, residual) => (point, residual),
+        Start::Near(u) => {
+            // Without root or division: u/2·(1 + u²/2) is close enough to start from.
+            let half = S::HALF * u;
+            let square = half * half;
+            at((half + half * (square + square)).clamp(low, high))
+        }
+    };
+    let mut steps = 0;
+    if residual.abs() <= limits.tolerance {
+        return found(point.u, steps, false);
+    }
     loop {
         let Point { t, u, g, q } = point;
-        let residual = aim - torque;
-        if residual.abs() <= limits.tolerance {
-            return found(u, steps, false);
-        }
         let up = residual > S::ZERO;
         let room = if up {
             if t >= high {
@@ -201,29 +228,30 @@ pub(super) fn root<S: Scalar, C: Stretch<S>>(
         let step = residual.over(a + predicted);
         // A NaN compares false.
         let rising = a > S::ZERO;
-        if rising && step.abs() < room {
-            point = Point::at(t + step);
-            if step.abs() <= limits.last_step {
-                return found(point.u, steps, false);
-            }
-            (torque, work) = stretch.torque(point.u, point.u * point.u, point.g);
-            if predicted > S::ZERO {
-                let chord = (aim - torque).over(predicted + predicted);
-                let (size, end) = (chord.abs(), point.t + chord);
-                if (step * step + size) * size <= limits.last_chord && low < end && end < high {
-                    // Along the tangent: the chord is shorter than the root of the spacing of numbers.
-                    return found(point.u + (chord + chord) * (point.q * point.g), steps, false);
-                }
-            }
-            continue;
-        }
-        point = Point::at(if rising && !(if up { high_tried } else { low_tried }) {
+        let follows = rising && step.abs() < room;
+        let next = if follows {
+            t + step
+        } else if rising && !(if up { high_tried } else { low_tried }) {
             if up { high } else { low }
         } else if high - low <= limits.last_width {
             return found(u, steps, false);
         } else {
             S::HALF * (low + high)
-        });
-        (torque, work) = stretch.torque(point.u, point.u * point.u, point.g);
+        };
+        if follows && step.abs() <= limits.last_step {
+            return found(Point::at(next).u, steps, false);
+        }
+        (point, (residual, work)) = at(next);
+        if follows && predicted > S::ZERO {
+            let chord = residual.over(predicted + predicted);
+            let (size, end) = (chord.abs(), next + chord);
+            if (step * step + size) * size <= limits.last_chord && low < end && end < high {
+                // Along the tangent: the chord is shorter than the root of the spacing of numbers.
+                return found(point.u + (chord + chord) * (point.q * point.g), steps, false);
+            }
+        }
+        if residual.abs() <= limits.tolerance {
+            return found(point.u, steps, false);
+        }
     }
 }

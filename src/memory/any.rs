@@ -103,4 +103,8 @@ impl<S: Float> VaryingPeriod<S> for AnyLaw<S> {
             (law, state) => law.step(frame, state, theta),
         }
     }
+
+    fn peek_after<const N: usize>(&self, frame: &Frame<S>, state: &AnyMemory<S, N>, theta: S, period_s: S) -> S {
+        dispatch!(self, state, S::ZERO, |law, state| law.peek_after::<N>(frame, state, theta, period_s))
+    }
 }

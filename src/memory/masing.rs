@@ -14,7 +14,8 @@ mod route;
 
 use heapless::Vec;
 
-pub(crate) use route::{Arc, Knot};
+use route::open_loops;
+pub(crate) use route::{Arc, View};
 
 use super::glide::Glide;
 use super::{Frame, MemoryLaw, VaryingPeriod};
@@ -30,21 +31,48 @@ pub struct TurningPoint<S> {
     pub eta: S,
 }
 
-/// Direction of the deflection.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Direction {
-    Unknown,
-    Rising,
-    Falling,
+/// A branch from a turning point, or the initial curve: η = η_0 + s·(slope − bend·s), s = (θ − θ_0)/A, the last product up to 2.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Branch<S> {
+    /// Where it starts: the newest turning point, or the origin of the initial curve.
+    pub(super) anchor: TurningPoint<S>,
+    /// 2, but for merged pairs.
+    pub(super) slope: S,
+    /// 2 on the initial curve, else 1; negative where it falls.
+    pub(super) bend: S,
 }
 
-/// The correction of a branch whose own past was merged: zero at the turning point it heads for, continuous where it is entered.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Blend<S> {
-    entry_theta: S,
-    entry_gap: S,
-    /// Growth of the gap over θ/A.
-    tilt: S,
+impl<S: Scalar> Branch<S> {
+    /// The initial curve, rising (`sign` = 1) or falling (−1).
+    #[inline]
+    pub(super) fn initial(origin: S, sign: S) -> Self {
+        Self { anchor: TurningPoint { theta: origin, eta: S::ZERO }, slope: S::TWO, bend: sign + sign }
+    }
+
+    #[inline]
+    pub(super) fn from(anchor: TurningPoint<S>, sign: S) -> Self {
+        Self { anchor, slope: S::TWO, bend: sign }
+    }
+
+    #[inline]
+    fn eta(&self, frame: &Frame<S>, theta: S) -> S {
+        let step = frame.fraction(theta - self.anchor.theta);
+        self.anchor.eta + step * (self.slope - step.multiple(self.bend).min(S::TWO))
+    }
+
+    /// The branch, whose own past was merged, from where it is entered to the turning point that it heads for.
+    #[inline]
+    fn merged(self, frame: &Frame<S>, entry: TurningPoint<S>, target: TurningPoint<S>) -> Self {
+        let [near, far] = [entry.theta, target.theta].map(|theta| frame.fraction(theta - self.anchor.theta));
+        let [near_bent, far_bent] = [near, far].map(|step| step * step.multiple(self.bend).min(S::TWO));
+        let length = far - near;
+        if length == S::ZERO {
+            return self;
+        }
+        let slope = (target.eta - entry.eta + (far_bent - near_bent)).over(length);
+        let eta = entry.eta - near * slope + near_bent;
+        Self { anchor: TurningPoint { eta, ..self.anchor }, slope, bend: self.bend }
+    }
 }
 
 /// The path as the loop remembers it: up to `N` turning points.
@@ -56,14 +84,13 @@ pub struct Path<S, const N: usize> {
     /// Deflection after the play.
     filtered: S,
     eta: S,
-    direction: Direction,
-    /// Where the present branch starts: the newest turning point, or the origin of the initial curve.
-    anchor: TurningPoint<S>,
-    blend: Option<Blend<S>>,
+    /// 1 rising, −1 falling, 0 before the first movement.
+    sign: S,
+    branch: Branch<S>,
     turning_points: Vec<TurningPoint<S>, N>,
     origin: S,
-    lowest: S,
-    highest: S,
+    /// How far it came before it turned: −θ falling, θ rising.
+    farthest: [S; 2],
     merging: bool,
     merged_pairs: u32,
     glide: Glide<S>,
@@ -79,16 +106,14 @@ impl<S: Scalar, const N: usize> Path<S, N> {
         Self {
             filtered: theta,
             eta: S::ZERO,
-            direction: Direction::Unknown,
-            anchor: TurningPoint { theta, eta: S::ZERO },
-            blend: None,
+            sign: S::ZERO,
+            branch: Branch::initial(theta, S::ONE),
             turning_points: Vec::new(),
             origin: theta,
-            lowest: theta,
-            highest: theta,
+            farthest: [-theta, theta],
             merging: false,
             merged_pairs: 0,
-            glide: Glide::none(),
+            glide: Glide::none(S::ONE),
         }
     }
 
@@ -117,37 +142,69 @@ impl<S: Scalar, const N: usize> Path<S, N> {
     /// The past can only be one of those that end on one of the two rated branches through θ_0; between them lie the hysterons that
     /// switch outside [min, max]. Zero once a tip was reached.
     pub fn start_uncertainty(&self, frame: &Frame<S>) -> S {
-        let highest = self.highest.max(self.filtered);
-        let lowest = self.lowest.min(self.filtered);
-        let (above, below) = (frame.fraction(frame.rated() - highest), frame.fraction(frame.rated() + lowest));
-        above.max(S::ZERO) * below.max(S::ZERO)
+        let [below, above] = [-self.filtered, self.filtered];
+        let [falling, rising] = self.farthest;
+        let left = |far: S| frame.fraction(frame.rated() - far).max(S::ZERO);
+        left(rising.max(above)) * left(falling.max(below))
+    }
+
+    /// The deflection after the play that a sample leads to, and 1 or −1 by its side; `None` if it stays.
+    #[inline]
+    fn moved(&self, half_play: S, theta: S) -> Option<(S, S)> {
+        let theta = if half_play > S::ZERO { self.filtered.clamp(theta - half_play, theta + half_play) } else { theta };
+        if theta > self.filtered {
+            Some((theta, S::ONE))
+        } else if theta < self.filtered {
+            Some((theta, -S::ONE))
+        } else {
+            None
+        }
     }
 
     /// Moves to the next deflection and returns η there. `half_play` is half the width of the input play.
     #[inline]
     pub fn step(&mut self, frame: &Frame<S>, half_play: S, theta: S) -> S {
-        let theta = if half_play > S::ZERO { self.filtered.clamp(theta - half_play, theta + half_play) } else { theta };
-        let direction = if theta > self.filtered {
-            Direction::Rising
-        } else if theta < self.filtered {
-            Direction::Falling
-        } else {
-            return self.eta;
-        };
-        let turned = if direction == self.direction { None } else { self.reverse(frame, half_play, direction) };
-        let resumed = self.wipe_out(direction, theta);
-        if let Some(entry) = resumed.or(turned) {
+        let Some((theta, sign)) = self.moved(half_play, theta) else { return self.eta };
+        let mut entry = TurningPoint { theta: self.filtered, eta: self.eta };
+        let turns = sign != self.sign;
+        if turns {
+            self.turn(sign, entry);
+        }
+        let (odd, loops) = (self.turning_points.len() % 2, self.turning_points.len() / 2);
+        let there = theta.signed(sign);
+        let target = |number: usize| self.turning_points.get(odd + 2 * number);
+        let open = open_loops(loops, |number| target(number).is_some_and(|target| target.theta.signed(sign) > there));
+        if open == 0 {
+            self.turning_points.clear();
+            self.merging = false;
+        } else if open < loops {
+            entry = target(open).copied().unwrap_or(entry);
+            self.turning_points.truncate(odd + 2 * open);
+        }
+        if turns || open < loops {
             self.enter(frame, half_play, entry);
         }
         self.filtered = theta;
-        self.eta = self.branch(frame, theta);
+        self.eta = self.branch.eta(frame, theta);
         self.eta
+    }
+
+    /// η at the next deflection, without moving there.
+    pub fn peek(&self, frame: &Frame<S>, half_play: S, theta: S) -> S {
+        let Some((theta, sign)) = self.moved(half_play, theta) else { return self.eta };
+        if self.sign == S::ZERO {
+            return Branch::initial(self.origin, sign).eta(frame, theta);
+        }
+        let mut ahead = self.ahead(sign);
+        let there = theta.signed(sign);
+        ahead.close(|target| target.theta.signed(sign) > there);
+        ahead.branch(frame).eta(frame, theta)
     }
 
     /// The same step the short way, or false where there is none: the state is left alone.
     #[inline]
-    fn glide(&mut self, frame: &Frame<S>, half_play: S, theta: S) -> bool {
-        let Some([theta, eta]) = self.glide.follow(frame, half_play, self.filtered, theta, self.anchor) else {
+    fn glide(&mut self, frame: &Frame<S>, theta: S) -> bool {
+        let Some([theta, eta]) = self.glide.follow(frame, self.filtered, theta, &self.branch) else {
             return false;
         };
         self.filtered = theta;
@@ -155,57 +212,24 @@ impl<S: Scalar, const N: usize> Path<S, N> {
         true
     }
 
-    /// Where the present branch ends; the initial curve has no end.
+    /// Turns at the last sample; before the first movement there is nothing to turn.
     #[inline]
-    fn target(&self) -> Option<TurningPoint<S>> {
-        self.turning_points.len().checked_sub(2).and_then(|i| self.turning_points.get(i)).copied()
-    }
-
-    /// η on the present branch.
-    #[inline]
-    fn branch(&self, frame: &Frame<S>, theta: S) -> S {
-        let eta = self.plain_branch(frame, theta);
-        match self.blend {
-            None => eta,
-            Some(blend) => eta + blend.entry_gap + blend.tilt * frame.fraction(theta - blend.entry_theta),
-        }
-    }
-
-    /// The branch from the newest turning point, or the initial curve, without the correction of merged pairs.
-    #[inline]
-    fn plain_branch(&self, frame: &Frame<S>, theta: S) -> S {
-        let step = frame.fraction(theta - self.anchor.theta);
-        let mut travelled = step.abs();
-        if self.turning_points.len() < 2 {
-            travelled = travelled + travelled;
-        }
-        if travelled > S::TWO { self.anchor.eta } else { self.anchor.eta + step * (S::TWO - travelled) }
-    }
-
-    /// Turns at the last sample and returns the turning point; before the first movement there is none.
-    fn reverse(&mut self, frame: &Frame<S>, half_play: S, direction: Direction) -> Option<TurningPoint<S>> {
-        let first = self.direction == Direction::Unknown;
-        self.direction = direction;
+    fn turn(&mut self, sign: S, here: TurningPoint<S>) {
+        let first = self.sign == S::ZERO;
+        self.sign = sign;
         if first {
-            self.glide = self.short_way(frame, half_play, None);
-            return None;
+            return;
         }
-        let here = TurningPoint { theta: self.filtered, eta: self.eta };
-        if direction == Direction::Rising {
-            self.lowest = self.lowest.min(here.theta);
-        } else {
-            self.highest = self.highest.max(here.theta);
-        }
+        let far = &mut self.farthest[usize::from(sign < S::ZERO)];
+        *far = far.max(-here.theta.signed(sign));
         if self.turning_points.is_empty() {
-            let mirrored = TurningPoint { theta: self.origin + (self.origin - here.theta), eta: -here.eta };
-            self.push(mirrored);
+            self.push(TurningPoint { theta: self.origin + (self.origin - here.theta), eta: -here.eta });
         } else if self.turning_points.is_full() {
             self.turning_points.truncate(N - 2);
             self.merging = true;
             self.merged_pairs = self.merged_pairs.saturating_add(1);
         }
         self.push(here);
-        Some(here)
     }
 
     fn push(&mut self, point: TurningPoint<S>) {
@@ -213,52 +237,20 @@ impl<S: Scalar, const N: usize> Path<S, N> {
         let _ = self.turning_points.push(point);
     }
 
-    /// Drops the loops that a sample at `theta` closes, and returns the turning point where the resumed branch is entered.
-    fn wipe_out(&mut self, direction: Direction, theta: S) -> Option<TurningPoint<S>> {
-        let reaches = |target: S| if direction == Direction::Rising { theta >= target } else { theta <= target };
-        let (_, loops) = self.turning_points.as_rchunks::<2>();
-        let mut closed = 0;
-        let mut entry = None;
-        for &[target, _] in loops.iter().rev() {
-            if !reaches(target.theta) {
-                break;
-            }
-            closed += 2;
-            entry = Some(target);
-        }
-        if entry.is_some() {
-            let left = self.turning_points.len().saturating_sub(closed);
-            self.turning_points.truncate(if left < 2 { 0 } else { left });
-            self.merging &= left >= 2;
-        }
-        entry
-    }
-
-    /// The short way from the anchor.
-    #[inline]
-    fn short_way(&self, frame: &Frame<S>, half_play: S, target: Option<S>) -> Glide<S> {
-        Glide::new(frame, half_play, self.direction == Direction::Rising, self.anchor.theta, target)
-    }
-
     /// Sets up the branch from the newest turning point, entered at `entry`.
+    #[inline]
     fn enter(&mut self, frame: &Frame<S>, half_play: S, entry: TurningPoint<S>) {
-        self.blend = None;
-        let (Some(target), Some(&anchor)) = (self.target(), self.turning_points.last()) else {
-            self.anchor = TurningPoint { theta: self.origin, eta: S::ZERO };
-            self.glide = self.short_way(frame, half_play, None);
-            return;
+        let target = if let Some(&[target, anchor]) = self.turning_points.last_chunk::<2>() {
+            self.branch = Branch::from(anchor, self.sign);
+            if self.merging {
+                self.branch = self.branch.merged(frame, entry, target);
+            }
+            Some(target.theta)
+        } else {
+            self.branch = Branch::initial(self.origin, self.sign);
+            None
         };
-        self.anchor = anchor;
-        let length = frame.fraction(target.theta - entry.theta);
-        if !self.merging || length == S::ZERO {
-            self.glide = self.short_way(frame, half_play, Some(target.theta));
-            return;
-        }
-        let entry_gap = entry.eta - self.plain_branch(frame, entry.theta);
-        let target_gap = target.eta - self.plain_branch(frame, target.theta);
-        let tilt = (target_gap - entry_gap).over(length);
-        self.blend = Some(Blend { entry_theta: entry.theta, entry_gap, tilt });
-        self.glide = Glide::none();
+        self.glide = Glide::new(frame, half_play, self.sign, &self.branch, target);
     }
 }
 
@@ -287,7 +279,11 @@ impl<S: Scalar> Masing<S> {
     }
 }
 
-impl<S: Float> VaryingPeriod<S> for Masing<S> {}
+impl<S: Float> VaryingPeriod<S> for Masing<S> {
+    fn peek_after<const N: usize>(&self, frame: &Frame<S>, state: &Path<S, N>, theta: S, _period_s: S) -> S {
+        self.h * state.peek(frame, self.half_play, theta) - self.e * frame.fraction(theta) * frame.gate(theta)
+    }
+}
 
 impl<S: Scalar> MemoryLaw<S> for Masing<S> {
     type State<const N: usize> = Path<S, N>;
@@ -303,7 +299,7 @@ impl<S: Scalar> MemoryLaw<S> for Masing<S> {
 
     #[inline]
     fn glide<const N: usize>(&self, frame: &Frame<S>, state: &mut Path<S, N>, theta: S) -> bool {
-        state.glide(frame, self.half_play, theta)
+        state.glide(frame, theta)
     }
 
     #[inline]

@@ -28,6 +28,13 @@ pub trait VaryingPeriod<S: Float>: MemoryLaw<S> {
     fn step_after<const N: usize>(&self, frame: &Frame<S>, state: &mut Self::State<N>, theta: S, _period_s: S) {
         self.step(frame, state, theta);
     }
+
+    /// z/T_A at the next sample, `period_s` ≥ 0 after the last, without moving there.
+    fn peek_after<const N: usize>(&self, frame: &Frame<S>, state: &Self::State<N>, theta: S, period_s: S) -> S {
+        let mut moved = state.clone();
+        self.step_after(frame, &mut moved, theta, period_s);
+        self.torque(frame, &moved, theta)
+    }
 }
 
 /// A memory law with its coefficients; its state is apart, so that one set of coefficients serves many gears of a kind.

@@ -77,7 +77,7 @@ pub trait Scalar:
     fn root_of_parabola(a: Self, x: Self, y: Self) -> Self {
         (a * a + (x + x) * y).sqrt()
     }
-    /// self·n for n of 0, 1 or 2.
+    /// self·n for n of 0, ±1 or ±2.
     #[inline]
     fn multiple(self, n: Self) -> Self {
         self * n

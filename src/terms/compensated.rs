@@ -66,7 +66,7 @@ impl<S: Float<Carry = S>, L: VaryingPeriod<S>, const K: usize> Compensated<S, L,
             return state.last;
         }
         let before = &state.gear;
-        let transmitted = |theta| self.gear.step_after(&mut before.clone(), theta, sample.period).torque;
+        let transmitted = |theta| self.gear.peek_after(before, theta, sample.period);
         let theta = self.stack.correct(&mut state.stack, sample, &transmitted);
         let base = self.gear.step_after(&mut state.gear, theta, sample.period);
         state.last = self.finish(&mut state.stack, sample, theta, base, Total { refused: false, ..state.last });

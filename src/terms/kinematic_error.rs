@@ -32,7 +32,7 @@ impl<S: Float> Physics<S> for KinematicError<S> {
         needs: &[Need::MotorAngle, Need::Deflection],
         keys: &[ORDERS, COS, SIN],
         hides_behind: "torque_ripple; invisible with the input locked",
-        instructions: 263,
+        instructions: 264,
     };
     type State = ();
 

@@ -13,6 +13,8 @@ mod platform;
 #[cfg(target_abi = "eabihf")]
 mod rivals;
 #[cfg(target_abi = "eabihf")]
+mod servo;
+#[cfg(target_abi = "eabihf")]
 mod terms;
 #[cfg(target_abi = "eabihf")]
 #[path = "../typical/mod.rs"]
@@ -31,6 +33,7 @@ fn main() -> ! {
     laws::measure();
     #[cfg(target_abi = "eabihf")]
     {
+        servo::measure();
         terms::measure();
         rivals::measure();
         yardsticks::measure();

@@ -199,10 +199,12 @@ impl Scalar for Fixed {
     fn multiple(self, n: Self) -> Self {
         if n == Self::ONE {
             self
-        } else if n == Self::TWO {
-            self + self
-        } else {
+        } else if n == -Self::ONE {
+            -self
+        } else if n == Self::ZERO {
             Self::ZERO
+        } else {
+            (self + self).signed(n)
         }
     }
 

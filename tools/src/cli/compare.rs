@@ -9,7 +9,6 @@ use super::common::{ReadingArgs, SeedArgs, json};
 use super::failure::Failure;
 use super::progress::Progress;
 use super::tables;
-use crate::demo::paper;
 use crate::estimate::FitOptions;
 use crate::estimate::rivals::compare;
 use crate::output::Outputs;
@@ -56,14 +55,7 @@ impl CompareArgs {
         outputs.add_text(&self.plot, &figures::comparison(&lines, recordings[0].torque_unit).to_file())?;
         if let Some(path) = &self.json {
             let unit = recordings[0].torque_unit.suffix();
-            let page = serde_json::json!({
-                "seed": self.seed.seed,
-                "unit": unit,
-                "models": lines,
-                "two_lines_over_gmhm": paper::two_lines_over_model(&lines).map(|(measured, claimed)| {
-                    serde_json::json!({ "measured": measured, "claimed_by_the_paper": claimed })
-                }),
-            });
+            let page = serde_json::json!({ "seed": self.seed.seed, "unit": unit, "models": lines });
             outputs.add_text(path, &json(&page)?)?;
         }
         outputs.commit()?;

@@ -223,9 +223,6 @@ impl Evaluate for Offset {
     }
 }
 
-/// The name of the zero of the deflection.
-pub const DEFLECTION_ZERO: &str = "deflection_zero_rad";
-
 /// The zero of the deflection encoders, subtracted from every sample.
 #[derive(Debug, Clone)]
 pub struct DeflectionZero {
@@ -237,7 +234,7 @@ impl DeflectionZero {
     pub fn near(around_rad: f64, span_rad: f64) -> Self {
         Self {
             range: [Nonlinear {
-                name: DEFLECTION_ZERO.into(),
+                name: "deflection_zero_rad".into(),
                 unit: "rad".into(),
                 low: around_rad - span_rad,
                 high: around_rad + span_rad,

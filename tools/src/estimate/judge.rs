@@ -175,8 +175,12 @@ fn judge(fit: &Fit, evidence: &Assessment) -> Judgement {
             Err(refusal) => say(Grade::Bad, format!("feed-forward: {refusal}")),
         }
     }
-    if let Some(words) = fit.said_of_the_inverse() {
-        say(Grade::Caution, format!("the parameters are {words}"));
+    if fit.held_invertible {
+        say(
+            Grade::Caution,
+            "the parameters are held at the bound where feed-forward has an inverse up to the rated deflection"
+                .to_owned(),
+        );
     }
     for p in fit.uncertainty.parameters.iter().filter(|p| p.at_bound) {
         say(Grade::Caution, format!("{} is at its bound {}", p.name, p.value));

@@ -7,8 +7,7 @@ use super::noise::{self, Noise};
 use super::polish::{Polished, polish, project};
 use super::problem::{Problem, Sweep, Tangent};
 use super::select::heldout;
-use super::start::Start;
-use super::{EstimateError, Progress};
+use super::{EstimateError, Progress, Start};
 
 /// The final fit.
 pub struct Refined {

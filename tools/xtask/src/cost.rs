@@ -37,10 +37,14 @@ const IMAGES: [Image; 2] = [
     Image { machine: machine::M0, place: "Cortex-M0 in fixed point", limits: &FIXED_LIMITS },
 ];
 
-const LIMITS: [(&str, f64); 7] = [
+const LIMITS: [(&str, f64); 11] = [
     ("law `masing`, away from a reversal", 60.0),
+    ("law `masing`, reversal", 250.0),
+    ("law `masing`, full stack wiped out", 250.0),
+    ("law `masing`, reversal that wipes out a full stack", 250.0),
     ("inverse of law `masing`, mean of a sine", 350.0),
     ("inverse of law `masing`, across a full stack", 700.0),
+    ("inverse of law `masing`, the dearest of 5000", 700.0),
     ("law `phase`, away from a reversal", 250.0),
     ("law `phase`, reversal by a large step", 250.0),
     ("law `time`, kernel `deflection`, gate `cycle`", 60.0),
