@@ -38,6 +38,9 @@
 //! # Ok::<(), gmhm::ParamError>(())
 //! ```
 #![no_std]
+// One instruction of the hard-float cores is not to be had otherwise: `scalar::float` allows it there.
+#![cfg_attr(not(all(target_arch = "arm", target_abi = "eabihf")), forbid(unsafe_code))]
+#![deny(unsafe_code)]
 
 pub mod block;
 pub mod drive;

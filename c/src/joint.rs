@@ -1,6 +1,6 @@
 //! One gear as C sees it: parameters in force and the path so far.
 
-use gmhm::block::{BlockError, GEAR, Parameters, verify_first};
+use gmhm::block::{Block, BlockError, CheckedTerms, GEAR, Parameters, verify_first};
 use gmhm::memory::AnyLaw;
 use gmhm::terms::Sample;
 use gmhm::terms::compensated::{Compensated, CompensatedState, Total};
@@ -62,21 +62,6 @@ impl Path {
 }
 
 impl Force {
-    fn of(block: &[u8]) -> Result<Self, BlockError> {
-        let parameters = Parameters::<f32>::of_block(&verify_first(block)?, DEPTH)?;
-        let gear = parameters.gear.ok_or(BlockError::Missing(GEAR.tag))?;
-        let mut label = [0; 20];
-        label.iter_mut().zip(parameters.header.identity.bytes()).for_each(|(to, byte)| *to = *byte);
-        Ok(Self {
-            sequence: parameters.header.sequence,
-            crc: parameters.crc,
-            period_s: parameters.header.period_s,
-            gear: label,
-            inverse: parameters.inverse,
-            compensated: Compensated { gear, stack: parameters.terms.plant() },
-        })
-    }
-
     fn sample(&self, sample: &SampleC) -> Sample<f32> {
         Sample {
             time: sample.time_s,
@@ -94,6 +79,12 @@ impl Force {
     }
 }
 
+/// The parameters of a good block, but for its terms. A frame of its own, gone before the terms are set up: firmware has little stack.
+#[inline(never)]
+fn check(block: &Block<'_>) -> Result<Parameters<f32, AnyLaw<f32>, CheckedTerms<TERMS>>, BlockError> {
+    Parameters::of_block(block, DEPTH)
+}
+
 impl Joint {
     /// No parameters in force.
     pub(crate) fn empty() -> Self {
@@ -101,7 +92,19 @@ impl Joint {
     }
 
     pub(crate) fn load(&mut self, block: &[u8]) -> Result<(), BlockError> {
-        self.force = Some(Force::of(block)?);
+        let block = verify_first(block)?;
+        let parameters = check(&block)?;
+        let gear = parameters.gear.ok_or(BlockError::Missing(GEAR.tag))?;
+        let mut label = [0; 20];
+        label.iter_mut().zip(parameters.header.identity.bytes()).for_each(|(to, byte)| *to = *byte);
+        self.force = Some(Force {
+            sequence: parameters.header.sequence,
+            crc: parameters.crc,
+            period_s: parameters.header.period_s,
+            gear: label,
+            inverse: parameters.inverse,
+            compensated: Compensated { gear, stack: parameters.terms.plant(&block) },
+        });
         self.restart();
         Ok(())
     }

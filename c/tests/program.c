@@ -1,4 +1,4 @@
-/* Walks a gear along deflections and prints every output as exact hexadecimal floats. The test beside it computes the same in Rust. */
+/* Walks a gear along deflections and prints the bits of every output, the same on every machine. The test beside it computes them in Rust. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -7,7 +7,7 @@
 
 /* Not initialised: gmhm_init takes bytes that hold anything. */
 static gmhm_joint joint;
-static uint8_t block[4096], damaged[4096], other[4096];
+static uint8_t block[1024], damaged[1024], other[1024];
 
 static uint32_t read_file(const char *path, uint8_t *to)
 {
@@ -16,15 +16,23 @@ static uint32_t read_file(const char *path, uint8_t *to)
     if (!file) {
         return 0;
     }
-    length = fread(to, 1, 4096, file);
+    length = fread(to, 1, sizeof block, file);
     fclose(file);
     return (uint32_t)length;
 }
 
+/* The bits of a number. */
+static unsigned long bits(float x)
+{
+    uint32_t word;
+    memcpy(&word, &x, sizeof word);
+    return word;
+}
+
 static void print_output(const gmhm_output *out)
 {
-    printf("%a %a %a %a %a %x\n", out->torque_nm, out->elastic_nm, out->hysteresis_nm, out->terms_nm, out->deflection_rad,
-           (unsigned)out->flags);
+    printf("%08lx %08lx %08lx %08lx %08lx %x\n", bits(out->torque_nm), bits(out->elastic_nm), bits(out->hysteresis_nm), bits(out->terms_nm),
+           bits(out->deflection_rad), (unsigned)out->flags);
 }
 
 static int failed(const char *what)
@@ -72,8 +80,8 @@ int main(int count, char **words)
         return failed("the block is loaded");
     }
     status = gmhm_get_status(&joint);
-    printf("%s %08x %a %a %a %x\n", status.gear, (unsigned)status.crc32, status.period_s, status.rated_deflection_rad,
-           status.range_rad, (unsigned)status.needs);
+    printf("%s %08lx %08lx %08lx %08lx %x\n", status.gear, (unsigned long)status.crc32, bits(status.period_s),
+           bits(status.rated_deflection_rad), bits(status.range_rad), (unsigned)status.needs);
 
     for (k = 0; k < 2000; k++) {
         /* Triangles of growing and shrinking size, exact in floating point. */
@@ -86,7 +94,7 @@ int main(int count, char **words)
         out = gmhm_step(&joint, &sample);
         print_output(&out);
         aim = gmhm_invert(&joint, 0.5f * out.torque_nm);
-        printf("%a %x\n", aim.deflection_rad, (unsigned)aim.flags);
+        printf("%08lx %x\n", bits(aim.deflection_rad), (unsigned)aim.flags);
     }
 
     /* No number moves anything. */

@@ -2,6 +2,7 @@
 //!
 //! It is the textbook's way of computing each law: a growing list of turning points, the memory integrals by quadrature. It uses nothing of
 //! the core, so that no error can be in both by inheritance. Beside it, a [flash] that is out for the store.
+#![forbid(unsafe_code)]
 
 pub mod closed_form;
 pub mod flash;

@@ -204,6 +204,20 @@ fn every_flipped_bit_and_every_missing_byte_is_refused() {
     assert!(matches!(refusal(&[]), BlockError::Length { .. }));
 }
 
+/// A block with one record more, at the end before the CRC-32.
+fn appended(block: &[u8], tag: u16, payload: &[u8]) -> Vec<u8> {
+    let mut longer = block[..block.len() - 4].to_vec();
+    longer.extend(tag.to_le_bytes());
+    longer.extend((payload.len() as u16).to_le_bytes());
+    longer.extend(payload);
+    longer.extend([0; 4]);
+    let records = u16::from_le_bytes([longer[40], longer[41]]) + 1;
+    longer[40..42].copy_from_slice(&records.to_le_bytes());
+    sealed(longer)
+}
+
+const IN_FIXED_POINT: &[u8] = include_bytes!("../golden/block-1-masing-fixed.bin");
+
 #[test]
 fn every_refusal_has_its_own_code() {
     let bytes = published();
@@ -212,17 +226,7 @@ fn every_refusal_has_its_own_code() {
         changed[at..at + value.len()].copy_from_slice(value);
         sealed(changed)
     };
-    // A record at the end, before the CRC-32.
-    let appended = |tag: u16, payload: &[u8]| {
-        let mut longer = bytes[..bytes.len() - 4].to_vec();
-        longer.extend(tag.to_le_bytes());
-        longer.extend((payload.len() as u16).to_le_bytes());
-        longer.extend(payload);
-        longer.extend([0; 4]);
-        let records = u16::from_le_bytes([longer[40], longer[41]]) + 1;
-        longer[40..42].copy_from_slice(&records.to_le_bytes());
-        sealed(longer)
-    };
+    let appended = |tag: u16, payload: &[u8]| appended(&bytes, tag, payload);
     let no_room = {
         let mut buffer = [0; 64];
         let mut writer = Writer::new(&mut buffer, header());
@@ -233,6 +237,12 @@ fn every_refusal_has_its_own_code() {
     damaged[60] ^= 1;
     let negative = [1.0_f32.to_bits().to_le_bytes(), (-1.0_f32).to_bits().to_le_bytes()].concat();
     let coulomb = 0x0100 + 5;
+    let without_terms = {
+        let fixed = Parameters::<Fixed, Masing<Fixed>, ()>::load(IN_FIXED_POINT, 16);
+        assert!(fixed.is_ok_and(|parameters| parameters.gear.is_some()));
+        let with_term = self::appended(IN_FIXED_POINT, coulomb, &[0; 8]);
+        Parameters::<Fixed, Masing<Fixed>, ()>::load(&with_term, 16).expect_err("no terms in fixed point")
+    };
     let refusals = [
         (refusal(&bytes[..20]), 0x0101),
         (refusal(&with(0, b"GMHN")), 0x0102),
@@ -258,13 +268,14 @@ fn every_refusal_has_its_own_code() {
         (refusal(&with(68, &9.0_f32.to_le_bytes())), 0x010d),
         (refusal(&appended(coulomb, &negative)), 0x010e),
         (no_room, 0x010f),
+        (without_terms, 0x0110),
     ];
     for (refusal, code) in refusals {
         assert_eq!(refusal.code(), code, "{refusal}");
         assert!(refusal.sdo_abort() >> 24 == 0x05 || refusal.sdo_abort() >> 24 == 0x06);
     }
     let codes: BTreeSet<u16> = refusals.iter().map(|(refusal, _)| refusal.code()).collect();
-    assert_eq!(codes, (0x0101..=0x010f).collect());
+    assert_eq!(codes, (0x0101..=0x0110).collect());
 
     // What is not known but may be skipped is.
     assert!(Parameters::<f32>::load(&appended(0x8077, &[1; 8]), 16).is_ok());
@@ -279,7 +290,7 @@ fn every_refusal_has_its_own_code() {
     assert_eq!(refusal(&friction(9)), BlockError::Term { tag: coulomb, error: TermError::StackFull });
     assert!(Parameters::<f32>::load(&friction(8), 16).is_ok());
     let bare = Parameters::<f32, Masing<f32>, ()>::load(&friction(1), 16);
-    assert_eq!(bare, Err(BlockError::Unknown(coulomb)));
+    assert_eq!(bare, Err(BlockError::TermsNotComputed(coulomb)));
     // Firmware of one law refuses the others.
     assert!(Parameters::<f32, Masing<f32>, ()>::load(&published(), 16).is_ok());
     for params in common::every_law().iter().skip(1) {

@@ -6,7 +6,7 @@
 
 use std::collections::BTreeMap;
 
-use gmhm::block::{BlockLaw, CRC, HEADER_BYTES, Parameters, TermStack, Word, verify_first};
+use gmhm::block::{BlockError, BlockLaw, CRC, CheckedTerms, HEADER_BYTES, Parameters, TermStack, Word, verify_first};
 use gmhm::inverse::MOST_STEPS;
 use gmhm::memory::AnyLaw;
 use gmhm::memory::masing::Masing;
@@ -191,6 +191,13 @@ fn any_bytes_are_refused_or_computed_with() {
             (true, _) => load::<Fixed, Time<Fixed>, ()>(&block, &mut dice).0,
             _ => {
                 let (code, parameters) = load::<f32, AnyLaw<f32>, Stack<f32, 8>>(&block, &mut dice);
+                let checked = verify_first(&block).and_then(|block| {
+                    Ok((block, Parameters::<f32, AnyLaw<f32>, CheckedTerms<8>>::of_block(&block, 16)?))
+                });
+                assert_eq!(checked.as_ref().map_or_else(BlockError::code, |_| 0), code);
+                if let (Ok((block, checked)), Some(parameters)) = (&checked, &parameters) {
+                    assert!(checked.terms.plant(block) == parameters.terms.plant());
+                }
                 if let Some(parameters) = parameters {
                     use_terms(&parameters, &mut dice);
                 }
@@ -209,7 +216,7 @@ fn any_bytes_are_refused_or_computed_with() {
     // Every way through was taken: loaded, and every refusal but that of a writer without room.
     if executions >= EXECUTIONS {
         assert!(codes[&0] > executions / 100, "only {} were loaded", codes[&0]);
-        for code in 0x0101..=0x010e {
+        for code in (0x0101..=0x010e).chain([0x0110]) {
             assert!(codes.contains_key(&code), "no block was refused by {code:#06x}");
         }
     }

@@ -51,12 +51,14 @@ pub enum BlockError {
         /// What is wrong.
         error: TermError,
     },
+    /// A term, where the firmware computes none: its tag.
+    TermsNotComputed(u16),
     /// More bytes than a block may have, or than the buffer of its writer has.
     NoRoom,
 }
 
 impl BlockError {
-    /// The number of the reason on the link, in logs and in C: 0x0101 to 0x010F.
+    /// The number of the reason on the link, in logs and in C: 0x0101 to 0x0110.
     pub const fn code(&self) -> u16 {
         0x0100
             + match self {
@@ -75,6 +77,7 @@ impl BlockError {
                 Self::OutOfRange { .. } => 13,
                 Self::Term { .. } => 14,
                 Self::NoRoom => 15,
+                Self::TermsNotComputed(_) => 16,
             }
     }
 
@@ -94,7 +97,7 @@ pub const fn sdo_abort(code: u16) -> u32 {
         // CRC error.
         0x0104 => 0x0504_0004,
         // Incompatible parameters.
-        0x0106 | 0x010B | 0x010C => 0x0604_0043,
+        0x0106 | 0x010B | 0x010C | 0x0110 => 0x0604_0043,
         // Value too high.
         0x0107 => 0x0609_0031,
         // Value out of range.
@@ -144,6 +147,7 @@ impl fmt::Display for BlockError {
             Self::Missing(tag) => write!(f, "{} is missing", Tag(tag)),
             Self::OutOfRange { tag, field } => write!(f, "{field} of {} cannot be", Tag(tag)),
             Self::Term { tag, error } => write!(f, "{}: {error}", Tag(tag)),
+            Self::TermsNotComputed(tag) => write!(f, "{}: this firmware computes no terms", Tag(tag)),
             Self::NoRoom => write!(f, "the block is longer than there is room for"),
         }
     }
@@ -174,7 +178,11 @@ impl defmt::Format for BlockError {
                     tag
                 );
             }
-            Self::Unknown(tag) | Self::Malformed(tag) | Self::Twice(tag) | Self::Missing(tag) => {
+            Self::Unknown(tag)
+            | Self::Malformed(tag)
+            | Self::Twice(tag)
+            | Self::Missing(tag)
+            | Self::TermsNotComputed(tag) => {
                 defmt::write!(f, "block refused, code {=u16:#06x}: record {=u16:#06x}", self.code(), tag);
             }
             _ => defmt::write!(f, "block refused, code {=u16:#06x}", self.code()),

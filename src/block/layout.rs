@@ -2,6 +2,8 @@
 //!
 //! The records of terms follow from [`KINDS`](crate::terms::KINDS) instead.
 
+use core::ops::RangeInclusive;
+
 use crate::registry::{GATES, KERNELS, SIDES};
 use crate::terms::{Form, KeyInfo, Range};
 
@@ -9,6 +11,8 @@ use crate::terms::{Form, KeyInfo, Range};
 pub const MAY_SKIP: u16 = 0x8000;
 /// The tag of a term is this plus the number of its kind.
 pub const FIRST_TERM: u16 = 0x0100;
+/// The tags that are kept for terms.
+pub const TERM_TAGS: RangeInclusive<u16> = FIRST_TERM..=FIRST_TERM + 0xFF;
 
 /// How a field is stored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -4,7 +4,7 @@ use super::Word;
 use super::error::BlockError;
 use super::header::Header;
 use super::law::{BlockLaw, number};
-use super::layout::{GEAR, INVERSE, JOINT, MASING, MAY_SKIP, PHASE, RECORDS, TIME};
+use super::layout::{GEAR, INVERSE, JOINT, MASING, MAY_SKIP, PHASE, RECORDS, TERM_TAGS, TIME};
 use super::record::{Block, Record, double, verify};
 use super::term::TermRecord;
 use crate::elastic::Polynomial;
@@ -12,7 +12,7 @@ use crate::gear::Gear;
 use crate::inverse::{Inverse, Monotony};
 use crate::memory::{AnyLaw, Frame};
 use crate::params::Params;
-use crate::terms::{Compensated, Setting, Stack};
+use crate::terms::{Compensated, Setting, Side, Stack, TermError};
 
 /// The joint that the gear sits in.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -169,11 +169,54 @@ impl<const K: usize> TermStack for Stack<f32, K> {
     }
 }
 
+/// Terms that are checked and counted, not kept: [`Parameters`] with them take a fraction of the stack that those with a [`Stack`] do. Once a block is accepted,
+/// [`plant`](Self::plant) fills one in its place.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CheckedTerms<const K: usize> {
+    setting: Setting<f32>,
+    has_gear: bool,
+    count: usize,
+}
+
+impl<const K: usize> CheckedTerms<K> {
+    /// The terms that a drive feeds forward, of the block that was loaded with these.
+    pub fn plant(&self, block: &Block<'_>) -> Stack<f32, K> {
+        let mut stack = Stack::empty(self.setting, self.has_gear);
+        for record in block.records() {
+            let is_plant = TermRecord::kind(&record).is_some_and(|info| info.side == Side::Plant);
+            // All of them were accepted before.
+            let _ = is_plant && stack.take(&record).is_ok();
+        }
+        stack
+    }
+}
+
+impl<const K: usize> TermStack for CheckedTerms<K> {
+    fn empty(setting: Setting<f32>, has_gear: bool) -> Self {
+        Self { setting, has_gear, count: 0 }
+    }
+
+    fn take(&mut self, record: &Record<'_>) -> Result<bool, BlockError> {
+        let Some(term) = TermRecord::decode(record) else { return Ok(false) };
+        let refused = |error| BlockError::Term { tag: record.tag, error };
+        term?.term(self.setting).map_err(refused)?;
+        if self.count == K {
+            return Err(refused(TermError::StackFull));
+        }
+        self.count += 1;
+        Ok(true)
+    }
+
+    fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+}
+
 impl TermStack for () {
     fn empty(_: Setting<f32>, _: bool) -> Self {}
 
-    fn take(&mut self, _: &Record<'_>) -> Result<bool, BlockError> {
-        Ok(false)
+    fn take(&mut self, record: &Record<'_>) -> Result<bool, BlockError> {
+        if TERM_TAGS.contains(&record.tag) { Err(BlockError::TermsNotComputed(record.tag)) } else { Ok(false) }
     }
 
     fn is_empty(&self) -> bool {

@@ -46,13 +46,17 @@ fn is_shape(key: &KeyInfo) -> bool {
 }
 
 impl TermRecord {
+    /// The kind of a record; `None` where its tag is no known term's.
+    pub(super) fn kind(record: &Record<'_>) -> Option<&'static KindInfo> {
+        kind_of_tag(record.tag.checked_sub(FIRST_TERM)?)
+    }
+
     /// The values of a record; `None` where its tag is no known term's.
     ///
     /// # Errors
     /// A record of another length than its keys.
     pub fn decode(record: &Record<'_>) -> Option<Result<Self, BlockError>> {
-        let info = kind_of_tag(record.tag.checked_sub(FIRST_TERM)?)?;
-        Some(Self::decode_as(record, info))
+        Some(Self::decode_as(record, Self::kind(record)?))
     }
 
     fn decode_as(record: &Record<'_>, info: &'static KindInfo) -> Result<Self, BlockError> {

@@ -41,7 +41,7 @@ mod solve;
 mod time;
 
 pub(crate) use range::Monotony;
-pub use range::{InverseError, invertible_range};
+pub use range::{InverseError, invertible_range, least_rising_slope};
 pub use solve::MOST_STEPS;
 
 use crate::gear::{Gear, Output, State};

@@ -94,6 +94,26 @@ pub fn invertible_range(params: &Params, longest_period_s: f64) -> Result<f64, I
     Ok(libm::sin(inside))
 }
 
+/// The least slope dT/dθ with which a rising deflection passes `deflection_rad`, strictly within ±A, whatever the past, N·m/rad; on a falling path it is that at
+/// the opposite deflection. [`invertible_range`] is where both are above zero. Linear in (c1, c2, c3, α) where β and ω stay.
+///
+/// ```
+/// use gmhm::inverse::least_rising_slope;
+/// use gmhm::{Elastic, Memory, Params};
+///
+/// let elastic = Elastic { c1_nm_per_rad: 2.4737e4, c2_nm_per_rad3: 1.0e9, c3_nm_per_rad5: -1.1774e14 };
+/// let memory = Memory { alpha: 2.6532e6, beta_per_s: 422.68, omega_per_s: 226.31, ..Memory::default() };
+/// let slope = least_rising_slope(&Params::new(1.168e-3, elastic, memory)?, 1e-3, 0.0);
+/// assert!((slope - (elastic.c1_nm_per_rad - memory.e() - 2.0 * memory.h())).abs() < 1e-6);
+/// # Ok::<(), gmhm::ParamError>(())
+/// ```
+pub fn least_rising_slope(params: &Params, longest_period_s: f64, deflection_rad: f64) -> f64 {
+    let u = deflection_rad / params.rated_deflection_rad();
+    let g = libm::sqrt((1.0 - u) * (1.0 + u));
+    let scale = params.torque_scale_nm() / params.rated_deflection_rad();
+    Slopes::new(params, longest_period_s).least(u, g) / g * scale
+}
+
 /// Steps of φ from 0 to the tip.
 const GRID: u32 = 1000;
 

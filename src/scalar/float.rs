@@ -198,7 +198,7 @@ fn sqrtf(x: f32) -> f32 {
 /// VSQRT.F32 is correctly rounded, as `libm` is, so the bits are the same.
 #[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
 #[inline]
-#[allow(unsafe_code)]
+#[allow(unsafe_code, reason = "an instruction that only assembly reaches")]
 fn sqrtf(x: f32) -> f32 {
     let bits = x.to_bits();
     // The sign spread over the word clears what is negative.

@@ -2,6 +2,7 @@
 //!
 //! Data flows one way: [`recording`] → [`estimate`] / [`discover`] → [`model`] file → parameter block → drive.
 //! Every equation of the gear is evaluated by the core crate [`gmhm`] in `f64`; nothing here writes one again.
+#![forbid(unsafe_code)]
 
 pub mod bench;
 pub mod block;

@@ -10,9 +10,16 @@ fn the_gear_comes_first_and_leaves_least_on_its_own_recording() {
     dir.succeed("demo --out demo");
     let done = dir.succeed("compare demo/recording.csv --json compared.json");
     assert!(done.stdout.contains("two lines") && done.stdout.contains("N·m"), "{}", done.stdout);
+    assert!(done.stdout.contains("The paper claims 253 times for its own loop"), "{}", done.stdout);
     let json: serde_json::Value = serde_json::from_str(&dir.read("compared.json")).unwrap();
     assert_eq!((json["unit"].as_str(), json["seed"].as_u64()), (Some("nm"), Some(1)));
     let models = json["models"].as_array().unwrap();
+    let ratio = &json["two_lines_over_gmhm"];
+    let (measured, claimed) = (ratio["measured"].as_f64().unwrap(), ratio["claimed_by_the_paper"].as_f64().unwrap());
+    assert!(
+        (measured - models[2]["rss"].as_f64().unwrap() / models[0]["rss"].as_f64().unwrap()).abs() < 1e-6 * measured
+    );
+    assert!((claimed - 4521.5 / 17.9).abs() < 1e-9);
     let rms = |name: &str| {
         let line = models.iter().find(|m| m["model"].as_str().unwrap().starts_with(name));
         line.unwrap_or_else(|| panic!("{name} in {json}"))["rms"].as_f64().unwrap()

@@ -15,6 +15,9 @@ use crate::Failure;
 /// How long an emulator may take to listen.
 const STARTING: Duration = Duration::from_secs(20);
 
+/// Bytes of a slot.
+pub const SLOT: usize = 0x400;
+
 /// A board that the image `node` runs on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Board {
@@ -49,12 +52,13 @@ impl Board {
         }
     }
 
-    /// Its flash, where the store lies in it; and the bytes of a slot, the last two of the flash.
-    pub fn flash(self) -> Option<(Range<u32>, usize)> {
-        match self {
-            Self::Mps2An386 => None,
-            Self::Microbit => Some((0..0x4_0000, 0x400)),
-        }
+    /// Where the two slots of its store lie: in memory beside the image's, or in the last pages of the flash.
+    pub fn store(self) -> Range<u32> {
+        let start = match self {
+            Self::Mps2An386 => 0x2010_0000,
+            Self::Microbit => 0x3_F800,
+        };
+        start..start + 2 * SLOT as u32
     }
 }
 
@@ -66,8 +70,8 @@ pub struct Emulator {
 }
 
 impl Emulator {
-    /// Starts an image, or all that a flash holds; `slowly` runs about a million instructions a second.
-    pub fn start(board: Board, image: &Path, slowly: bool) -> Result<Self, Failure> {
+    /// Starts an image, with what a store is to hold in its place; `slowly` runs about a million instructions a second.
+    pub fn start(board: Board, image: &Path, store: Option<&Path>, slowly: bool) -> Result<Self, Failure> {
         let [serial, monitor] = free_ports()?;
         let mut command = Command::new("qemu-system-arm");
         command.args(["-machine", board.name(), "-display", "none", "-semihosting-config", "enable=on,target=native"]);
@@ -75,6 +79,10 @@ impl Emulator {
             command.args([device, &format!("tcp:127.0.0.1:{port},server=on,wait=off")]);
         }
         command.arg("-kernel").arg(image);
+        if let Some(store) = store {
+            let at = board.store().start;
+            command.arg("-device").arg(format!("loader,file={},addr={at:#x},force-raw=on", store.display()));
+        }
         if slowly {
             command.args(["-icount", "shift=10,align=on"]);
         }

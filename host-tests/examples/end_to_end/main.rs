@@ -11,13 +11,14 @@ mod journey;
 mod node;
 mod power;
 
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
 use emulator::{Board, Emulator};
-use gmhm::block::verify;
-use gmhm::link::message::LOAD;
-use gmhm::link::{Origin, Request};
+use gmhm::block::{BlockError, CRC, FIRST_TERM, verify};
+use gmhm::link::Origin;
+use gmhm_tools::device::{DeviceError, flash, line};
 use gmhm_tools::model;
 use node::{Followed, Twin};
 
@@ -85,6 +86,33 @@ fn check(holds: bool, what: &str) -> Result<(), Failure> {
     if holds { Ok(()) } else { Err(what.into()) }
 }
 
+/// `coulomb_friction` among the terms of blocks.
+const COULOMB: u16 = FIRST_TERM + 5;
+
+/// A block with a term more, its CRC-32 right.
+fn with_a_term(block: &[u8]) -> Vec<u8> {
+    let (records, crc) = (40, block.len() - 4);
+    let mut longer = block[..crc].to_vec();
+    longer.extend([COULOMB, 8].map(u16::to_le_bytes).as_flattened());
+    longer.extend([0.25_f32, 0.0].map(f32::to_le_bytes).as_flattened());
+    longer[records] += 1;
+    let length = longer.len() as u32 + 4;
+    longer[8..12].copy_from_slice(&length.to_le_bytes());
+    longer.extend(CRC.checksum(&longer).to_le_bytes());
+    longer
+}
+
+/// The live signals are those of a drive that goes on and feeds half of the hysteresis torque forward.
+fn compensates(json: &str) -> Result<(), Failure> {
+    let moments: Vec<HashMap<String, serde_json::Value>> = serde_json::from_str(json)?;
+    let signal = |name: &str| moments.iter().filter_map(|moment| moment.get(name)?.as_f64()).collect::<Vec<_>>();
+    let [ticks, hysteresis, fed] = ["ticks", "hysteresis_nm", "contribution_nm"].map(signal);
+    check(ticks.len() > 4 && ticks.is_sorted_by(|a, b| a < b), "the live signals stand still")?;
+    check(hysteresis.iter().any(|torque| *torque != 0.0), "no hysteresis torque among the live signals")?;
+    let half = hysteresis.iter().zip(&fed).all(|(torque, fed)| (0.5 * torque - fed).abs() <= 1e-6 * torque.abs());
+    check(half, "what is fed forward is not half of the hysteresis torque")
+}
+
 fn chain(arguments: &Arguments) -> Result<(), Failure> {
     let folder = tempfile::tempdir()?;
     let at = |file: &str| folder.path().join(file);
@@ -101,7 +129,7 @@ fn chain(arguments: &Arguments) -> Result<(), Failure> {
     run(&format!("pack fitted.toml --gear bench --scalar {} -o params.bin", scalar.name()))?;
     let twin = Twin::of(&model::load(&at("fitted.toml"))?, scalar)?;
 
-    let emulator = Emulator::start(board, &arguments.image, false)?;
+    let emulator = Emulator::start(board, &arguments.image, None, false)?;
     let told = run(&format!("flash params.bin --to {} --read-back back.bin", emulator.target()))?;
     print!("{}: {told}", board.name());
     emulator.reset()?;
@@ -133,20 +161,54 @@ fn chain(arguments: &Arguments) -> Result<(), Failure> {
         "inspect shows otherwise what was read back than what was packed",
     )?;
 
-    // A second block over the first one's neighbour, and back.
+    // A block with a term, of which this image computes none, is refused by a code of its own, and changes nothing.
+    drop(drive);
+    let refused = flash(&with_a_term(&back), || line::open(&emulator.target(), 0), |_, _| {});
+    let code = match refused {
+        Err(DeviceError::Refused { refused, .. }) => refused.detail,
+        other => return Err(format!("a block with a term was not refused: {other:?}").into()),
+    };
+    check(
+        code == BlockError::TermsNotComputed(COULOMB).code(),
+        &format!("a block with a term is refused by {code:#06x}"),
+    )?;
+    let mut drive = emulator.client()?;
+    twin.follow(&mut drive, 50)?;
+
+    // A second block on trial, and taken back.
     let other = GEAR.replace("2.6e4", "2.2e4");
     std::fs::write(at("other.toml"), &other)?;
     run(&format!("pack other.toml --gear bench --scalar {} -o other.bin", scalar.name()))?;
+    let other = Twin::of(&model::load(&at("other.toml"))?, scalar)?;
+    let to = format!("drive --to {}", emulator.target());
+    drop(drive);
+    run(&format!("{to} try other.bin"))?;
+    run(&format!("{to} on"))?;
+    run(&format!("{to} gain 0.5"))?;
+    let live = run(&format!("{to} live --seconds 0.5 --every 0.05 --json live.json"))?;
+    compensates(&std::fs::read_to_string(at("live.json"))?)?;
+    let mut drive = emulator.client()?;
+    let status = drive.status()?;
+    check(status.origin == Origin::Trial && status.stored_sequence == 1, "the second block is not on trial")?;
+    other.follow(&mut drive, 50)?;
+    drop(drive);
+    run(&format!("{to} off"))?;
+    run(&format!("{to} revert"))?;
+    let mut drive = emulator.client()?;
+    check(drive.status()?.crc == verify(&back)?.crc(), "the trial is not over")?;
+    twin.follow(&mut drive, 50)?;
+    println!("{}: a second block on trial, {} live lines read, and taken back", board.name(), live.lines().count() - 1);
+
+    // The second block over the first one's neighbour, and back.
     drop(drive);
     run(&format!("flash other.bin --to {}", emulator.target()))?;
     emulator.reset()?;
     let mut drive = emulator.client()?;
     check(drive.status()?.sequence == 2, "the second block is not in force")?;
-    Twin::of(&model::load(&at("other.toml"))?, scalar)?.follow(&mut drive, 50)?;
-    drive.identify()?;
-    drive.tell(&Request::RollBack { signature: LOAD, sequence: 2 })?;
-    emulator.reset()?;
+    other.follow(&mut drive, 50)?;
     drop(drive);
+    run(&format!("{to} rollback"))?;
+    emulator.reset()?;
     let mut drive = emulator.client()?;
     check(drive.status()?.crc == verify(&back)?.crc(), "the first block is not in force again")?;
     twin.follow(&mut drive, 50)?;
@@ -154,11 +216,5 @@ fn chain(arguments: &Arguments) -> Result<(), Failure> {
     drop(drive);
     drop(emulator);
 
-    match board.flash() {
-        Some((place, slot)) => power::cut(arguments, folder.path(), &place, slot),
-        None => {
-            println!("{}: its store is memory, which no power cut outlives", board.name());
-            Ok(())
-        }
-    }
+    power::cut(arguments, folder.path())
 }

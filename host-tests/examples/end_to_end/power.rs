@@ -1,4 +1,4 @@
-//! Power cuts on the emulated flash controller: at random moments of a commit the flash is taken as it is, the emulator killed, and another boots from it.
+//! Power cuts on an emulated board: at random moments of a commit its store is taken as it is, the emulator killed, and another boots with it.
 
 use std::collections::HashSet;
 use std::ops::Range;
@@ -14,7 +14,7 @@ use gmhm_tools::model;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::emulator::Emulator;
+use crate::emulator::{Emulator, SLOT};
 use crate::node::{Twin, block_in_force};
 use crate::{Arguments, Failure, GEAR, check, gmhm};
 
@@ -50,7 +50,8 @@ fn version(arguments: &Arguments, folder: &Path, stiffness: &str, sequence: u32)
 }
 
 /// Cuts power until `arguments.cuts` flashes were found that are neither the old nor the new one.
-pub fn cut(arguments: &Arguments, folder: &Path, place: &Range<u32>, slot: usize) -> Result<(), Failure> {
+pub fn cut(arguments: &Arguments, folder: &Path) -> Result<(), Failure> {
+    let place = &arguments.board.store();
     let mut random = ChaCha8Rng::seed_from_u64(arguments.seed);
     let [old, new] =
         [("2.6e4", 3), ("2.2e4", 4)].map(|(stiffness, sequence)| version(arguments, folder, stiffness, sequence));
@@ -73,7 +74,7 @@ pub fn cut(arguments: &Arguments, folder: &Path, place: &Range<u32>, slot: usize
             std::fs::write(&after, &snapshot)?;
             let is_new = patiently(|| boot(arguments, &after, &old, &new))?;
             (found_old, found_new) = (found_old + usize::from(!is_new), found_new + usize::from(is_new));
-            torn += usize::from(!is_complete(&snapshot, slot));
+            torn += usize::from(!is_complete(&snapshot));
             boots += 1;
         }
     }
@@ -87,7 +88,7 @@ pub fn cut(arguments: &Arguments, folder: &Path, place: &Range<u32>, slot: usize
 
 /// Boots from a flash: whether the new block is in force, not the old one, whole, to the last bit of its torques. Neither is a failure.
 fn boot(arguments: &Arguments, flash_file: &Path, old: &Version, new: &Version) -> Result<bool, Failure> {
-    let emulator = Emulator::start(arguments.board, flash_file, false)?;
+    let emulator = Emulator::start(arguments.board, &arguments.image, Some(flash_file), false)?;
     let mut drive = emulator.client()?;
     check(drive.status()?.origin == Origin::Stored, "after a power cut the drive holds no block")?;
     let found = block_in_force(&mut drive)?;
@@ -102,11 +103,11 @@ fn boot(arguments: &Arguments, flash_file: &Path, old: &Version, new: &Version) 
     Ok(version.bytes == new.bytes)
 }
 
-/// A busy host may starve the emulator until a request goes unanswered: then all is done again.
+/// A busy host may starve the emulator until a request goes unanswered, or is answered late: then all is done again.
 fn patiently<T>(mut work: impl FnMut() -> Result<T, Failure>) -> Result<T, Failure> {
     for _ in 1..ATTEMPTS {
         match work() {
-            Err(failure) if matches!(failure.downcast_ref(), Some(DeviceError::Silent { .. })) => {}
+            Err(failure) if failure.downcast_ref().is_some_and(DeviceError::is_of_the_line) => {}
             done => return done,
         }
     }
@@ -114,13 +115,13 @@ fn patiently<T>(mut work: impl FnMut() -> Result<T, Failure>) -> Result<T, Failu
 }
 
 /// Whether both slots hold a whole block.
-fn is_complete(flash: &[u8], slot: usize) -> bool {
-    flash.rchunks(slot).take(2).all(|slot| verify_first(slot).is_ok())
+fn is_complete(store: &[u8]) -> bool {
+    store.chunks(SLOT).all(|slot| verify_first(slot).is_ok())
 }
 
 /// Leaves the old block twice in flash, so that the next commit has something to erase.
 fn fill(arguments: &Arguments, old: &Version, place: &Range<u32>, file: &Path) -> Result<(), Failure> {
-    let emulator = Emulator::start(arguments.board, &arguments.image, false)?;
+    let emulator = Emulator::start(arguments.board, &arguments.image, None, false)?;
     for sequence in [2, 3] {
         let mut bytes = old.bytes.clone();
         stamp(&mut bytes, sequence)?;
@@ -153,7 +154,7 @@ fn interrupted(
     new: &Version,
     random: &mut ChaCha8Rng,
 ) -> Result<Vec<Vec<u8>>, Failure> {
-    let emulator = Emulator::start(arguments.board, before, true)?;
+    let emulator = Emulator::start(arguments.board, &arguments.image, Some(before), true)?;
     let mut monitor = emulator.monitor()?;
     let file = folder.join("moment.flash");
     let (begins, begun) = mpsc::channel();

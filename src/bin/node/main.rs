@@ -16,6 +16,10 @@ use board::{Board, Law, Number, ROOM};
 use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m_semihosting::debug::{self, EXIT_FAILURE};
+#[cfg(feature = "rtt")]
+use defmt_rtt as _;
+#[cfg(not(feature = "rtt"))]
+use defmt_semihosting as _;
 use gmhm::block::{Block, BlockError, Identity, Parameters, ScalarKind, Scales, Word};
 use gmhm::link::{Drive, Live, Port};
 use gmhm::store::Store;
@@ -64,6 +68,20 @@ struct Running {
     path: Journey,
 }
 
+impl Running {
+    /// The gear of a block, at the beginning of its path.
+    fn of(block: &Block<'_>) -> Result<Option<Self>, BlockError> {
+        let parameters = Parameters::<Number, Law, ()>::of_block(block, DEPTH)?;
+        Ok(parameters.gear.zip(parameters.scales).map(|(gear, scales)| Self {
+            state: gear.start(Number::default()),
+            gear,
+            output: Output::default(),
+            path: arithmetic::path(),
+            scales,
+        }))
+    }
+}
+
 impl Node {
     /// A control period.
     fn tick(&mut self) {
@@ -91,20 +109,14 @@ impl Drive for Node {
     }
 
     fn adopt(&mut self, block: Option<&Block<'_>>) -> Result<(), BlockError> {
-        let running = match block {
+        self.running = match block.map(Running::of) {
             None => None,
-            Some(block) => {
-                let parameters = Parameters::<Number, Law, ()>::of_block(block, DEPTH)?;
-                parameters.gear.zip(parameters.scales).map(|(gear, scales)| Running {
-                    state: gear.start(Number::default()),
-                    gear,
-                    output: Output::default(),
-                    path: arithmetic::path(),
-                    scales,
-                })
+            Some(Ok(running)) => running,
+            Some(Err(error)) => {
+                defmt::error!("{}", error);
+                return Err(error);
             }
         };
-        self.running = running;
         self.ticks = 0;
         Ok(())
     }

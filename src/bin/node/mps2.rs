@@ -5,6 +5,7 @@ mod registers;
 
 use core::ops::Range;
 
+use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
 use gmhm::memory::AnyLaw;
 use gmhm::store::RamFlash;
 use registers::{read, write};
@@ -29,18 +30,58 @@ const BAUDDIV: u32 = UART + 0x10;
 const TX_FULL: u32 = 1;
 const RX_FULL: u32 = 1 << 1;
 
-/// Neither cleared nor set by start-up code.
-#[unsafe(link_section = ".uninit.store")]
-static mut MEMORY: [u8; 2048] = [0; 2048];
+/// What programming a word takes: 16 µs, as flash does.
+const WORD_CLOCKS: u32 = 400;
+
+/// Memory of the board beyond what the image is linked into: it outlives a reset, and who plays a power cut fills it.
+const MEMORY: usize = 0x2010_0000;
+const MEMORY_BYTES: usize = 2048;
 
 #[unsafe(link_section = ".uninit.boots")]
 static mut BOOTS: u32 = 0;
 
-/// The memory as a flash.
-pub fn flash() -> RamFlash<'static, 4, 1024> {
-    let memory = &raw mut MEMORY;
-    // SAFETY: called once, before anything else could have touched it; every value of a byte is one.
-    RamFlash::new(unsafe { &mut *memory })
+/// The memory as a flash, word by word as one, for power to fail in between.
+pub struct Flash(RamFlash<'static, 4, 1024>);
+
+/// The memory; nothing else writes it.
+pub fn flash() -> Flash {
+    // SAFETY: the board has 4 MiB here, of which memory.x gives the image 16 KiB; called once, and every value of a byte is one.
+    let memory =
+        unsafe { core::slice::from_raw_parts_mut(core::ptr::with_exposed_provenance_mut(MEMORY), MEMORY_BYTES) };
+    Flash(RamFlash::new(memory))
+}
+
+impl ErrorType for Flash {
+    type Error = NorFlashErrorKind;
+}
+
+impl ReadNorFlash for Flash {
+    const READ_SIZE: usize = RamFlash::<'static, 4, 1024>::READ_SIZE;
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), NorFlashErrorKind> {
+        self.0.read(offset, bytes)
+    }
+
+    fn capacity(&self) -> usize {
+        self.0.capacity()
+    }
+}
+
+impl NorFlash for Flash {
+    const WRITE_SIZE: usize = RamFlash::<'static, 4, 1024>::WRITE_SIZE;
+    const ERASE_SIZE: usize = RamFlash::<'static, 4, 1024>::ERASE_SIZE;
+
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
+        self.0.erase(from, to)
+    }
+
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
+        for (word, at) in bytes.chunks(Self::WRITE_SIZE).zip((offset..).step_by(Self::WRITE_SIZE)) {
+            self.0.write(at, word)?;
+            cortex_m::asm::delay(WORD_CLOCKS);
+        }
+        Ok(())
+    }
 }
 
 /// The serial port.

@@ -6,11 +6,16 @@ line; a constant offset is taken out of every residual. Usage: peers.py FILE SEE
 
 import json
 import logging
+import os
 import sys
 import time
 
-import numpy as np
-from scipy.optimize import differential_evolution, least_squares
+# One thread each: waiting threads of the linear algebra would count as time.
+for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ[variable] = "1"
+
+import numpy as np  # noqa: E402
+from scipy.optimize import differential_evolution, least_squares  # noqa: E402
 
 logging.disable(logging.CRITICAL)
 import pyswarms  # noqa: E402  (it configures logging when imported)

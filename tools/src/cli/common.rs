@@ -73,6 +73,15 @@ pub fn positive(text: &str) -> Result<f64, String> {
     }
 }
 
+/// An address in the memory of a chip.
+pub fn address(text: &str) -> Result<u32, String> {
+    let number = match text.strip_prefix("0x").or_else(|| text.strip_prefix("0X")) {
+        Some(digits) => u32::from_str_radix(digits, 16),
+        None => text.parse(),
+    };
+    number.map_err(|_| "must be a 32-bit address, such as 0x3F000".to_owned())
+}
+
 /// What a report says of where it comes from.
 pub fn provenance(inputs: Vec<Input>, seed: Option<u64>) -> Provenance {
     let words = std::env::args().skip(1).map(|word| quoted(&word));

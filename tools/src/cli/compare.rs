@@ -9,6 +9,7 @@ use super::common::{ReadingArgs, SeedArgs, json};
 use super::failure::Failure;
 use super::progress::Progress;
 use super::tables;
+use crate::demo::paper;
 use crate::estimate::FitOptions;
 use crate::estimate::rivals::compare;
 use crate::output::Outputs;
@@ -55,7 +56,14 @@ impl CompareArgs {
         outputs.add_text(&self.plot, &figures::comparison(&lines, recordings[0].torque_unit).to_file())?;
         if let Some(path) = &self.json {
             let unit = recordings[0].torque_unit.suffix();
-            let page = serde_json::json!({ "seed": self.seed.seed, "unit": unit, "models": lines });
+            let page = serde_json::json!({
+                "seed": self.seed.seed,
+                "unit": unit,
+                "models": lines,
+                "two_lines_over_gmhm": paper::two_lines_over_model(&lines).map(|(measured, claimed)| {
+                    serde_json::json!({ "measured": measured, "claimed_by_the_paper": claimed })
+                }),
+            });
             outputs.add_text(path, &json(&page)?)?;
         }
         outputs.commit()?;

@@ -6,19 +6,24 @@ use clap::Args;
 use gmhm::block::verify;
 
 use super::Session;
+use super::common::address;
 use super::failure::Failure;
 use super::progress::Progress;
 use crate::block::read;
-use crate::device::{self, Flashed, Target, line};
+use crate::device::probe::{self, Elf, Places, ProbeError};
+use crate::device::{self, DeviceError, Flashed, Target, line};
 use crate::output::Outputs;
 
 /// Write a parameter block into a drive, read it back and compare
 ///
 /// The block is staged in the drive's RAM, checked there, stored and read back. It gets the sequence number that follows the drive's newest block.
 /// A drive that is enabled, on another gear or of another arithmetic refuses; what it had stored stays whole whenever the line or the power breaks.
+///
+/// A debug probe (in a gmhm built with --features probe) writes the chip's flash itself, where --address or the symbols of --elf say that the firmware keeps its
+/// blocks, each in erase sectors of its own; of two places, the one without the newest block. It halts the core and restarts it: switch the power stage off first.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  gmhm flash params.bin --to serial:/dev/ttyUSB0\n  gmhm flash params.bin --to tcp:localhost:5000"
+    after_help = "Examples:\n  gmhm flash params.bin --to serial:/dev/ttyUSB0\n  gmhm flash params.bin --to tcp:localhost:5000\n  gmhm flash params.bin --to probe:nRF51822_xxAA --elf firmware.elf"
 )]
 pub struct FlashArgs {
     /// The block, .bin or .hex
@@ -30,6 +35,15 @@ pub struct FlashArgs {
     /// Speed of a serial port
     #[arg(long, value_name = "RATE", default_value = "115200")]
     baud: u32,
+    /// With a probe: where the firmware keeps its block, or its two
+    #[arg(long, value_name = "ADDRESS[,ADDRESS]", value_parser = address, value_delimiter = ',', conflicts_with = "elf")]
+    address: Vec<u32>,
+    /// With a probe: the firmware, whose symbols say where
+    #[arg(long, value_name = "FIRMWARE.elf")]
+    elf: Option<PathBuf>,
+    /// Their symbols
+    #[arg(long, value_name = "NAME[,NAME]", value_delimiter = ',', default_value = "gmhm_slot_a,gmhm_slot_b")]
+    symbol: Vec<String>,
     /// Write what was read back, too
     #[arg(long, value_name = "F.bin")]
     read_back: Option<PathBuf>,
@@ -47,7 +61,7 @@ impl FlashArgs {
             outputs.add(path, |out| -> Result<(), Failure> { Ok(out.write_all(&flashed.bytes)?) })?;
             outputs.commit()?;
         }
-        let gear = verify(&flashed.bytes).map_err(device::DeviceError::from)?.header().identity;
+        let gear = verify(&flashed.bytes).map_err(DeviceError::from)?.header().identity;
         println!(
             "{}: stored and read back {} bytes for gear \"{}\", sequence {}, CRC-32 {:#010x}",
             self.to,
@@ -61,6 +75,25 @@ impl FlashArgs {
 
     fn flash(&self, block: &[u8], session: &Session) -> Result<Flashed, Failure> {
         let progress = Progress::new("flashing", 2 * block.len() as u64, session.quiet);
-        Ok(device::flash(block, || line::open(&self.to, self.baud), |done, _| progress.at(done as u64))?)
+        let at = |done, _| progress.at(done as u64);
+        let Target::Probe { chip } = &self.to else {
+            if self.elf.is_some() || !self.address.is_empty() {
+                super::wrong_usage("--address and --elf are for a debug probe: --to probe:CHIP");
+            }
+            return Ok(device::flash(block, || line::open(&self.to, self.baud), at)?);
+        };
+        let firmware = self.elf.as_deref().map(Elf::load).transpose().map_err(DeviceError::from)?;
+        let places = self.places(firmware.as_ref()).map_err(DeviceError::from)?;
+        Ok(probe::flash_attached(block, &places, firmware.as_ref(), chip.as_deref(), at)?)
+    }
+
+    fn places(&self, firmware: Option<&Elf>) -> Result<Places, ProbeError> {
+        match firmware {
+            Some(elf) => Places::of(&self.symbol.iter().map(|name| elf.address(name)).collect::<Result<Vec<_>, _>>()?),
+            None if self.address.is_empty() => super::wrong_usage(
+                "a debug probe has to be told where the firmware keeps its blocks: --address or --elf",
+            ),
+            None => Places::of(&self.address.iter().copied().map(u64::from).collect::<Vec<_>>()),
+        }
     }
 }

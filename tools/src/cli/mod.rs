@@ -4,6 +4,7 @@ mod common;
 mod compare;
 mod demo;
 mod diagnose;
+mod drive;
 mod failure;
 mod fit;
 mod flash;
@@ -39,6 +40,7 @@ enum Command {
     Compare(compare::CompareArgs),
     Demo(demo::DemoArgs),
     Diagnose(diagnose::DiagnoseArgs),
+    Drive(drive::DriveArgs),
     Fit(fit::FitArgs),
     Flash(flash::FlashArgs),
     Health(health::HealthArgs),
@@ -73,6 +75,7 @@ pub fn run() -> ExitCode {
         Some(Command::Compare(args)) => args.run(&session),
         Some(Command::Demo(args)) => args.run(&session),
         Some(Command::Diagnose(args)) => args.run(&session),
+        Some(Command::Drive(args)) => args.run(&session),
         Some(Command::Fit(args)) => args.run(&session),
         Some(Command::Flash(args)) => args.run(&session),
         Some(Command::Health(args)) => args.run(&session),

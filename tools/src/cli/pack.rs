@@ -7,7 +7,7 @@ use gmhm::block::{Identity, verify};
 use gmhm::terms::Side;
 
 use super::Session;
-use super::common::positive;
+use super::common::{address, positive};
 use super::failure::Failure;
 use crate::block::{self, Arithmetic, FileError, Form, PackOptions};
 use crate::model;
@@ -62,14 +62,6 @@ fn identity(label: &str) -> Result<Identity, String> {
 fn depth(text: &str) -> Result<u16, String> {
     let depth = text.parse().ok().filter(|depth: &u16| *depth >= 4 && depth.is_multiple_of(2));
     depth.ok_or_else(|| "must be an even number of 4 or more".to_owned())
-}
-
-fn address(text: &str) -> Result<u32, String> {
-    let number = match text.strip_prefix("0x").or_else(|| text.strip_prefix("0X")) {
-        Some(digits) => u32::from_str_radix(digits, 16),
-        None => text.parse(),
-    };
-    number.map_err(|_| "must be a 32-bit address, such as 0x3F000".to_owned())
 }
 
 impl PackArgs {

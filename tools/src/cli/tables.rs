@@ -1,5 +1,6 @@
 //! Results as text for people.
 
+use crate::demo::paper;
 use crate::diagnosis::{Diagnosis, ParameterValue, Unit};
 use crate::estimate::Fit;
 use crate::estimate::rivals::Comparison;
@@ -31,8 +32,8 @@ pub(super) fn fit(fit: &Fit) -> String {
             format!("  {:<24} {:>10} {:>12.4} {:>12.4}{said}", c.name, c.parameters, c.rms, c.heldout_rms)
         }));
     }
-    if fit.held_invertible {
-        lines.push("Held at the bound where feed-forward has an inverse up to the rated deflection; the recordings do not contradict it".to_owned());
+    if let Some(words) = fit.said_of_the_inverse() {
+        lines.push(format!("The parameters are {words}; the recordings do not contradict it"));
     }
     if fit.leaves_physics() {
         lines.push("Plain least squares: what is left is physics more than noise; standard deviations from the scatter of blocks".to_owned());
@@ -140,7 +141,8 @@ pub(super) fn comparison(lines: &[Comparison], unit: TorqueUnit, seed: u64) -> S
             line.model, line.parameters, line.rss, line.rms, line.heldout_rms, unseen
         );
     }
-    text + "Instructions: a sample on a Cortex-M4F in f32, counted in the emulator\n"
+    text += "Instructions: a sample on a Cortex-M4F in f32, counted in the emulator\n";
+    text + &paper::claim(lines).map_or(String::new(), |claim| claim + "\n")
 }
 
 /// A series of states: the finding, then each quantity.

@@ -88,6 +88,17 @@ impl Client {
         self.ask(request).map(drop)
     }
 
+    /// Has a block stored or erased: the sequence number and the CRC-32 of the newest stored block from then on.
+    ///
+    /// # Errors
+    /// [`DeviceError`].
+    pub fn store(&mut self, request: &Request<'_>) -> Result<(u32, u32), DeviceError> {
+        match self.ask(request)?.answer() {
+            Answer::Stored { sequence, crc } => Ok((sequence, crc)),
+            _ => Err(DeviceError::NotUnderstood),
+        }
+    }
+
     fn ask(&mut self, request: &Request<'_>) -> Result<Reply, DeviceError> {
         let tag = if request.changes() {
             let tag = Tag { session: self.session, turn: self.turn };

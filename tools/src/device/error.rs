@@ -3,6 +3,7 @@
 use gmhm::block::{BlockError, Identity};
 use gmhm::link::{Refusal, Refused};
 
+use super::probe::ProbeError;
 use super::target::Target;
 
 /// Whatever may go wrong between host and drive.
@@ -16,6 +17,9 @@ pub enum DeviceError {
         /// Why.
         error: std::io::Error,
     },
+    /// A debug probe has no line to the firmware.
+    #[error("a debug probe writes flash and does not speak to the firmware")]
+    NoLine,
     /// This program was built without debug probes.
     #[error("this gmhm was built without debug probes")]
     NoProbe,
@@ -84,9 +88,20 @@ pub enum DeviceError {
     /// The bytes are no block.
     #[error(transparent)]
     Block(#[from] BlockError),
-    /// The debug probe failed.
-    #[error("the debug probe: {0}")]
-    Probe(String),
+    /// A debug probe, or the place of the block in the chip behind it.
+    #[error(transparent)]
+    Probe(#[from] ProbeError),
+}
+
+fn refusal_mend(refusal: Refusal) -> Option<String> {
+    let mend = match refusal {
+        Refusal::Compensating => "gmhm drive --to TARGET off, then again",
+        Refusal::OnTrial => "gmhm drive --to TARGET revert, or commit, then again",
+        Refusal::NotOnTrial => "gmhm drive --to TARGET try params.bin first",
+        Refusal::NoParameters => "gmhm flash params.bin --to TARGET first",
+        _ => return None,
+    };
+    Some(mend.to_owned())
 }
 
 fn detail(refused: Refused) -> String {
@@ -95,7 +110,7 @@ fn detail(refused: Refused) -> String {
 
 impl DeviceError {
     /// Whether another attempt may help: the line failed, not the drive.
-    pub(super) fn is_of_the_line(&self) -> bool {
+    pub fn is_of_the_line(&self) -> bool {
         matches!(self, Self::Line(_) | Self::Closed | Self::Silent { .. })
             || matches!(self, Self::Refused { refused, .. } if matches!(refused.refusal, Refusal::Session | Refusal::Order))
     }
@@ -107,7 +122,8 @@ impl DeviceError {
                 "name the serial port as the system does, and close other programs that hold it".to_owned()
             }
             Self::Unreachable { .. } => "check host and port, and that the drive or its bridge listens".to_owned(),
-            Self::NoProbe => "use serial: or tcp:, or write the file of gmhm pack -o params.hex --address ADDRESS with the probe's own tool".to_owned(),
+            Self::NoLine => "name the drive's line: serial:PORT or tcp:HOST:PORT".to_owned(),
+            Self::NoProbe => "build it with `--features probe`, use serial: or tcp:, or write the file of gmhm pack -o params.hex --address ADDRESS with the probe's own tool".to_owned(),
             Self::Line(_) | Self::Closed | Self::Silent { .. } => {
                 "check cable, power and --baud; what the drive had stored is untouched or replaced whole".to_owned()
             }
@@ -119,7 +135,9 @@ impl DeviceError {
             Self::TooLarge { what: "bytes", .. } => "pack a model with fewer terms".to_owned(),
             Self::TooLarge { .. } => "pack the block with a smaller --stack-depth".to_owned(),
             Self::ReadBack { .. } => "flash again; if it stays, the drive's flash is worn".to_owned(),
-            Self::Refused { .. } | Self::NotUnderstood | Self::Block(_) | Self::Probe(_) => return None,
+            Self::Probe(error) => return error.mend(),
+            Self::Refused { refused, .. } => return refusal_mend(refused.refusal),
+            Self::NotUnderstood | Self::Block(_) => return None,
         })
     }
 }

@@ -2,7 +2,7 @@
 
 use gmhm::block::{self, Header, Identity, verify};
 use gmhm::link::message::{MOST_BYTES, SAVE};
-use gmhm::link::{Identified, Origin, Request, Status};
+use gmhm::link::{Identified, Origin, Request};
 
 use super::client::Client;
 use super::error::DeviceError;
@@ -66,7 +66,10 @@ fn attempt(
     let stamped = if has_it {
         past.sent.take().unwrap_or_default()
     } else {
-        check(verify(block)?.header(), &identified, &status)?;
+        if status.enabled {
+            return Err(DeviceError::Enabled);
+        }
+        check(verify(block)?.header(), &identified)?;
         if status.compensating {
             past.was_compensating = true;
             // The drive is not enabled: no torque changes by this.
@@ -93,10 +96,8 @@ fn attempt(
     read_back(&stamped, drive, progress)
 }
 
-fn check(block: &Header, drive: &Identified, status: &Status) -> Result<(), DeviceError> {
-    if status.enabled {
-        return Err(DeviceError::Enabled);
-    }
+/// What the drive would refuse, before anything is sent.
+pub(super) fn check(block: &Header, drive: &Identified) -> Result<(), DeviceError> {
     if drive.gear != Identity::NONE && block.identity != drive.gear {
         return Err(DeviceError::OtherGear { block: block.identity, drive: drive.gear });
     }
@@ -119,16 +120,8 @@ fn store(
     progress: &mut impl FnMut(usize, usize),
     sent: &mut Option<Vec<u8>>,
 ) -> Result<(), DeviceError> {
+    put_on_trial(stamped, drive, progress)?;
     let crc = verify(stamped)?.crc();
-    let total = 2 * stamped.len();
-    drive.tell(&Request::Stage { length: stamped.len() as u32, crc })?;
-    let mut offset = 0;
-    for bytes in stamped.chunks(MOST_BYTES) {
-        drive.tell(&Request::Data { offset: offset as u32, bytes })?;
-        offset += bytes.len();
-        progress(offset, total);
-    }
-    drive.tell(&Request::Try)?;
     *sent = Some(stamped.to_vec());
     match drive.tell(&Request::Commit { signature: SAVE, crc }) {
         Err(error) if !error.is_of_the_line() => {
@@ -140,7 +133,24 @@ fn store(
     }
 }
 
-fn read_back(
+/// Stages a block and puts it in force, in RAM.
+pub(super) fn put_on_trial(
+    stamped: &[u8],
+    drive: &mut Client,
+    progress: &mut impl FnMut(usize, usize),
+) -> Result<(), DeviceError> {
+    drive.tell(&Request::Stage { length: stamped.len() as u32, crc: verify(stamped)?.crc() })?;
+    let mut offset = 0;
+    for bytes in stamped.chunks(MOST_BYTES) {
+        drive.tell(&Request::Data { offset: offset as u32, bytes })?;
+        offset += bytes.len();
+        progress(offset, 2 * stamped.len());
+    }
+    drive.tell(&Request::Try)
+}
+
+/// Reads what is in force and compares it with what was sent.
+pub(super) fn read_back(
     stamped: &[u8],
     drive: &mut Client,
     progress: &mut impl FnMut(usize, usize),
@@ -150,6 +160,11 @@ fn read_back(
         bytes.extend(drive.read(bytes.len() as u32, part.len() as u8)?);
         progress(stamped.len() + bytes.len(), 2 * stamped.len());
     }
+    compared(stamped, bytes)
+}
+
+/// What was read back, if it is what was sent.
+pub(super) fn compared(stamped: &[u8], bytes: Vec<u8>) -> Result<Flashed, DeviceError> {
     let differing = stamped.iter().zip(&bytes).position(|(sent, found)| sent != found);
     if let Some(offset) = differing {
         return Err(DeviceError::ReadBack { offset, expected: stamped[offset], found: bytes[offset] });

@@ -43,6 +43,6 @@ pub fn open(target: &Target, baud: u32) -> Result<Box<dyn Line>, DeviceError> {
             }
             Err(refused(last.unwrap_or_else(|| std::io::Error::other("the host has no address"))))
         }
-        Target::Probe { .. } => Err(DeviceError::NoProbe),
+        Target::Probe { .. } => Err(DeviceError::NoLine),
     }
 }

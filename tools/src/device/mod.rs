@@ -7,13 +7,17 @@
 //! | [`client`] | one request, one answer |
 //! | [`Lockstep`] | a joint played for a drive |
 //! | [`mod@flash`] | a whole block: staged, tried, stored, read back, compared |
+//! | [`trial`] | parameters in RAM: tried, kept, taken back |
+//! | [`probe`] | a block into a chip's flash through a debug probe |
 
 pub mod client;
 mod error;
 pub mod flash;
 pub mod line;
 mod lockstep;
+pub mod probe;
 pub mod target;
+pub mod trial;
 
 pub use client::Client;
 pub use error::DeviceError;

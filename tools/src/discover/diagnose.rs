@@ -9,7 +9,6 @@ use super::experiment;
 use super::explain::Search;
 use super::fit::Fitted;
 use super::judge::{Judged, Judgement, coordinates};
-use super::least_squares::{dot, solve_held};
 use super::parameters::Place as Number;
 use super::scene::Scene;
 use super::subject::Subject;
@@ -19,7 +18,8 @@ use crate::diagnosis::{
 use crate::estimate::Progress;
 use crate::estimate::columns::Mark;
 use crate::estimate::noise::mark_outliers;
-use crate::model::{Model, TermValue};
+use crate::estimate::triangle::dot;
+use crate::model::{Model, Term, TermValue};
 use crate::recording::{Recording, TorqueUnit};
 
 /// Rows that the search looks at: means where there are more. The final fit takes all.
@@ -87,21 +87,24 @@ pub fn diagnose(
     progress.report("searching", 0.15);
     let stride = subject.len().div_ceil(SEARCH_ROWS);
     let thin = subject.thinned(stride, &plain.residual);
-    let outcome = thin.search(&plain.model, search)?;
+    let (mut judgement, search) = thin.found(&plain.model, search)?;
     check()?;
     progress.report("judging", 0.6);
-    let search = Search { zero: outcome.free_zero, ..search };
-    let mut judgement = thin.judge(outcome, search)?;
-    check()?;
     let undecidable = experiment::undecidable(&thin, &judgement, search)?;
     let places = if judgement.mismatch { thin.where_it_sits(&judgement) } else { Vec::new() };
+    progress.report("fitting all rows", 0.8);
     if stride > 1 {
-        progress.report("fitting all rows", 0.8);
         for fit in [&mut judgement.base, &mut judgement.extended] {
-            *fit = subject.fit(&fit.model, &fit.places, None, 3)?;
+            *fit = subject.settled(subject.fit(&fit.model, &fit.places, None, 3)?)?;
         }
-        check()?;
     }
+    // On all rows a curve may turn out not to predict.
+    let strangers = judgement.effects.iter().all(|e| e.name == UNKNOWN);
+    if strangers && subject.rms_of_blocks(&judgement.extended) > subject.rms_of_blocks(&judgement.base) {
+        judgement.extended = judgement.base.clone();
+        judgement.effects.iter_mut().for_each(|e| (e.term, e.closest) = (None, None));
+    }
+    check()?;
     progress.report("checking on rows held out", 0.9);
     let rms = Rms {
         given: subject.rms(&given),
@@ -181,9 +184,6 @@ fn prepared(model: &Model, recordings: &[Recording], options: &Options) -> Resul
     Ok(model)
 }
 
-/// Blocks that a recording is cut into for held-out prediction.
-const BLOCKS: usize = 8;
-
 impl Subject<'_> {
     /// Target less a total, each recording about the mean of its rows that count.
     fn about_means(&self, total: &[f64]) -> Vec<f64> {
@@ -215,35 +215,6 @@ impl Subject<'_> {
                 marks[near.clone()].copy_from_slice(&before[near]);
             }
         }
-    }
-
-    /// Root mean square of blocks, each predicted by a fit to the others; the fit is linearised where it ended. What is a recording's own, its offset and its
-    /// past, is no part of the prediction and stays that of all rows.
-    pub fn rms_of_blocks(&self, fit: &Fitted) -> f64 {
-        let layout = self.layout();
-        let of_gear = &fit.columns[..fit.places.len()];
-        let free: Vec<Vec<f64>> = of_gear.iter().map(|c| self.without_offsets(&fit.noise, c)).collect();
-        let columns: Vec<Vec<f64>> = free.iter().map(|c| layout.whiten(&fit.noise, c)).collect();
-        let y = layout.whiten(&fit.noise, &fit.residual);
-        let (mut sum, mut count) = (0.0, 0);
-        for block in 0..BLOCKS {
-            let mut without = columns.clone();
-            let mut rest = y.clone();
-            let mut rows = Vec::new();
-            for span in &self.spans {
-                let own = span.start + span.len() * block / BLOCKS..span.start + span.len() * (block + 1) / BLOCKS;
-                without.iter_mut().for_each(|c| c[own.clone()].fill(0.0));
-                rest[own.clone()].fill(0.0);
-                rows.extend(own);
-            }
-            let moved = solve_held(&without, &columns, &rest);
-            for row in rows.into_iter().filter(|&row| self.counts(row)) {
-                let change: f64 = free.iter().zip(&moved).map(|(c, m)| c[row] * m).sum();
-                sum += (fit.residual[row] - change).powi(2);
-                count += 1;
-            }
-        }
-        (sum / f64::from(count.max(1))).sqrt()
     }
 
     /// Where the structure sits: for each effect its own coordinates first, then those of the base model's residual.
@@ -314,7 +285,7 @@ impl Subject<'_> {
     }
 
     fn effects(&self, judgement: &Judgement) -> Vec<Effect> {
-        let sds = judgement.extended.standard_deviations(self.layout());
+        let sds = self.standard_deviations(&judgement.extended);
         let parameters = |term: usize| {
             let term_of = &judgement.extended.model.terms[term];
             let mut all = BTreeMap::new();
@@ -324,7 +295,7 @@ impl Subject<'_> {
                     let at = judgement.extended.places.iter().position(|p| {
                         matches!(p, Number::Term { term: t, key, index } if *t == term && key.name == name && *index == wanted)
                     });
-                    at.map(|i| sds[i])
+                    at.and_then(|i| sds[i])
                 };
                 let (value, sd) = match value {
                     TermValue::Number(x) => (ParameterValue::Number(*x), sd_at(None).map(ParameterValue::Number)),
@@ -359,7 +330,7 @@ impl Subject<'_> {
                 share: e.share,
                 parameters: all,
                 side,
-                why: why(e),
+                why: why(e, term),
             }
         };
         judgement.effects.iter().map(effect).collect()
@@ -389,7 +360,7 @@ fn detail(effect: &Judged, coordinate: &str, judgement: &Judgement) -> String {
 }
 
 /// The evidence, in words.
-fn why(effect: &Judged) -> String {
+fn why(effect: &Judged, term: Option<&Term>) -> String {
     let runner_up = effect.tried.iter().find(|(kind, ..)| *kind != effect.name && !effect.equivalents.contains(kind));
     let mut words = format!(
         "explains {:.0} % of the structure; without it −2 ln L rises by {:.0}",
@@ -402,7 +373,13 @@ fn why(effect: &Judged) -> String {
                 "no kind explains what a free curve over {} does; {kind} comes closest and is kept in the model as an approximation",
                 place.coordinate
             ),
-            (None, Some(place)) => format!("no kind explains it; a curve over {} stands in", place.coordinate),
+            (None, Some(place)) if let Some(TermValue::Text(along)) = term.and_then(|t| t.values.get("coordinate")) => {
+                format!("no kind explains what is seen over {}; a curve over {along} stands in", place.coordinate)
+            }
+            (None, Some(place)) => format!(
+                "no kind explains what is seen over {}, and no curve predicts blocks held out better: the model holds none",
+                place.coordinate
+            ),
             _ => words,
         };
     } else if let Some((kind, gain, _)) = runner_up {

@@ -5,10 +5,11 @@ use gmhm::terms::{KINDS, KindInfo};
 use super::DiscoverError;
 use super::explain::Search;
 use super::judge::Judgement;
-use super::least_squares::{Basis, dot};
 use super::library;
 use super::subject::Subject;
 use crate::diagnosis::{UNKNOWN, Undecidable};
+use crate::estimate::basis::Basis;
+use crate::estimate::triangle::dot;
 
 /// An effect whose plausible size leaves fewer squared deviations of noise than this could not have been seen.
 const VISIBLE: f64 = 40.0;

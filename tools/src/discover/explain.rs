@@ -4,10 +4,11 @@ use rayon::prelude::*;
 
 use super::DiscoverError;
 use super::fit::Fitted;
-use super::least_squares::{Basis, dot};
 use super::library::{self, Proposal};
 use super::subject::Subject;
+use crate::estimate::basis::Basis;
 use crate::estimate::noise::Noise;
+use crate::estimate::triangle::dot;
 use crate::model::{Model, TermValue};
 
 /// A kind that was tried, at its best.
@@ -123,7 +124,7 @@ impl Subject<'_> {
         let (Ok(late), Ok(early), Ok(now)) = (at(*delay), at(-delay), self.total(&fit.model)) else { return 0.0 };
         let smoothed: Vec<f64> =
             (0..now.len()).map(|i| fit.residual[i] - 0.5 * (late[i] + early[i]) + now[i]).collect();
-        let base: Vec<&[f64]> = fit.columns.iter().map(Vec::as_slice).collect();
+        let base = fit.of_places();
         let profile = self.layout().best_profile(&base, &smoothed, &fit.noise);
         fit.minus_two_log_likelihood - profile.minus_two_log_likelihood
     }
@@ -158,7 +159,7 @@ impl Subject<'_> {
                 }
             }
         }
-        let base: Vec<&[f64]> = fit.columns.iter().map(Vec::as_slice).collect();
+        let base = fit.of_places();
         let profile = |&i: &usize| -> Option<Tried<'p>> {
             let proposal = &proposals[i];
             let mut columns = base.clone();

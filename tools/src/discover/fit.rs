@@ -1,6 +1,8 @@
-//! A model fitted to the subject: gear and terms together, by Gauss and Newton, against noise whose colour is fitted in turn.
+//! A model fitted to the subject: gear and terms together, by the estimator's [descent](crate::estimate::descent), against noise whose colour is fitted in turn.
 //!
-//! Every derivative is a difference of the whole chain of the core (deflection terms, turning points, delays), so nothing is linearised but the step.
+//! What the problem eliminates are the nuisances of each recording; the numbers of gear and terms move together. Which of them are linear depends on
+//! the terms (friction that follows the torque, stiffness that follows the temperature and delays multiply the gear's own), and one evaluation of the whole chain
+//! of the core (deflection terms, turning points, delays) judges a step, where eliminating them would ask for one a number. Nothing is linearised but the step.
 
 use gmhm::Law;
 use gmhm::terms::{Domain, Role};
@@ -8,10 +10,13 @@ use rayon::prelude::*;
 
 use super::DiscoverError;
 use super::explain::Search;
-use super::least_squares::{Layout, bounded_steps, dot, normal_matrix, pseudo_inverse, solve};
 use super::parameters::{self, Place};
 use super::subject::Subject;
+use crate::estimate::descent::{Descend, Pace, Slope, descend};
+use crate::estimate::factors::System;
 use crate::estimate::noise::Noise;
+use crate::estimate::profile::Layout;
+use crate::estimate::triangle::dot;
 use crate::model::Model;
 use crate::physics::PredictError;
 
@@ -28,14 +33,17 @@ pub struct Fitted {
     pub columns: Vec<Vec<f64>>,
     /// The noise of each recording.
     pub noise: Vec<Noise>,
+    /// Fitted by plain least squares: what is left is physics more than noise, and does not weigh the rows.
+    pub plain: bool,
     /// −2 ln L, without constants.
     pub minus_two_log_likelihood: f64,
 }
 
 impl Subject<'_> {
-    /// Marks and spans.
+    /// The rows, and what of them is no property of the gear.
     pub fn layout(&self) -> Layout<'_> {
-        Layout { spans: &self.spans, marks: &self.marks }
+        let Self { recordings, spans, marks, nuisances, .. } = self;
+        Layout { recordings, spans, marks, nuisances }
     }
 
     /// The free numbers of a model.
@@ -143,10 +151,22 @@ impl Subject<'_> {
         let white = self.fit_beside(model, places, None, most_steps, beside)?;
         let better = white.minus_two_log_likelihood < direct.minus_two_log_likelihood;
         let drifted = dot(&direct.residual, &direct.residual) > ASTRAY * dot(&white.residual, &white.residual);
-        Ok(if better || drifted { white } else { direct })
+        // Either is a point of the same model, so the better likelihood is the model's.
+        let least = direct.minus_two_log_likelihood.min(white.minus_two_log_likelihood);
+        let chosen = if better || drifted { white } else { direct };
+        Ok(Fitted { minus_two_log_likelihood: least, ..chosen })
     }
 
-    /// Gauss-Newton steps against `noise`, fitted anew before each; without it against white noise to the end.
+    /// A fit, or the one by plain least squares where that predicts held-out blocks clearly better: what is left is then physics more than noise.
+    ///
+    /// # Errors
+    /// A model that cannot be evaluated.
+    pub fn settled(&self, fit: Fitted) -> Result<Fitted, DiscoverError> {
+        let plain = self.descend(&fit.model, &fit.places, None, PLAIN_STEPS, None)?;
+        Ok(if self.rms_of_blocks(&plain) < CLEARLY * self.rms_of_blocks(&fit) { plain } else { fit })
+    }
+
+    /// Goes down against `noise`, fitted anew before each step; without it against white noise to the end.
     fn descend(
         &self,
         model: &Model,
@@ -156,75 +176,98 @@ impl Subject<'_> {
         beside: Option<&Fitted>,
     ) -> Result<Fitted, DiscoverError> {
         let layout = self.layout();
-        let white = noise.is_none();
-        let mut model = model.clone();
-        let mut total = self.total(&model)?;
-        let mut residual = self.centred(&total);
-        let mut noise = noise.map_or_else(|| self.spans.iter().map(|_| Noise::unit()).collect(), <[Noise]>::to_vec);
-        let mut columns = self.derivatives(&model, places, &total, beside)?;
-        let mut stale = false;
+        let total = self.total(model)?;
+        let residual = self.centred(&total);
         // Structure must not pass for slow noise on the way, and the parameters drift with it.
         let allowed = beside.map_or(0.0, |fit| dot(&fit.residual, &fit.residual)).max(dot(&residual, &residual));
-        for _ in 0..most_steps {
-            if stale {
-                columns = self.derivatives(&model, places, &total, beside)?;
-            }
-            let parts: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
-            if !white {
-                noise = layout.profile(&parts, &residual, &noise, 2).noise;
-            }
-            let whitened: Vec<Vec<f64>> = columns.iter().map(|c| layout.whiten(&noise, c)).collect();
-            let mut room: Vec<f64> = places.iter().map(|&p| parameters::room(&model, p)).collect();
-            room.resize(columns.len(), f64::NEG_INFINITY);
-            let steps = bounded_steps(&whitened, &layout.whiten(&noise, &residual), &room, &DAMPING);
-            let size = |residual: &[f64]| {
-                let white = layout.whiten(&noise, residual);
-                white.iter().map(|x| x * x).sum::<f64>()
-            };
-            let before = size(&residual);
-            let mut moved = None;
-            for step in &steps {
-                let mut candidate = model.clone();
-                for (&place, step) in places.iter().zip(step) {
-                    let value = parameters::value(&model, place) + step;
-                    parameters::put(&mut candidate, place, value);
-                }
-                let Ok(total) = self.total(&candidate) else { continue };
-                let mut left = self.centred(&total);
-                // The offsets go with the step.
-                left = self.without_offsets(&noise, &left);
-                let after = size(&left);
-                if after < before && (white || dot(&left, &left) < DRIFTED * allowed) {
-                    moved = Some((candidate, total, left, after));
-                    break;
-                }
-            }
-            let Some((candidate, new_total, left, after)) = moved else { break };
-            (model, total, residual) = (candidate, new_total, left);
-            stale = true;
-            if before - after < SETTLED {
-                break;
-            }
-        }
-        if stale {
-            columns = self.derivatives(&model, places, &total, beside)?;
-        }
-        residual = self.without_offsets(&noise, &residual);
-        noise = layout.noise(&residual, 0);
+        let white = noise.is_none();
+        let noise = noise.map_or_else(|| layout.white(), <[Noise]>::to_vec);
+        let mut walk = Walk { subject: self, places, beside, noise, white, allowed };
+        let from = Stand { model: model.clone(), total, residual, columns: None };
+        let (mut stand, _) = descend(&mut walk, from, Pace::strides(most_steps), &())?;
+        let columns = stand.columns.take().map_or_else(|| walk.columns(&stand), Ok)?;
+        let residual = self.without_offsets(&walk.noise, &stand.residual);
+        let noise = layout.noise(&residual, 0);
         let minus_two_log_likelihood = layout.minus_two_log_likelihood(&noise, &residual);
-        Ok(Fitted { model, places: places.to_vec(), residual, columns, noise, minus_two_log_likelihood })
+        Ok(Fitted {
+            model: stand.model,
+            places: places.to_vec(),
+            residual,
+            columns,
+            noise,
+            plain: white,
+            minus_two_log_likelihood,
+        })
     }
 
     /// A line of rows with the nuisances of each recording taken out as the noise asks.
     pub fn without_offsets(&self, noise: &[Noise], residual: &[f64]) -> Vec<f64> {
-        let layout = self.layout();
-        let columns: Vec<Vec<f64>> = self.nuisances.iter().map(|c| layout.whiten(noise, c)).collect();
-        let weights = solve(&columns, &layout.whiten(noise, residual));
-        let mut left = residual.to_vec();
-        for (column, weight) in self.nuisances.iter().zip(&weights) {
-            left.iter_mut().zip(column).for_each(|(r, x)| *r -= weight * x);
+        self.layout().without_nuisances(noise, residual).0
+    }
+}
+
+/// A fit under way.
+struct Walk<'w, 's> {
+    subject: &'w Subject<'s>,
+    places: &'w [Place],
+    beside: Option<&'w Fitted>,
+    noise: Vec<Noise>,
+    /// Whether the noise stays white.
+    white: bool,
+    /// The squares that the steps began with.
+    allowed: f64,
+}
+
+/// Where a fit stands.
+struct Stand {
+    model: Model,
+    total: Vec<f64>,
+    residual: Vec<f64>,
+    columns: Option<Vec<Vec<f64>>>,
+}
+
+impl Walk<'_, '_> {
+    fn columns(&self, stand: &Stand) -> Result<Vec<Vec<f64>>, PredictError> {
+        self.subject.derivatives(&stand.model, self.places, &stand.total, self.beside)
+    }
+}
+
+impl Descend for Walk<'_, '_> {
+    type Point = Stand;
+    type Error = PredictError;
+
+    fn slope(&mut self, at: &mut Stand) -> Result<Slope, PredictError> {
+        let layout = self.subject.layout();
+        let columns = at.columns.take().map_or_else(|| self.columns(at), Ok)?;
+        let parts: Vec<&[f64]> = columns[..self.places.len()].iter().map(Vec::as_slice).collect();
+        if !self.white {
+            self.noise = layout.profile(&parts, &at.residual, &self.noise, 2).noise;
         }
-        left
+        let System { shared: reduced, norms, .. } = layout.system(&parts, &at.residual, &self.noise);
+        let slope = Slope {
+            room: self.places.iter().map(|&p| (parameters::room(&at.model, p), f64::INFINITY)).collect(),
+            cost: reduced.norm(parts.len()).powi(2),
+            norms,
+            reduced,
+        };
+        at.columns = Some(columns);
+        Ok(slope)
+    }
+
+    fn moved(&mut self, at: &Stand, step: &[f64]) -> Option<(Stand, f64)> {
+        let mut model = at.model.clone();
+        for (&place, step) in self.places.iter().zip(step) {
+            let value = parameters::value(&at.model, place) + step;
+            parameters::put(&mut model, place, value);
+        }
+        let total = self.subject.total(&model).ok()?;
+        let (residual, cost) = self.subject.layout().without_nuisances(&self.noise, &self.subject.centred(&total));
+        let kept = self.white || dot(&residual, &residual) < DRIFTED * self.allowed;
+        kept.then_some((Stand { model, total, residual, columns: None }, cost))
+    }
+
+    fn settled(&self, gain: f64, _: f64) -> bool {
+        gain < SETTLED
     }
 }
 
@@ -232,13 +275,16 @@ impl Subject<'_> {
 const DRIFTED: f64 = 1.3;
 
 /// A fit that leaves so many times the squares of one that began with white noise has taken physics for noise.
-const ASTRAY: f64 = 2.0;
+const ASTRAY: f64 = 1.4;
+
+/// Plain least squares are preferred where they leave less than this share of what is left of held-out blocks.
+const CLEARLY: f64 = 0.8;
+
+/// Steps of plain least squares.
+const PLAIN_STEPS: usize = 8;
 
 /// Steps taken as if the noise were white.
 const WHITE_STEPS: usize = 4;
-
-/// Damping of a step: the first that lowers the deviance is taken.
-const DAMPING: [f64; 5] = [1e-10, 1e-6, 1e-4, 1e-2, 0.3];
 
 /// A step that gains less than this of the deviance is the last.
 const SETTLED: f64 = 0.05;
@@ -257,13 +303,8 @@ fn is_linear(model: &Model, place: Place) -> bool {
 }
 
 impl Fitted {
-    /// Standard deviation of each free number, and of each offset, given all others free.
-    pub fn standard_deviations(&self, layout: Layout<'_>) -> Vec<f64> {
-        let used = self.columns.len();
-        let noise = layout.noise(&self.residual, used);
-        let whitened: Vec<Vec<f64>> = self.columns.iter().map(|c| layout.whiten(&noise, c)).collect();
-        let (gram, scales) = normal_matrix(&whitened);
-        let covariance = pseudo_inverse(&gram);
-        (0..used).map(|i| covariance[(i, i)].max(0.0).sqrt() / scales[i]).collect()
+    /// The change of the torque with each free number, without the nuisances.
+    pub fn of_places(&self) -> Vec<&[f64]> {
+        self.columns[..self.places.len()].iter().map(Vec::as_slice).collect()
     }
 }

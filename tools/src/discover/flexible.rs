@@ -4,9 +4,10 @@
 use rayon::prelude::*;
 
 use super::fit::Fitted;
-use super::least_squares::dot;
 use super::spectrum;
 use super::subject::Subject;
+use crate::estimate::noise::Noise;
+use crate::estimate::triangle::dot;
 use crate::physics::Evaluation;
 
 /// What can be seen of a recording, row by row.
@@ -57,6 +58,10 @@ pub struct Explained {
     pub contribution: Vec<f64>,
     /// Part of the squared residual that the fit with it no longer has.
     pub part: f64,
+    /// Its columns.
+    pub basis: Vec<Vec<f64>>,
+    /// The noise that is left.
+    pub noise: Vec<Noise>,
 }
 
 /// Structure is at least this part of the squared residual.
@@ -308,10 +313,41 @@ pub fn curves(subject: &Subject<'_>, see: &Coordinates, fit: &Fitted) -> Vec<Cur
 /// Windows that a recording is searched for tones in.
 const WINDOWS: usize = 12;
 
-/// Tones that last for a part of the recording: the strongest of each of overlapping windows, the best two.
+/// Tones that last for a part of the recording: the strongest of each of overlapping windows, the best two. And the best of all, as the noise leaves it and as it
+/// is, with an amplitude and a phase of its own in every window, lest what is left of it pass for noise with a resonance.
 fn tones(subject: &Subject<'_>, see: &Coordinates, fit: &Fitted) -> Vec<Curve> {
-    let u = subject.filtered_twice(fit);
-    let mut found: Vec<(f64, Vec<Vec<f64>>)> = Vec::new();
+    let tone = |columns| Curve { coordinate: "frequency", columns, picked: 2 };
+    let wave = |rad_per_s: f64, rows: std::ops::Range<usize>| {
+        let (mut cos, mut sin) = (vec![0.0; subject.len()], vec![0.0; subject.len()]);
+        for row in rows.clone() {
+            (sin[row], cos[row]) = (rad_per_s * (see.time[row] - see.time[rows.start])).sin_cos();
+        }
+        [cos, sin]
+    };
+    let filtered = lines(subject, see, &subject.filtered_twice(fit), |rad| subject.noise_gain(fit, rad));
+    let plain = lines(subject, see, &subject.layout().masked(&fit.residual), |_| 1.0);
+    let mut curves: Vec<Curve> =
+        filtered.iter().take(2).map(|line| tone(wave(line.rad_per_s, line.rows.clone()).into())).collect();
+    for line in [filtered.first(), plain.first()].into_iter().flatten() {
+        let windows = subject.spans.iter().flat_map(|span| {
+            let at = |window: usize| span.start + span.len() * window / WINDOWS;
+            (0..WINDOWS).map(move |window| at(window)..at(window + 1))
+        });
+        curves.push(tone(windows.flat_map(|rows| wave(line.rad_per_s, rows)).collect()));
+    }
+    curves
+}
+
+/// A line of the spectrum of some rows.
+struct Line {
+    power: f64,
+    rad_per_s: f64,
+    rows: std::ops::Range<usize>,
+}
+
+/// The strongest line of each of overlapping windows, the strongest of all first. `gain` is what the noise's filter does to a frequency, in rad a row.
+fn lines(subject: &Subject<'_>, see: &Coordinates, values: &[f64], gain: impl Fn(f64) -> f64) -> Vec<Line> {
+    let mut found = Vec::new();
     for span in &subject.spans {
         let time = &see.time[span.clone()];
         let period = (time[time.len() - 1] - time[0]) / (time.len() - 1) as f64;
@@ -322,26 +358,20 @@ fn tones(subject: &Subject<'_>, see: &Coordinates, fit: &Fitted) -> Vec<Curve> {
             let highest = (0.25 / period).min(24.0 / (24.0 * period));
             let scale = std::f64::consts::TAU * highest / 24.0;
             let phase: Vec<f64> = see.time[rows.clone()].iter().map(|t| scale * (t - see.time[rows.start])).collect();
-            let gain = |order: f64| subject.noise_gain(fit, order * scale * period);
-            let lines = spectrum::spectrum(&phase, &u[rows.clone()], gain);
-            let Some(best) = lines.into_iter().max_by(|a, b| a.power.total_cmp(&b.power)) else { continue };
-            let (mut cos, mut sin) = (vec![0.0; u.len()], vec![0.0; u.len()]);
-            for (row, phase) in rows.zip(&phase) {
-                (sin[row], cos[row]) = (best.order * phase).sin_cos();
-            }
-            found.push((best.power, vec![cos, sin]));
+            let lines = spectrum::spectrum(&phase, &values[rows.clone()], |order| gain(order * scale * period));
+            let best = lines.into_iter().max_by(|a, b| a.power.total_cmp(&b.power));
+            found.extend(best.map(|line| Line { power: line.power, rad_per_s: line.order * scale, rows }));
         }
     }
-    found.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let tone = |(_, columns)| Curve { coordinate: "frequency", columns, picked: 2 };
-    found.into_iter().take(2).map(tone).collect()
+    found.sort_by(|a, b| b.power.total_cmp(&a.power));
+    found
 }
 
 impl Subject<'_> {
     /// Every curve beside a fitted model, refitted with it, the best first.
     pub fn locate(&self, fit: &Fitted, curves: &[Curve]) -> Vec<Explained> {
         let layout = self.layout();
-        let base: Vec<&[f64]> = fit.columns.iter().map(Vec::as_slice).collect();
+        let base = fit.of_places();
         let explain = |curve: &Curve| {
             let mut columns = base.clone();
             columns.extend(curve.columns.iter().map(Vec::as_slice));
@@ -357,6 +387,8 @@ impl Subject<'_> {
                 picked: curve.picked,
                 part: 1.0 - dot(&profile.residual, &profile.residual) / dot(&fit.residual, &fit.residual),
                 contribution,
+                basis: curve.columns.clone(),
+                noise: profile.noise,
             }
         };
         let mut found: Vec<Explained> = curves.par_iter().map(explain).collect();

@@ -6,7 +6,8 @@ use super::DiscoverError;
 use super::explain::{Alternative, Search};
 use super::fit::Fitted;
 use super::flexible::{self, Coordinates, Explained as Curve};
-use super::search::Outcome;
+use super::heldout::{predictive, usual};
+use super::search::{Outcome, part};
 use super::subject::Subject;
 use crate::diagnosis::UNKNOWN;
 use crate::model::{Model, Term, TermValue};
@@ -31,6 +32,10 @@ pub struct Judged {
     pub tried: Vec<(String, f64, usize)>,
     /// What the best free curve gains in its place, net.
     pub free_gain: f64,
+    /// By how much it helps to predict each block held out, in squares of the noise.
+    pub held_out: Vec<f64>,
+    /// By how much a free curve helps to predict each block beside it, in squares of the noise.
+    pub left_to_curve: Vec<f64>,
     /// The closest kind of the library, where the effect is unknown.
     pub closest: Option<String>,
 }
@@ -57,10 +62,40 @@ const CLASS: f64 = 11.0;
 const RICHER: f64 = 13.0;
 /// A flexible curve has to gain this much, net of what its columns gain from noise, to be structure.
 pub const STRUCTURE: f64 = 45.0;
+/// A curve that shows the same as a term lessens the squared residual by at least this share of what the term does.
+const ALIKE: f64 = 0.3;
+/// Unknown effects at most.
+const STRANGERS: usize = 2;
+/// What comes once has to gain this much.
+const ONCE: f64 = 80.0;
+/// A name is withheld where a free curve beside the named term predicts this share of what the term explains.
+const PREDICTED: f64 = 0.11;
 /// A named term may leave this part of what a flexible curve of the same coordinates explains.
 const LEFT: f64 = 0.04;
 
 impl Subject<'_> {
+    /// Searches for what was left out of a model and judges what was found, from the model fitted against coloured noise and, where plain least squares predict
+    /// better, from those as well; the finding that predicts held-out blocks better stands.
+    ///
+    /// # Errors
+    /// A model that cannot be evaluated.
+    pub fn found<'r>(&self, model: &Model, search: Search<'r>) -> Result<(Judgement, Search<'r>), DiscoverError> {
+        let judged = |base: Fitted| -> Result<(Judgement, Search<'r>), DiscoverError> {
+            let outcome = self.search(base, search)?;
+            let search = Search { zero: outcome.free_zero, ..search };
+            let mut judgement = self.judge(outcome, search)?;
+            judgement.base = self.settled(judgement.base)?;
+            judgement.extended = self.settled(judgement.extended)?;
+            Ok((judgement, search))
+        };
+        let base = self.fit(model, &self.places(model, search), None, 12)?;
+        let settled = self.settled(base.clone())?;
+        let plain = settled.plain.then(|| judged(settled)).transpose()?;
+        let coloured = judged(base)?;
+        let left = |(judgement, _): &(Judgement, Search<'r>)| self.rms_of_blocks(&judgement.extended);
+        Ok(plain.filter(|plain| left(plain) < left(&coloured)).unwrap_or(coloured))
+    }
+
     /// Judges what a search found.
     ///
     /// # Errors
@@ -84,10 +119,15 @@ impl Subject<'_> {
             self.grow(&rest, &mut tried, elements, search)?;
             let own = tried.iter().filter(|a| a.kind == kind).map(|a| a.gain).fold(effect.gain, f64::max);
             let (own_parameters, n) = (effect.parameters, (self.counted() as f64).ln());
+            let own_part = part(&extended, &rest);
             let equivalent = |a: &&Alternative| {
+                let shows = part(&a.fit, &rest) > ALIKE * own_part;
                 let extra = a.parameters as f64 - own_parameters as f64;
                 let richer = extra > 1.0;
-                a.kind != kind && a.polished && if richer { a.gain - own > RICHER } else { own - a.gain < CLASS }
+                a.kind != kind
+                    && a.polished
+                    && shows
+                    && if richer { a.gain - own > RICHER } else { own - a.gain < CLASS }
             };
             let mut equivalents: Vec<String> = tried.iter().filter(equivalent).map(|a| a.kind.to_owned()).collect();
             equivalents.dedup();
@@ -100,10 +140,14 @@ impl Subject<'_> {
                 .map(|a| (a.kind, weight(a.gain, a.parameters)))
                 .map(|(k, w)| if equivalents.iter().any(|e| e == k) { 0.0 } else { w })
                 .sum();
-            let best = places.iter().max_by(|a, b| a.net().total_cmp(&b.net()));
+            // A curve that lessens the residual much less follows the noise of an angle, not the effect.
+            let alike = places.iter().filter(|c| c.part > ALIKE * own_part);
+            let best = alike.max_by(|a, b| a.net().total_cmp(&b.net()));
             let unexplained = best.map_or(0.0, |c| c.net() - effect.gain + 2.0 * own_parameters as f64);
             let free_gain = best.map_or(0.0, Curve::net);
-            let named = unexplained < STRUCTURE.max(LEFT * best.map_or(0.0, |c| c.gain));
+            let left_to_curve = best.map_or(Vec::new(), |c| self.gain_of_columns(&extended, &c.basis, &extended.noise));
+            let named = unexplained < STRUCTURE.max(LEFT * best.map_or(0.0, |c| c.gain))
+                || usual(&left_to_curve) < PREDICTED * effect.gain;
             judged.push(Judged {
                 name: if named { kind.clone() } else { UNKNOWN.to_owned() },
                 equivalents: if named { equivalents } else { Vec::new() },
@@ -114,6 +158,8 @@ impl Subject<'_> {
                 places,
                 tried: tried.iter().map(|a| (a.kind.to_owned(), a.gain, a.parameters)).collect(),
                 free_gain,
+                held_out: effect.held_out,
+                left_to_curve,
                 closest: (!named).then_some(kind),
             });
         }
@@ -122,28 +168,29 @@ impl Subject<'_> {
             let Some(at) = effect.term else { continue };
             let mut without = extended.model.clone();
             without.terms.remove(at);
-            if let Some(fitted) = self.with_curve(&without, at, &effect.places, search)?
-                && self.rms_of_blocks(&fitted) < self.rms_of_blocks(&extended)
-            {
+            if let Some(fitted) = self.with_curve(&extended, &without, at, &effect.places, search)? {
                 extended = fitted;
                 effect.closest = None;
             }
         }
-        let left = self.places_of(&extended)?;
-        let total = base.minus_two_log_likelihood - extended.minus_two_log_likelihood;
-        let stranger = left.iter().find(|c| c.is_structure(STRUCTURE.max(LEFT * total))).map(|c| c.coordinate);
-        let left = by_first(left, stranger);
-        if stranger.is_some() && !judged.iter().any(|e| e.name == UNKNOWN) {
+        // What an approximation leaves is no further stranger.
+        let known = |e: &Judged| e.name != UNKNOWN || (e.closest.is_none() && e.term.is_some());
+        while judged.iter().all(known) && judged.iter().filter(|e| e.name == UNKNOWN).count() < STRANGERS {
+            let left = self.places_of(&extended)?;
+            let total = base.minus_two_log_likelihood - extended.minus_two_log_likelihood;
+            let Some(stranger) = self.stranger(&extended, &left, STRUCTURE.max(LEFT * total)) else { break };
+            let left = by_first(left, stranger);
+            let further = judged.iter().any(|e| e.name == UNKNOWN);
             let before = power(&extended.residual);
             let gain = left[0].gain;
-            let mut term = None;
+            let held_out = self.gain_of_columns(&extended, &left[0].basis, &left[0].noise);
             let end = extended.model.terms.len();
-            if let Some(fitted) = self.with_curve(&extended.model, end, &left, search)?
-                && self.rms_of_blocks(&fitted) < self.rms_of_blocks(&extended)
-            {
-                extended = fitted;
-                term = Some(end);
+            let curve = self.with_curve(&extended, &extended.model, end, &left, search)?;
+            if further && curve.is_none() {
+                break;
             }
+            let term = curve.is_some().then_some(end);
+            extended = curve.unwrap_or(extended);
             let after = before - left[0].contribution.iter().map(|c| c * c).sum::<f64>();
             judged.push(Judged {
                 name: UNKNOWN.to_owned(),
@@ -155,12 +202,31 @@ impl Subject<'_> {
                 places: left,
                 tried: rejected.iter().map(|a| (a.kind.to_owned(), a.gain, a.parameters)).collect(),
                 free_gain: 0.0,
+                held_out,
+                left_to_curve: Vec::new(),
                 closest: None,
             });
         }
         judged.sort_by(|a, b| b.share.total_cmp(&a.share));
         let rejected = rejected.into_iter().map(|a| (a.kind.to_owned(), a.gain, a.parameters)).collect();
         Ok(Judgement { mismatch: !judged.is_empty(), base, extended, effects: judged, places, rejected })
+    }
+
+    /// The coordinate of what a fit leaves: the curve that gains most, but not one over time where another predicts half as much.
+    fn stranger(&self, fit: &Fitted, left: &[Curve], least: f64) -> Option<&'static str> {
+        let mut strangers = left.iter().filter(|c| c.is_structure(least) && self.predicts(fit, c));
+        let first = strangers.next()?;
+        let mut other = || strangers.find(|c| !once(c) && c.net() > 0.5 * first.net());
+        Some(if once(first) { other().unwrap_or(first).coordinate } else { first.coordinate })
+    }
+
+    /// Whether a curve predicts what it was not fitted to. What comes once, in time, cannot be predicted and has to gain more instead.
+    fn predicts(&self, fit: &Fitted, curve: &Curve) -> bool {
+        if once(curve) {
+            curve.net() > ONCE
+        } else {
+            predictive(&self.gain_of_columns(fit, &curve.basis, &curve.noise))
+        }
     }
 
     /// Curves over every coordinate beside a fitted model, the best first.
@@ -195,9 +261,10 @@ impl Subject<'_> {
         Ok(())
     }
 
-    /// A model with a term `unknown` put in at `at`, over the coordinate where that predicts blocks held out best.
+    /// A model with a term `unknown` put in at `at`, over the coordinate where that predicts blocks held out best; none where `beside` predicts them better.
     fn with_curve(
         &self,
+        beside: &Fitted,
         model: &Model,
         at: usize,
         places: &[Curve],
@@ -205,18 +272,19 @@ impl Subject<'_> {
     ) -> Result<Option<Fitted>, DiscoverError> {
         let evaluations = self.evaluate(model)?;
         let see = Coordinates::new(self, &evaluations);
-        let mut best: Option<(f64, Fitted)> = None;
+        let mut best: Option<Fitted> = None;
+        let mut least = self.rms_of_blocks(&self.settled(beside.clone())?);
         let likely = places.iter().filter(|p| p.net() > WORTH_A_CURVE * places[0].net()).take(CURVES);
         for curve in likely.filter_map(|place| curve_term(&see, place.coordinate)) {
             let mut with = model.clone();
             with.terms.insert(at, curve);
-            let fitted = self.fit(&with, &self.places(&with, search), None, 4)?;
+            let fitted = self.settled(self.fit(&with, &self.places(&with, search), None, 4)?)?;
             let left = self.rms_of_blocks(&fitted);
-            if best.as_ref().is_none_or(|(least, _)| left < *least) {
-                best = Some((left, fitted));
+            if left < least {
+                (least, best) = (left, Some(fitted));
             }
         }
-        Ok(best.map(|(_, fitted)| fitted))
+        Ok(best)
     }
 }
 
@@ -226,7 +294,7 @@ const WORTH_A_CURVE: f64 = 0.3;
 
 /// A term `unknown` over a coordinate, if such a term can be over it.
 fn curve_term(see: &Coordinates, coordinate: &str) -> Option<Term> {
-    if !Coordinate::NAMES.contains(&coordinate) || coordinate == "reversal" {
+    if !Coordinate::NAMES.contains(&coordinate) || matches!(coordinate, "reversal" | "frequency") {
         return None;
     }
     let along = match coordinate {
@@ -261,9 +329,14 @@ fn curve_term(see: &Coordinates, coordinate: &str) -> Option<Term> {
     Some(Term { kind: UNKNOWN.to_owned(), values: values.into_iter().map(|(k, v)| (k.to_owned(), v)).collect() })
 }
 
+/// Whether what a curve shows comes once.
+fn once(curve: &Curve) -> bool {
+    matches!(curve.coordinate, "time" | "frequency")
+}
+
 /// The places with the named one first.
-fn by_first(mut places: Vec<Curve>, coordinate: Option<&str>) -> Vec<Curve> {
-    if let Some(at) = places.iter().position(|p| Some(p.coordinate) == coordinate) {
+fn by_first(mut places: Vec<Curve>, coordinate: &str) -> Vec<Curve> {
+    if let Some(at) = places.iter().position(|p| p.coordinate == coordinate) {
         places[..=at].rotate_right(1);
     }
     places

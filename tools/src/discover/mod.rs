@@ -2,11 +2,12 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | [`subject`], [`parameters`], [`fit`], [`least_squares`] | recordings, the free numbers of a model, its fit against coloured noise |
+//! | [`subject`], [`parameters`], [`fit`] | recordings, the free numbers of a model, its fit against coloured noise |
 //! | [`library`], [`spectrum`] | what could have been left out, as columns; orders of a turn |
 //! | [`explain`] | every kind beside a fitted model, refitted together |
 //! | [`mod@search`] | forward, with swaps, and backward |
 //! | [`flexible`] | curves without physics over every coordinate |
+//! | `heldout` | blocks predicted by a fit to the others |
 //! | [`judge`] | classes that cannot be told apart, names only where they explain all there is |
 //! | [`experiment`] | what could not have been seen, and the experiment that would show it |
 //! | [`scene`] | what a report shows |
@@ -19,8 +20,8 @@ pub mod experiment;
 pub mod explain;
 pub mod fit;
 pub mod flexible;
+mod heldout;
 pub mod judge;
-pub mod least_squares;
 pub mod library;
 pub mod parameters;
 pub mod scene;

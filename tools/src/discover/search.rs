@@ -5,10 +5,10 @@ use gmhm::terms::KINDS;
 use super::DiscoverError;
 use super::explain::{Alternative, Search};
 use super::fit::Fitted;
-use super::least_squares::dot;
+use super::heldout::predictive;
 use super::library;
 use super::subject::Subject;
-use crate::model::Model;
+use crate::estimate::triangle::dot;
 
 /// An effect that was found, and what else could stand in its place.
 pub struct Explained {
@@ -18,6 +18,8 @@ pub struct Explained {
     pub gain: f64,
     /// How many numbers it has.
     pub parameters: usize,
+    /// By how much it helps to predict each block held out, in squares of the noise.
+    pub held_out: Vec<f64>,
     /// The model without it, refitted.
     pub rest: Fitted,
     /// Everything tried in its place, itself among it, the best first.
@@ -70,15 +72,14 @@ impl Subject<'_> {
 
     /// An alternative, all its numbers refitted together.
     fn adopted(&self, tried: &Fitted) -> Result<Fitted, DiscoverError> {
-        self.fit(&tried.model, &tried.places, Some(&tried.noise), 3)
+        self.fit(&tried.model, &tried.places, Some(&tried.noise), 6)
     }
 
-    /// Searches for what was left out of a model.
+    /// Searches for what was left out of a fitted model.
     ///
     /// # Errors
     /// A model that cannot be evaluated.
-    pub fn search(&self, model: &Model, search: Search<'_>) -> Result<Outcome, DiscoverError> {
-        let base = self.fit(model, &self.places(model, search), None, 12)?;
+    pub fn search(&self, base: Fitted, search: Search<'_>) -> Result<Outcome, DiscoverError> {
         let (base, search) = self.with_zero(base, search)?;
         let mut extended = base.clone();
         let rejected;
@@ -87,9 +88,19 @@ impl Subject<'_> {
             let found = extended.model.terms.len() - search.base_terms;
             let tried = self.explain(&extended, search, 6.0)?;
             let net = |a: &Alternative| a.gain - self.penalty(a.parameters);
-            let plain = |a: &&Alternative| net(a) > SURE || part(&a.fit, &extended) > LEAST_PART;
-            let able = || tried.iter().enumerate().filter(|(_, a)| plain(a));
+            let believed = |a: &Alternative| {
+                let predicted = self.gain_of_blocks(&a.fit, &extended, &a.fit.noise);
+                lessens(&a.fit, &extended, net(a)) && (net(a) < MARGIN || predictive(&predicted))
+            };
+            let able: Vec<(usize, &Alternative)> = tried.iter().enumerate().filter(|(_, a)| believed(a)).collect();
+            let able = || able.iter().copied();
             let best = able().max_by(|a, b| net(a.1).total_cmp(&net(b.1)));
+            let best = best.and_then(|(_, best)| {
+                let predicted =
+                    |a: &Alternative| self.gain_of_blocks(&a.fit, &extended, &best.fit.noise).iter().sum::<f64>();
+                let rivals = able().filter(|(_, a)| net(a) >= RIVAL * net(best));
+                rivals.map(|(i, a)| (i, a, predicted(a))).max_by(|a, b| a.2.total_cmp(&b.2)).map(|(i, a, _)| (i, a))
+            });
             let simplest = best.and_then(|(_, best)| {
                 let as_much = |a: &Alternative| net(a) >= net(best) - SHAPE * best.gain;
                 able().find(|(_, a)| library::generalises(best.kind, a.kind) && as_much(a))
@@ -123,8 +134,11 @@ impl Subject<'_> {
             }
             let parameters = super::parameters::of_term(&extended.model, term).len();
             let net = gain - self.penalty(parameters);
-            let enough = net > SURE || (net > MARGIN && part(&extended, &rest) > LEAST_PART);
-            if !enough && extended.model.terms.len() > search.base_terms + 1 {
+            let predicted = |fit: &Fitted| self.gain_of_blocks(fit, &rest, &extended.noise);
+            let held_out = predicted(&extended);
+            let enough = net > MARGIN && lessens(&extended, &rest, net);
+            let last = extended.model.terms.len() == search.base_terms + 1;
+            if !predictive(&held_out) || !(enough || last) {
                 extended = rest;
                 effects.clear();
                 term = search.base_terms;
@@ -134,8 +148,12 @@ impl Subject<'_> {
             let better = alternatives.iter().position(|a| {
                 let kind = &extended.model.terms[term].kind;
                 let shape = if library::generalises(a.kind, kind) { SHAPE * gain } else { 0.0 };
+                let other = a.gain - self.penalty(a.parameters);
+                let sum = |gains: &[f64]| gains.iter().sum::<f64>();
                 a.extends.is_none()
-                    && a.gain - self.penalty(a.parameters) > gain - self.penalty(parameters) + SWAP + shape
+                    && other > net + SWAP + shape
+                    && lessens(&a.fit, &rest, other)
+                    && (net < RIVAL * other || sum(&predicted(&a.fit)) > sum(&held_out))
                     && (a.kind != extended.model.terms[term].kind || a.parameters >= parameters)
             });
             if let Some(better) = better.filter(|_| swaps < 4) {
@@ -145,7 +163,7 @@ impl Subject<'_> {
                 term = search.base_terms;
                 continue;
             }
-            effects.push(Explained { term, gain, parameters, rest, alternatives });
+            effects.push(Explained { term, gain, parameters, held_out, rest, alternatives });
             term += 1;
         }
         Ok(Outcome { base, extended, effects, best_gain, free_zero: search.zero, rejected })
@@ -162,8 +180,16 @@ const LEAST_PART: f64 = 0.02;
 /// Noise of an angle gains no more than half of this.
 const SURE: f64 = 400.0;
 
+/// Of kinds whose gains differ by less than this factor the one that predicts held-out blocks best is taken: noise of an angle favours what follows it.
+const RIVAL: f64 = 0.75;
+
+/// Whether a fit that gains so much lessens the squared residual enough to be believed.
+fn lessens(better: &Fitted, worse: &Fitted, net: f64) -> bool {
+    part(better, worse) > if net > SURE { 0.0 } else { LEAST_PART }
+}
+
 /// Which part of what one fit leaves another does not.
-fn part(better: &Fitted, worse: &Fitted) -> f64 {
+pub fn part(better: &Fitted, worse: &Fitted) -> f64 {
     1.0 - dot(&better.residual, &better.residual) / dot(&worse.residual, &worse.residual)
 }
 

@@ -129,6 +129,41 @@ pub fn solve_subset(factor: &Triangle, chosen: &[usize]) -> Solution {
     Solution { coefficients, rss, at_bound: vec![false; count], dependent }
 }
 
+/// A step of least squares on the factor's columns against its last one, damped by `damping` squared `norms` of the columns (Levenberg, Marquardt), that stays in
+/// the room of each column: what would leave it is put on its bound, and the others are solved anew.
+pub fn damped_step(factor: &Triangle, norms: &[f64], damping: f64, room: &[(f64, f64)]) -> Vec<f64> {
+    let count = norms.len();
+    let mut step = vec![0.0; count];
+    let mut held = vec![false; count];
+    loop {
+        let free: Vec<usize> = (0..count).filter(|&j| !held[j]).collect();
+        let at = |i: usize, j: usize| if j >= i { factor.get(i, j) } else { 0.0 };
+        let row = |i: usize| {
+            let known: f64 = (0..count).filter(|&j| held[j]).map(|j| at(i, j) * step[j]).sum();
+            free.iter().map(|&j| at(i, j)).chain([at(i, count) - known]).collect()
+        };
+        let mut rows: Vec<Vec<f64>> = (0..=count).map(row).collect();
+        for (place, &j) in free.iter().enumerate() {
+            let mut row = vec![0.0; free.len() + 1];
+            row[place] = damping.sqrt() * norms[j];
+            rows.push(row);
+        }
+        let all: Vec<usize> = (0..free.len()).collect();
+        let solved = solve_subset(&factor_of_rows(&rows), &all).coefficients;
+        for (&j, value) in free.iter().zip(solved) {
+            step[j] = value;
+        }
+        let forbidden: Vec<usize> = free.into_iter().filter(|&j| step[j] < room[j].0 || step[j] > room[j].1).collect();
+        if forbidden.is_empty() {
+            return step;
+        }
+        for j in forbidden {
+            held[j] = true;
+            step[j] = step[j].clamp(room[j].0, room[j].1);
+        }
+    }
+}
+
 fn right_hand_side(factor: &Triangle, count: usize) -> Vec<f64> {
     (0..count).map(|i| factor.get(i, factor.columns() - 1)).collect()
 }

@@ -223,6 +223,9 @@ impl Evaluate for Offset {
     }
 }
 
+/// The name of the zero of the deflection.
+pub const DEFLECTION_ZERO: &str = "deflection_zero_rad";
+
 /// The zero of the deflection encoders, subtracted from every sample.
 #[derive(Debug, Clone)]
 pub struct DeflectionZero {
@@ -234,7 +237,7 @@ impl DeflectionZero {
     pub fn near(around_rad: f64, span_rad: f64) -> Self {
         Self {
             range: [Nonlinear {
-                name: "deflection_zero_rad".into(),
+                name: DEFLECTION_ZERO.into(),
                 unit: "rad".into(),
                 low: around_rad - span_rad,
                 high: around_rad + span_rad,

@@ -20,6 +20,8 @@ pub struct Factors {
 pub struct System {
     /// The gear's columns, derivatives, torque.
     pub shared: Triangle,
+    /// Norms of the gear's columns and the derivatives before the nuisances were eliminated.
+    pub norms: Vec<f64>,
     /// Rows that count.
     pub rows: usize,
     /// Nuisances that could be told apart, all recordings together.
@@ -35,6 +37,7 @@ impl Factors {
         let mut shared = Triangle::new(shared_columns);
         let (mut rows, mut nuisances) = (0, 0);
         let mut parts = Vec::with_capacity(self.triangles.len());
+        let mut squares = vec![0.0; shared_columns - 1];
         for (recording, blocks) in self.triangles.iter().enumerate() {
             let mut whole = Triangle::new(self.nuisances + shared_columns);
             for (fold, (triangle, counted)) in blocks.iter().enumerate() {
@@ -52,10 +55,18 @@ impl Factors {
                 whole = whole.select(&rest);
             }
             shared.merge(&whole.tail(kept.len()));
+            squares.iter_mut().enumerate().for_each(|(j, s)| *s += whole.norm(kept.len() + j).powi(2));
             nuisances += kept.len();
             parts.push((kept, whole));
         }
-        System { shared, rows, nuisances, parts, widths: (self.nuisances, self.gear, self.derivatives) }
+        let norms: Vec<f64> = squares.into_iter().map(f64::sqrt).collect();
+        for (j, norm) in norms.iter().enumerate() {
+            // What the nuisances leave of such a column is rounding.
+            if shared.norm(j) <= 1e-9 * norm {
+                shared.clear(j);
+            }
+        }
+        System { shared, norms, rows, nuisances, parts, widths: (self.nuisances, self.gear, self.derivatives) }
     }
 
     /// Squared error and number of rows of one block under given parameters; `step` moves the nonlinear ones along the derivatives.

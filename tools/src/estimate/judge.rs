@@ -175,12 +175,8 @@ fn judge(fit: &Fit, evidence: &Assessment) -> Judgement {
             Err(refusal) => say(Grade::Bad, format!("feed-forward: {refusal}")),
         }
     }
-    if fit.held_invertible {
-        say(
-            Grade::Caution,
-            "the parameters are held at the bound where feed-forward has an inverse up to the rated deflection"
-                .to_owned(),
-        );
+    if let Some(words) = fit.said_of_the_inverse() {
+        say(Grade::Caution, format!("the parameters are {words}"));
     }
     for p in fit.uncertainty.parameters.iter().filter(|p| p.at_bound) {
         say(Grade::Caution, format!("{} is at its bound {}", p.name, p.value));

@@ -5,12 +5,14 @@
 //! | [`columns`] | what a contribution is to the estimator, and how to plug one in |
 //! | [`base`], [`assembly`] | the base model as contributions, and back |
 //! | [`problem`], [`factors`], [`triangle`], [`bounded`] | one pass over the recordings, its triangular factor, the exact bounded optimum |
-//! | [`swarm`], [`polish`] | search and polish of the nonlinear parameters |
-//! | `invertible` | law `masing` held where feed-forward has an inverse |
+//! | [`swarm`], [`polish`], [`descent`] | search and polish of the nonlinear parameters |
+//! | [`ready`], [`profile`], [`basis`] | models of any terms, linearised: their columns stand ready in memory |
+//! | `start` | scale and zero of the deflection, the memory at the first row |
+//! | `invertible` | the parameters held where feed-forward has an inverse |
 //! | [`joint`] | joint logs: gravity, inertia, friction |
-//! | [`noise`] | colour, outliers, quantisation |
+//! | [`noise`], `whitening` | colour, outliers, quantisation |
 //! | [`select`] | law, kernel, gate and play by held-out prediction |
-//! | [`uncertainty`] | standard deviations, and what the recordings cannot tell |
+//! | [`uncertainty`], [`singular`] | standard deviations, and what the recordings cannot tell |
 //! | [`coverage`], [`judge`] | what the recordings exercise, and whether the fit is good enough for the drive |
 //! | [`pso`] | the paper's own identification |
 //! | [`rivals`] | foreign models, as yardsticks |
@@ -24,9 +26,11 @@
 
 pub mod assembly;
 pub mod base;
+pub mod basis;
 pub mod bounded;
 pub mod columns;
 pub mod coverage;
+pub mod descent;
 pub mod factors;
 mod invertible;
 pub mod joint;
@@ -35,27 +39,32 @@ pub mod noise;
 pub mod polish;
 pub(crate) mod prepare;
 pub mod problem;
+pub mod profile;
 pub mod pso;
+pub mod ready;
 mod refine;
 pub mod rivals;
 pub mod select;
+pub mod singular;
+mod start;
 pub mod swarm;
 pub mod triangle;
 pub mod uncertainty;
+mod whitening;
 
 use gmhm::{Elastic, Law, ParamError};
-use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 use crate::model::{GearSection, Model, TorqueSide};
 use crate::recording::{Recording, TorqueUnit};
 use assembly::Assembly;
 use base::{Play, Structure};
-use columns::{Mark, Past, Rows};
+use columns::{Mark, Rows};
 use noise::Noise;
 use polish::Polished;
-use problem::{Problem, Sweep};
+use problem::Problem;
 use refine::Weighted;
 use select::Candidate;
+use start::{Start, decide_start, settle_scale};
 use swarm::Stop;
 use uncertainty::{Estimated, Fitted, Uncertainty};
 
@@ -210,7 +219,8 @@ pub struct Fit {
     pub noise: Vec<Noise>,
     /// Whether the rows were weighted against that noise; if not, the fit is plain least squares.
     pub prewhitened: bool,
-    /// Whether the optimum had no inverse over the whole rated range and the parameters were held at the nearest that has, which the recordings do not contradict.
+    /// Whether the optimum had no inverse over the range that its law can have one in, and the parameters were held at the nearest that has, which the recordings do not
+    /// contradict.
     pub held_invertible: bool,
     /// Why the search stopped.
     pub stop: Stop,
@@ -222,6 +232,16 @@ impl Fit {
     /// Whether what is left is physics more than noise: a fit against it as noise predicts worse.
     pub fn leaves_physics(&self) -> bool {
         !self.prewhitened && self.method == Method::Auto
+    }
+
+    /// What there is to say where the parameters are held at the bound of an inverse.
+    pub fn said_of_the_inverse(&self) -> Option<&'static str> {
+        let whole = self.model.memory.is_none_or(|memory| invertible::reach(&memory) == 1.0);
+        self.held_invertible.then_some(if whole {
+            "held at the bound where feed-forward has an inverse up to the rated deflection"
+        } else {
+            "held at the bound where feed-forward has an inverse up to half the rated deflection"
+        })
     }
 
     /// A parameter by name.
@@ -277,9 +297,7 @@ pub fn fit(recordings: &[Recording], options: &FitOptions, progress: &dyn Progre
         }
     };
     let weights = prewhitened.then_some(&noise[..]);
-    let held_invertible = structure.law == Law::Masing
-        && options.method == Method::Auto
-        && invertible::hold(&assembly.problem(&rows), &mut result, weights, rated_deflection_rad);
+    let held_invertible = options.method == Method::Auto && invertible::hold(&assembly, &rows, &mut result, weights);
     evaluations += result.evaluations;
     let (elastic, memory) = assembly.coefficients(&result.nonlinear, &result.linear, gauge_omega_per_s);
     let zero_rad = assembly.has_free_zero().then(|| assembly.zero_rad(&result.nonlinear));
@@ -389,98 +407,3 @@ fn plain_rss(problem: &Problem<'_>, result: &Polished) -> (f64, usize) {
     }
     (sum, count)
 }
-
-/// A, and the zero of the deflection where it is far off: the middle of the range, if that explains the torque better.
-fn settle_scale(rows: &mut [Rows<'_>], gear: &mut GearSection, given: Option<f64>) -> Result<f64, EstimateError> {
-    let (low, high) = prepare::deflection_range(rows);
-    let half = 0.5 * (high - low);
-    if half.is_nan() || half <= 0.0 {
-        return Err(EstimateError::NoMovement);
-    }
-    let middle = 0.5 * (low + high);
-    let rated = |zero: f64| given.unwrap_or_else(|| (high - zero).max(zero - low));
-    if middle.abs() <= 0.05 * half {
-        return Ok(rated(0.0));
-    }
-    let shift = |rows: &mut [Rows<'_>], by: f64| {
-        rows.iter_mut().for_each(|r| r.deflection_rad.to_mut().iter_mut().for_each(|theta| *theta -= by));
-    };
-    let misfit = |rows: &[Rows<'_>], rated: f64| -> Result<f64, EstimateError> {
-        let beginning = prepare::beginning(rows, SELECTION_ROWS);
-        let assembly = Assembly::new(Structure::MASING, rated, &beginning, &[])?;
-        Ok(assembly.problem(&beginning).solve(&[], Sweep::PLAIN).1.rss)
-    };
-    let as_given = misfit(rows, rated(0.0))?;
-    shift(rows, middle);
-    if misfit(rows, rated(middle))? < 0.8 * as_given {
-        gear.deflection_zero_rad += middle;
-        return Ok(rated(middle));
-    }
-    shift(rows, -middle);
-    Ok(rated(0.0))
-}
-
-/// How each recording starts.
-pub(crate) struct Start {
-    pub(crate) known: Vec<bool>,
-    pub(crate) unsettled: Vec<usize>,
-}
-
-/// Leaves out the rows before the loop has settled, unless a start from rest, or from a branch of the rated cycle, explains them.
-fn decide_start(rows: &mut [Rows<'_>], rated_deflection_rad: f64) -> Result<Start, EstimateError> {
-    let settled: Vec<usize> = rows
-        .iter()
-        .map(|r| {
-            let row = prepare::settled_row(&r.deflection_rad, rated_deflection_rad).unwrap_or(0);
-            // Where too little would be left, the recording is taken as it is.
-            if (r.len() - row) * 5 >= r.len() * 2 && r.len() - row >= 24 { row } else { 0 }
-        })
-        .collect();
-    for (rows, &row) in rows.iter_mut().zip(&settled) {
-        rows.marks[..row].fill(Mark::Skipped);
-        // From the tip on, every past on the rated cycle is the same.
-        rows.past = Past::Rising;
-    }
-    let misfit = |rows: &[Rows<'_>]| -> Result<(f64, f64), EstimateError> {
-        let assembly = Assembly::new(Structure::MASING, rated_deflection_rad, rows, &[])?;
-        let problem = assembly.problem(rows);
-        let system = problem.factor(&[], None, Sweep::PLAIN).combine(|_, _| true);
-        let columns = problem.bounds();
-        let freedom = system.rows as f64 - (columns.len() + system.nuisances) as f64;
-        Ok((bounded::solve(&system.shared, &columns).rss, freedom))
-    };
-    let floor = (1e-8 * prepare::torque_size(rows)).powi(2);
-    let mut start = Start { known: vec![true; rows.len()], unsettled: vec![0; rows.len()] };
-    for (index, &row) in settled.iter().enumerate() {
-        let (without, freedom) = misfit(rows)?;
-        let kept: Vec<Mark> = rows[index].marks[..row].to_vec();
-        rows[index].marks[..row].fill(Mark::Used);
-        let mut under = |past: Past| -> Result<(Past, f64), EstimateError> {
-            rows[index].past = past;
-            Ok((past, misfit(rows)?.0))
-        };
-        let (rest, rising, falling) = (under(Past::Rest)?, under(Past::Rising)?, under(Past::Falling)?);
-        let other = if rising.1 <= falling.1 { rising } else { falling };
-        // Predictions start from rest: another past has to be clearly better.
-        let clearly = 1.0 + STRANGE_PAST / freedom.max(1.0);
-        let (past, with) = if other.1 * clearly + floor < rest.1 { other } else { rest };
-        rows[index].past = past;
-        start.known[index] = past == Past::Rest;
-        // Chow's test of further observations (Econometrica 28, 1960): F with (early rows, freedom) degrees.
-        let ratio = (with - without) / row as f64 / (without / freedom.max(1.0) + floor);
-        let usual = FisherSnedecor::new(row as f64, freedom.max(1.0)).map_or(2.0, |f| f.inverse_cdf(1.0 - STRANGE));
-        if row > 0 && ratio > usual.max(2.0) {
-            rows[index].marks[..row].copy_from_slice(&kept);
-            rows[index].past = Past::Rising;
-            start.known[index] = false;
-            start.unsettled[index] = row;
-        }
-    }
-    Ok(start)
-}
-
-/// By how much, in variances of the residual, another past has to explain a recording better than a start from rest.
-const STRANGE_PAST: f64 = 25.0;
-
-/// Probability at which a start from rest is given up where it is true.
-const STRANGE: f64 = 1e-4;

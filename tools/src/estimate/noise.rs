@@ -55,6 +55,12 @@ impl Noise {
         Self { innovation_sd: 1.0, rms: 1.0, ..Self::white() }
     }
 
+    /// The same noise, rows filtered by it to be in units of the sd of ε.
+    #[must_use]
+    pub fn in_units_of_itself(self) -> Self {
+        Self { weight: if self.innovation_sd > 0.0 { self.innovation_sd.recip() } else { 1.0 }, ..self }
+    }
+
     /// Neither coloured nor of another size than elsewhere.
     pub fn is_white(&self) -> bool {
         self.order() == 0 && self.weight == 1.0
@@ -124,51 +130,6 @@ impl Noise {
         }
         moved.set_reflections(reflections);
         moved
-    }
-
-    /// A column as least squares shall see it: filtered by 1 − Σ φ_i L^i and divided by the sd of ε. The first rows of a run, and those after an
-    /// outlier inside it, are predicted from what there is; rows that do not count are 0.
-    pub fn whiten(&self, marks: &[Mark], column: &[f64], out: &mut Vec<f64>) {
-        self.each_row(marks, |row, filter| {
-            out.push(filter.map_or(0.0, |(scale, predictor)| {
-                let past: f64 = predictor.iter().enumerate().map(|(i, a)| a * column[row - 1 - i]).sum();
-                scale * (column[row] - past)
-            }));
-        });
-    }
-
-    /// The transpose of [`whiten`](Self::whiten): u with Σ u·x = Σ white·whiten(x) for every column x.
-    pub fn whiten_transposed(&self, marks: &[Mark], white: &[f64], out: &mut [f64]) {
-        self.each_row(marks, |row, filter| {
-            let Some((scale, predictor)) = filter else { return };
-            out[row] += scale * white[row];
-            predictor.iter().enumerate().for_each(|(i, a)| out[row - 1 - i] -= scale * a * white[row]);
-        });
-    }
-
-    /// The scale and the predictor of each row; none for a row that does not count.
-    fn each_row(&self, marks: &[Mark], mut visit: impl FnMut(usize, Option<(f64, &[f64])>)) {
-        let scale = if self.innovation_sd > 0.0 { self.innovation_sd.recip() } else { 1.0 };
-        let order = self.order();
-        let (mut clean, mut exact_start) = (0, true);
-        for (row, mark) in marks.iter().enumerate() {
-            match mark {
-                Mark::Skipped | Mark::First => (clean, exact_start) = (0, true),
-                Mark::Outlier => (clean, exact_start) = (0, clean < order && exact_start),
-                Mark::Used => {}
-            }
-            if !matches!(mark, Mark::Used | Mark::First) {
-                visit(row, None);
-                continue;
-            }
-            let filter = match self.starts.get(clean) {
-                _ if clean == order => Some((scale, self.coefficients.as_slice())),
-                Some((predictor, factor)) if exact_start => Some((scale * factor, predictor.as_slice())),
-                _ => None,
-            };
-            visit(row, filter);
-            clean = (clean + 1).min(order);
-        }
     }
 
     /// ln det of the covariance of `runs` runs of the noise, in units of the variance of ε.

@@ -1,13 +1,17 @@
-//! Levenberg–Marquardt with the linear parameters projected out.
+//! Levenberg–Marquardt with the linear parameters projected out: a [`Problem`] goes down by [`descent`](super::descent).
 //!
 //! Variable projection in Kaufman's form (Golub, Pereyra 1973; Kaufman 1975; O'Leary, Rust, *Variable projection for nonlinear least squares problems*, Comput.
 //! Optim. Appl. 54, 2013): the step in the nonlinear parameters comes from the QR of \[columns, derivative columns, torque\], after the columns are eliminated. One
 //! pass over the data an evaluation, one a derivative; linear parameters at their bound take no part in the projection.
 
+use std::convert::Infallible;
+
+use super::Progress;
+use super::bounded::Solution;
+use super::descent::{Descend, Pace, Slope, descend};
 use super::problem::{Linear, Problem, Sweep, Tangent};
 use super::swarm::Stop;
 use super::triangle::Triangle;
-use super::{Progress, bounded};
 
 /// Where the polish ended.
 #[derive(Debug, Clone)]
@@ -26,66 +30,80 @@ pub struct Polished {
     pub stop: Stop,
 }
 
-const MOST_STEPS: usize = 30;
+/// A step that moves no parameter by more than this share of its range is none.
+const STANDSTILL: f64 = 1e-13;
+
+/// A step that gains less than this share of the squares is the last.
+const SETTLED: f64 = 1e-12;
 
 /// Polishes the smooth nonlinear parameters from a starting point.
 pub fn polish(problem: &Problem<'_>, start: &[f64], sweep: Sweep<'_>, progress: &dyn Progress) -> Polished {
-    let (linear, solution) = problem.solve(start, sweep);
-    let mut at = Polished {
-        nonlinear: start.to_vec(),
-        linear,
-        at_bound: solution.at_bound,
-        rss: solution.rss,
-        evaluations: 1,
-        stop: Stop::Converged,
-    };
-    let ranges: Vec<(f64, f64, bool)> = problem.nonlinear().iter().map(|n| (n.low, n.high, n.smooth)).collect();
-    let smooth: Vec<usize> = (0..ranges.len()).filter(|&k| ranges[k].2).collect();
-    if smooth.is_empty() {
-        at.stop = Stop::Exact;
-        return at;
+    let ranges: Vec<(f64, f64)> = problem.nonlinear().iter().map(|n| (n.low, n.high)).collect();
+    let smooth: Vec<usize> = (0..ranges.len()).filter(|&k| problem.nonlinear()[k].smooth).collect();
+    let mut projected = Projected { problem, sweep, ranges, smooth, evaluations: 0 };
+    let from = projected.at(start.to_vec());
+    if projected.smooth.is_empty() {
+        return Polished { stop: Stop::Exact, evaluations: projected.evaluations, ..from };
     }
-    let mut damping = 1e-4;
-    for _ in 0..MOST_STEPS {
-        if progress.cancelled() {
-            at.stop = Stop::Cancelled;
-            return at;
-        }
-        let tangent = Tangent { parameters: &smooth, linear: &at.linear };
-        let system = problem.factor(&at.nonlinear, Some(tangent), sweep).combine(|_, _| true);
-        at.evaluations += 2;
-        let reduced = project(&system.shared, &at.at_bound, smooth.len());
-        loop {
-            let step = damped_step(&reduced, damping);
-            let mut trial = at.nonlinear.clone();
-            for (&k, step) in smooth.iter().zip(&step) {
-                trial[k] = (trial[k] + step).clamp(ranges[k].0, ranges[k].1);
-            }
-            let moved = smooth.iter().map(|&k| (trial[k] - at.nonlinear[k]).abs() / (ranges[k].1 - ranges[k].0));
-            let moved = moved.fold(0.0, f64::max);
-            if moved < 1e-13 {
-                return at;
-            }
-            let (linear, solution) = problem.solve(&trial, sweep);
-            at.evaluations += 1;
-            if solution.rss < at.rss {
-                let gain = at.rss - solution.rss;
-                let done = gain <= 1e-12 * at.rss;
-                at = Polished { nonlinear: trial, linear, at_bound: solution.at_bound, rss: solution.rss, ..at };
-                damping = (damping * 0.1).max(1e-12);
-                if done {
-                    return at;
-                }
-                break;
-            }
-            damping *= 10.0;
-            if damping > 1e8 {
-                return at;
-            }
-        }
+    let Ok((ended, stop)) = descend(&mut projected, from, Pace::TO_THE_END, progress);
+    Polished { stop, evaluations: projected.evaluations, ..ended }
+}
+
+/// A problem whose linear parameters are eliminated.
+struct Projected<'p> {
+    problem: &'p Problem<'p>,
+    sweep: Sweep<'p>,
+    ranges: Vec<(f64, f64)>,
+    smooth: Vec<usize>,
+    evaluations: usize,
+}
+
+impl Projected<'_> {
+    fn at(&mut self, nonlinear: Vec<f64>) -> Polished {
+        self.evaluations += 1;
+        let (linear, Solution { at_bound, rss, .. }) = self.problem.solve(&nonlinear, self.sweep);
+        Polished { nonlinear, linear, at_bound, rss, evaluations: 0, stop: Stop::Converged }
     }
-    at.stop = Stop::Evaluations;
-    at
+}
+
+impl Descend for Projected<'_> {
+    type Point = Polished;
+    type Error = Infallible;
+
+    fn slope(&mut self, at: &mut Polished) -> Result<Slope, Infallible> {
+        self.evaluations += 2;
+        let tangent = Tangent { parameters: &self.smooth, linear: &at.linear };
+        let system = self.problem.factor(&at.nonlinear, Some(tangent), self.sweep).combine(|_, _| true);
+        let gear = at.at_bound.len();
+        Ok(Slope {
+            reduced: project(&system.shared, &at.at_bound, self.smooth.len()),
+            norms: system.norms[gear..].to_vec(),
+            room: self
+                .smooth
+                .iter()
+                .map(|&k| (self.ranges[k].0 - at.nonlinear[k], self.ranges[k].1 - at.nonlinear[k]))
+                .collect(),
+            cost: at.rss,
+        })
+    }
+
+    fn moved(&mut self, at: &Polished, step: &[f64]) -> Option<(Polished, f64)> {
+        let mut nonlinear = at.nonlinear.clone();
+        for (&k, step) in self.smooth.iter().zip(step) {
+            nonlinear[k] = (nonlinear[k] + step).clamp(self.ranges[k].0, self.ranges[k].1);
+        }
+        let share = |&k: &usize| (nonlinear[k] - at.nonlinear[k]).abs() / (self.ranges[k].1 - self.ranges[k].0);
+        if self.smooth.iter().map(share).fold(0.0, f64::max) < STANDSTILL {
+            return None;
+        }
+        let next = self.at(nonlinear);
+        let rss = next.rss;
+        Some((next, rss))
+    }
+
+    fn settled(&self, gain: f64, cost: f64) -> bool {
+        gain <= SETTLED * cost
+    }
 }
 
 /// The derivative columns and the torque with the free linear columns eliminated.
@@ -95,17 +113,4 @@ pub fn project(shared: &Triangle, at_bound: &[bool], derivatives: usize) -> Tria
     let eliminated = columns.len();
     columns.extend(gear..=gear + derivatives);
     shared.select(&columns).tail(eliminated)
-}
-
-fn damped_step(reduced: &Triangle, damping: f64) -> Vec<f64> {
-    let count = reduced.columns() - 1;
-    let mut rows: Vec<Vec<f64>> =
-        (0..=count).map(|i| (0..=count).map(|j| if j >= i { reduced.get(i, j) } else { 0.0 }).collect()).collect();
-    for j in 0..count {
-        let mut row = vec![0.0; count + 1];
-        row[j] = damping.sqrt() * reduced.norm(j);
-        rows.push(row);
-    }
-    let all: Vec<usize> = (0..count).collect();
-    bounded::solve_subset(&bounded::factor_of_rows(&rows), &all).coefficients
 }

@@ -13,6 +13,7 @@ use super::columns::{
 use super::factors::Factors;
 use super::noise::Noise;
 use super::triangle::{Block, Triangle};
+use super::whitening::Filter;
 
 /// Recordings and what is to explain them.
 pub struct Problem<'a> {
@@ -196,7 +197,7 @@ impl<'a> Problem<'a> {
         let mut filtered = Block::new(if history > 0 { width } else { 0 }, BLOCK);
         let mut scratch = Block::new(modelled, BLOCK);
         let (mut deflection, mut moved) = (Vec::new(), Vec::new());
-        let mut filter = Filter { clean: 0, exact_start: true };
+        let mut filter = Filter::start();
         let mut factors = Vec::with_capacity(sweep.folds);
         for fold in 0..sweep.folds {
             let mut factor = Triangle::new(width);
@@ -222,7 +223,13 @@ impl<'a> Problem<'a> {
                 let marks = &rows.marks[range.clone()];
                 match noise {
                     Some(noise) if history > 0 => {
-                        counted += filter.apply(noise, marks, &mut raw, &mut filtered);
+                        let exceptions = filter.exceptions(history, marks);
+                        filtered.set_rows(range.len());
+                        for j in 0..width {
+                            noise.filter(&exceptions, raw.column(j), history, filtered.column_mut(j));
+                            raw.column_mut(j).copy_within(range.len().., 0);
+                        }
+                        counted += range.len() - exceptions.iter().filter(|(_, start)| start.is_none()).count();
                         factor.absorb(&mut filtered);
                     }
                     _ => {
@@ -337,77 +344,15 @@ fn stretches(range: Range<usize>) -> impl Iterator<Item = Range<usize>> {
 /// Clears the rows that do not count; returns how many do.
 fn choose_rows(block: &mut Block, marks: &[Mark], first: usize, stride: usize, weight: f64) -> usize {
     let counts = |i: usize| matches!(marks[i], Mark::Used | Mark::First) && (first + i).is_multiple_of(stride);
-    let kept = (0..marks.len()).filter(|&i| counts(i)).count();
-    if kept < marks.len() || weight != 1.0 {
+    let kept: Vec<usize> = (0..marks.len()).filter(|&i| counts(i)).collect();
+    if kept.len() < marks.len() || weight != 1.0 {
         for j in 0..block.columns() {
             let column = block.column_mut(j);
-            let mut to = 0;
-            for i in 0..column.len() {
-                if counts(i) {
-                    column[to] = weight * column[i];
-                    to += 1;
-                }
+            for (to, &from) in kept.iter().enumerate() {
+                column[to] = weight * column[from];
             }
         }
-        block.set_rows(kept);
+        block.set_rows(kept.len());
     }
-    kept
-}
-
-/// The noise filter along a recording.
-struct Filter {
-    /// Counted rows since the last break, as far as the order.
-    clean: usize,
-    /// Whether the run began where the noise before is unknown, not at an outlier.
-    exact_start: bool,
-}
-
-impl Filter {
-    /// Filters the rows after the history into `out`, moves the history on, and returns how many rows count.
-    fn apply(&mut self, noise: &Noise, marks: &[Mark], raw: &mut Block, out: &mut Block) -> usize {
-        let (order, count) = (noise.order(), marks.len());
-        out.set_rows(count);
-        for j in 0..raw.columns() {
-            let (from, to) = (raw.column(j), out.column_mut(j));
-            to.copy_from_slice(&from[order..]);
-            for (i, phi) in noise.coefficients.iter().enumerate() {
-                let lagged = &from[order - 1 - i..][..count];
-                to.iter_mut().zip(lagged).for_each(|(y, x)| *y -= phi * x);
-            }
-            if noise.weight != 1.0 {
-                to.iter_mut().for_each(|y| *y *= noise.weight);
-            }
-        }
-        let mut counted = 0;
-        for (row, mark) in marks.iter().enumerate() {
-            match mark {
-                Mark::Skipped => (self.clean, self.exact_start) = (0, true),
-                Mark::Outlier => (self.clean, self.exact_start) = (0, self.clean < order && self.exact_start),
-                Mark::First => (self.clean, self.exact_start) = (0, true),
-                Mark::Used => {}
-            }
-            let usable = matches!(mark, Mark::Used | Mark::First);
-            if usable && self.clean == order {
-                counted += 1;
-                continue;
-            }
-            let started = usable && self.exact_start;
-            for j in 0..raw.columns() {
-                out.column_mut(j)[row] = if started {
-                    let (predictor, factor) = &noise.starts[self.clean];
-                    let from = raw.column(j);
-                    let past: f64 = predictor.iter().enumerate().map(|(i, a)| a * from[order + row - 1 - i]).sum();
-                    (from[order + row] - past) * factor * noise.weight
-                } else {
-                    0.0
-                };
-            }
-            counted += usize::from(started);
-            self.clean += usize::from(usable);
-        }
-        for j in 0..raw.columns() {
-            raw.column_mut(j).copy_within(count.., 0);
-        }
-        counted
-    }
+    kept.len()
 }

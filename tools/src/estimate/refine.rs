@@ -7,7 +7,8 @@ use super::noise::{self, Noise};
 use super::polish::{Polished, polish, project};
 use super::problem::{Problem, Sweep, Tangent};
 use super::select::heldout;
-use super::{EstimateError, Progress, Start};
+use super::start::Start;
+use super::{EstimateError, Progress};
 
 /// The final fit.
 pub struct Refined {

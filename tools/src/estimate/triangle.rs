@@ -63,6 +63,9 @@ pub struct Triangle {
     r: Vec<f64>,
 }
 
+/// Rows taken at a time.
+const ROWS: usize = 256;
+
 /// Squared norms below this are no numbers to work with.
 const NOTHING: f64 = 1e-280;
 
@@ -70,6 +73,23 @@ impl Triangle {
     /// The factor of no rows.
     pub fn new(columns: usize) -> Self {
         Self { columns, r: vec![0.0; columns * columns] }
+    }
+
+    /// The factor of columns of equal length, the right-hand side last.
+    pub fn of_columns<'c>(columns: impl Iterator<Item = &'c [f64]>) -> Self {
+        let columns: Vec<&[f64]> = columns.collect();
+        let rows = columns.first().map_or(0, |c| c.len());
+        let mut factor = Self::new(columns.len());
+        let mut block = Block::new(columns.len(), ROWS.min(rows));
+        for from in (0..rows).step_by(ROWS) {
+            let range = from..(from + ROWS).min(rows);
+            block.set_rows(range.len());
+            for (j, column) in columns.iter().enumerate() {
+                block.column_mut(j).copy_from_slice(&column[range.clone()]);
+            }
+            factor.absorb(&mut block);
+        }
+        factor
     }
 
     /// Number of columns, right-hand side included.
@@ -84,6 +104,16 @@ impl Triangle {
 
     fn set(&mut self, i: usize, j: usize, value: f64) {
         self.r[j * self.columns + i] = value;
+    }
+
+    /// Makes column `j` one of zeros, as if it had been.
+    pub(super) fn clear(&mut self, j: usize) {
+        let mut block = Block::new(self.columns, self.columns);
+        block.set_rows(self.columns);
+        block.data.copy_from_slice(&self.r);
+        block.column_mut(j).fill(0.0);
+        self.r.fill(0.0);
+        self.absorb(&mut block);
     }
 
     /// The norm of column `j`, which is that of the column of the tall matrix.

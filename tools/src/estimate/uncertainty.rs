@@ -17,6 +17,7 @@ use super::columns::{
 };
 use super::noise::Noise;
 use super::problem::{Linear, Problem, Sweep, Tangent};
+use super::singular::Singular;
 use crate::model::key_per;
 use crate::recording::TorqueUnit;
 
@@ -66,7 +67,7 @@ impl Uncertainty {
 }
 
 /// A singular value below this share of the largest is a direction the recordings say nothing about. Derivatives are good to 1e-9.
-const SINGULAR: f64 = 1e-7;
+pub(super) const SINGULAR: f64 = 1e-7;
 
 /// The gear with its parameters as the file has them, as one contribution.
 struct WholeGear {
@@ -267,10 +268,8 @@ pub fn of_columns(problem: &Problem<'_>, nonlinear: &[f64], noise: Option<&[Nois
 
 /// Covariance with the directions that the data leave open.
 struct Spread {
-    scale: DVector<f64>,
-    /// A factor of the covariance over `variance`, in scaled coordinates.
-    known: DMatrix<f64>,
-    open: DMatrix<f64>,
+    /// Its `known` is a factor of the covariance over `variance`.
+    directions: Singular,
     variance: f64,
 }
 
@@ -295,50 +294,24 @@ impl Spread {
         let tangent = Tangent { parameters: &all, linear: &linear };
         let factors = problem.factor(nonlinear, Some(tangent), Sweep { noise, folds, stride: 1 });
         let system = factors.combine(|_, _| true);
-        let triangle = system.shared.select(&free);
-        let jacobian = DMatrix::from_fn(free.len(), free.len(), |i, j| if j >= i { triangle.get(i, j) } else { 0.0 });
+        let torque = system.shared.columns() - 1;
+        let chosen: Vec<usize> = free.iter().copied().chain([torque]).collect();
+        let norms: Vec<f64> = free.iter().map(|&k| system.norms[k]).collect();
+        let mut directions = Singular::of(&system.shared.select(&chosen), &norms, SINGULAR);
         let freedom = system.rows.saturating_sub(free.len() + system.nuisances).max(1);
-        let mut spread = Self::new(&jacobian, solution.rss / freedom as f64);
+        let mut variance = solution.rss / freedom as f64;
         if noise.is_none() {
             let scores = factors.scores(&system, &linear);
-            let scaled = DMatrix::from_fn(free.len(), scores.len(), |i, b| scores[b][free[i]] * spread.scale[i]);
-            spread.known = &spread.known * spread.known.tr_mul(&scaled);
-            spread.variance = scores.len() as f64 / (scores.len() - 1) as f64;
+            let scaled = DMatrix::from_fn(free.len(), scores.len(), |i, b| scores[b][free[i]] * directions.scale[i]);
+            directions.known = &directions.known * directions.known.tr_mul(&scaled);
+            variance = scores.len() as f64 / (scores.len() - 1) as f64;
         }
-        (spread, linear)
+        (Self { directions, variance }, linear)
     }
 
-    fn new(jacobian: &DMatrix<f64>, variance: f64) -> Self {
-        let count = jacobian.ncols();
-        let scale = DVector::from_fn(count, |j, _| {
-            let norm = jacobian.column(j).norm();
-            if norm > 0.0 { 1.0 / norm } else { 0.0 }
-        });
-        let scaled = DMatrix::from_fn(count, count, |i, j| jacobian[(i, j)] * scale[j]);
-        let svd = scaled.svd(false, true);
-        let directions = svd.v_t.unwrap_or_else(|| DMatrix::zeros(0, count));
-        let largest = svd.singular_values.max();
-        let is_open = |i: usize| svd.singular_values[i] <= SINGULAR * largest;
-        let pick = |open: bool| -> Vec<usize> { (0..directions.nrows()).filter(|&i| is_open(i) == open).collect() };
-        let (known, open) = (pick(false), pick(true));
-        Self {
-            known: DMatrix::from_fn(count, known.len(), |j, i| {
-                directions[(known[i], j)] / svd.singular_values[known[i]]
-            }),
-            open: DMatrix::from_fn(count, open.len(), |j, i| directions[(open[i], j)]),
-            scale,
-            variance,
-        }
-    }
-
-    /// A combination of parameters in scaled coordinates; `None` where the data leave it open.
+    /// A combination of parameters; `None` where the data leave it open.
     fn direction(&self, gradient: &DVector<f64>) -> Option<DVector<f64>> {
-        if gradient.iter().zip(&self.scale).any(|(g, s)| *g != 0.0 && *s == 0.0) {
-            return None;
-        }
-        let scaled = gradient.component_mul(&self.scale);
-        let leak = self.open.tr_mul(&scaled).norm();
-        (leak <= 1e-4 * scaled.norm()).then(|| self.known.tr_mul(&scaled))
+        self.directions.direction(gradient)
     }
 }
 

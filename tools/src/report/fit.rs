@@ -4,6 +4,7 @@ use super::figures::{self, Abscissa, symbol};
 use super::number::number;
 use super::page::{Page, Provenance, Section, Table, TableRow, Tone, Verdict};
 use super::plot::{Drawing, Role};
+use crate::demo::paper;
 use crate::estimate::coverage::Coverage;
 use crate::estimate::judge::{Assessment, Grade, Judgement};
 use crate::estimate::swarm::Stop;
@@ -363,10 +364,11 @@ fn comparison(assessment: &Assessment, recordings: &[Recording], unit: TorqueUni
     } else {
         String::new()
     };
+    let claim = paper::claim(&assessment.comparison).map_or(String::new(), |claim| claim + ".");
     Section::new("Beside other models")
         .figure(
             figures::comparison(&assessment.comparison, unit),
-            format!("Every model is fitted to the same rows by the same estimator.{rows}"),
+            format!("Every model is fitted to the same rows by the same estimator.{rows} {claim}"),
         )
         .table(comparison_table(&assessment.comparison, unit))
 }

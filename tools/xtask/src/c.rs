@@ -1,9 +1,10 @@
-//! The static library for C on the microcontroller: built for every core, linked as firmware links it, and free of panics.
+//! The static library for C on the microcontroller: built for both ends of the range of cores, linked as firmware links it, free of panics, and used by a C program.
 
 use anyhow::{Context, Result, ensure};
 use object::{Object, ObjectSection, ObjectSymbol, SectionKind};
 use xshell::{Shell, cmd};
 
+use crate::c_program;
 use crate::machine::{M0, M4F};
 use crate::size::is_panic;
 
@@ -49,5 +50,5 @@ pub fn run(shell: &Shell) -> Result<()> {
         ensure!(code <= CODE_LIMIT, "the library for {target} takes {code} B, and at most {CODE_LIMIT} are allowed");
         println!("c: the library for the {} links without a panic, {code} B of code and constants", machine.core);
     }
-    Ok(())
+    c_program::run(shell)
 }

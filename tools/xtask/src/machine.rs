@@ -20,13 +20,15 @@ pub struct Machine {
 
 /// Cortex-M0, nRF51: 16 MHz, 16 KiB of RAM.
 pub const M0: Machine = machine("Cortex-M0", "microbit", "thumbv6m-none-eabi", 62.5);
+/// Cortex-M3.
+pub const M3: Machine = machine("Cortex-M3", "mps2-an385", "thumbv7m-none-eabi", 40.0);
 /// Cortex-M4F.
 pub const M4F: Machine = machine("Cortex-M4F", "mps2-an386", "thumbv7em-none-eabihf", 40.0);
 
 /// Every machine.
 pub const ALL: [Machine; 5] = [
     M0,
-    machine("Cortex-M3", "mps2-an385", "thumbv7m-none-eabi", 40.0),
+    M3,
     M4F,
     machine("Cortex-M7", "mps2-an500", "thumbv7em-none-eabihf", 40.0),
     machine("Cortex-M33", "mps2-an505", "thumbv8m.main-none-eabihf", 50.0),

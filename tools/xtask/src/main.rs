@@ -2,11 +2,13 @@
 
 mod accuracy;
 mod c;
+mod c_program;
 mod cost;
 mod cycles;
 mod emulate;
 mod emulator;
 mod end_to_end;
+mod fuzz;
 mod golden;
 mod lockstep;
 mod machine;
@@ -30,7 +32,7 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Install what is missing: Cortex-M targets and llvm-tools (rustup), the emulator (apt-get).
+    /// Install what is missing: Cortex-M targets and llvm-tools (rustup), the emulator and a C compiler (apt-get).
     Setup,
     /// Run the images on every emulated board and compare what they print with the files beside them.
     Emulate {
@@ -50,7 +52,7 @@ enum Command {
         #[arg(long)]
         overwrite: bool,
     },
-    /// Build the static library for C for the microcontrollers; fails where it holds a panic.
+    /// Build the static library for C for the microcontrollers, free of panics, and run a C program with it on the host and in the emulator.
     C,
     /// Fit, pack and flash into emulated drives, compare their torques with the host's, cut their power while they store.
     EndToEnd {
@@ -59,6 +61,15 @@ enum Command {
         cuts: u32,
         /// Of the noise and of the moments of the cuts.
         #[arg(long, default_value_t = end_to_end::SEED)]
+        seed: u64,
+    },
+    /// Fuzz the block parser, the link and the store.
+    Fuzz {
+        /// Executions of each.
+        #[arg(long, default_value_t = 10_000_000)]
+        executions: u64,
+        /// Of the inputs.
+        #[arg(long, default_value_t = 1)]
         seed: u64,
     },
     /// Run one built image in the emulator: the runner of `cargo run`.
@@ -91,6 +102,7 @@ fn run(arguments: Arguments) -> anyhow::Result<()> {
         Command::Size { overwrite } => size::run(&shell, overwrite),
         Command::C => c::run(&shell),
         Command::EndToEnd { cuts, seed } => end_to_end::run(&shell, cuts, seed),
+        Command::Fuzz { executions, seed } => fuzz::run(&shell, executions, seed),
         Command::RunImage { image } => emulate::run_image(&image),
         Command::Test => test::run(&shell),
     }

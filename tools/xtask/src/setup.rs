@@ -1,4 +1,6 @@
-//! What the firmware needs beside stock Rust: the Cortex-M targets, the LLVM tools and the emulator.
+//! What the firmware needs beside stock Rust: the Cortex-M targets, the LLVM tools, the emulator and a C compiler.
+
+use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
 use xshell::{Shell, cmd};
@@ -9,6 +11,9 @@ pub const TARGETS: [&str; 4] =
 
 /// The emulator of all boards.
 pub const EMULATOR: &str = "qemu-system-arm";
+
+/// The C compiler of the static library's example.
+pub const COMPILER: &str = "arm-none-eabi-gcc";
 
 /// Installs what is missing, and says so.
 pub fn run(shell: &Shell) -> Result<()> {
@@ -33,11 +38,20 @@ pub fn run(shell: &Shell) -> Result<()> {
         cmd!(shell, "rustup component add llvm-tools").run().context("rustup could not add llvm-tools")?;
     }
 
-    match emulator_version(shell) {
-        Some(version) => println!("setup: emulator is there: {version}"),
-        None => install_emulator(shell)?,
-    }
-    Ok(())
+    install(
+        shell,
+        "emulator",
+        emulator_version,
+        &[EMULATOR],
+        "QEMU 7.2 or later for Arm, so that `qemu-system-arm` is on the path",
+    )?;
+    install(
+        shell,
+        "C compiler",
+        compiler_version,
+        &["gcc-arm-none-eabi", "libnewlib-arm-none-eabi"],
+        "the GNU compiler for Arm with newlib, so that `arm-none-eabi-gcc` is on the path",
+    )
 }
 
 fn emulator_version(shell: &Shell) -> Option<String> {
@@ -45,12 +59,34 @@ fn emulator_version(shell: &Shell) -> Option<String> {
     text.lines().next().map(str::to_owned)
 }
 
-fn install_emulator(shell: &Shell) -> Result<()> {
+/// The compiler counts as there where its C library is.
+fn compiler_version(shell: &Shell) -> Option<String> {
+    let specs = cmd!(shell, "{COMPILER} -print-file-name=rdimon.specs").quiet().ignore_stderr().read().ok()?;
+    if !Path::new(&specs).is_absolute() {
+        return None;
+    }
+    let text = cmd!(shell, "{COMPILER} --version").quiet().ignore_stderr().read().ok()?;
+    text.lines().next().map(str::to_owned)
+}
+
+/// Installs Debian packages where what they bring is missing; `otherwise` says what to install where there is no apt-get.
+fn install(
+    shell: &Shell,
+    what: &str,
+    version: fn(&Shell) -> Option<String>,
+    packages: &[&str],
+    otherwise: &str,
+) -> Result<()> {
+    if let Some(version) = version(shell) {
+        println!("setup: {what} is there: {version}");
+        return Ok(());
+    }
     ensure!(
         cmd!(shell, "apt-get --version").quiet().ignore_stdout().ignore_stderr().run().is_ok(),
-        "{EMULATOR} is missing and there is no apt-get here: install QEMU 7.2 or later for Arm, so that `{EMULATOR}` is on the path, and run this again"
+        "the {what} is missing and there is no apt-get here: install {otherwise}, and run this again"
     );
-    println!("setup: installing {EMULATOR} through apt-get");
+    let names = packages.join(", ");
+    println!("setup: installing {names} through apt-get");
     let root = cmd!(shell, "id -u").quiet().read()?.trim() == "0";
     let become_root: &[&str] = if root { &[] } else { &["sudo"] };
     let environment = ["env", "DEBIAN_FRONTEND=noninteractive"];
@@ -60,8 +96,8 @@ fn install_emulator(shell: &Shell) -> Result<()> {
         cmd!(shell, "{program} {arguments...}").run()
     };
     apt_get(&["update"]).context("apt-get update failed: is the network there?")?;
-    apt_get(&["install", "-y", "--no-install-recommends", EMULATOR])
-        .with_context(|| format!("apt-get could not install {EMULATOR}: install it by hand and run this again"))?;
-    ensure!(emulator_version(shell).is_some(), "{EMULATOR} was installed but does not run");
+    apt_get(&[&["install", "-y", "--no-install-recommends"], packages].concat())
+        .with_context(|| format!("apt-get could not install {names}: install {otherwise}, and run this again"))?;
+    ensure!(version(shell).is_some(), "{names} was installed but does not run");
     Ok(())
 }

@@ -3,7 +3,7 @@
 use anyhow::{Context, Result};
 use xshell::{Shell, cmd};
 
-use crate::{c, cost, emulate, end_to_end, setup, size};
+use crate::{c, cost, emulate, end_to_end, fuzz, setup, size};
 
 /// Sets up what is missing, then runs everything.
 pub fn run(shell: &Shell) -> Result<()> {
@@ -23,6 +23,7 @@ pub fn run(shell: &Shell) -> Result<()> {
     size::run(shell, false)?;
     c::run(shell)?;
     end_to_end::run(shell, end_to_end::CUTS, end_to_end::SEED)?;
+    fuzz::run(shell, fuzz::IN_TESTS, 1)?;
     readme(shell)?;
     println!("test: all passed");
     Ok(())

@@ -10,7 +10,7 @@ pub fn spring() -> Rival {
 
 /// One line a direction.
 pub fn two() -> Rival {
-    Rival::new("two lines", &[("k up", Free), ("k down", Free), ("gap", Free)], |_| {
+    Rival::new(super::TWO_LINES, &[("k up", Free), ("k down", Free), ("gap", Free)], |_| {
         let mut direction = Direction::default();
         Box::new(move |theta, out| {
             direction.step(theta);

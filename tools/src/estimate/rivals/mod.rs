@@ -156,6 +156,9 @@ pub struct Comparison {
     pub unseen_recording_rms: Option<f64>,
 }
 
+/// The name of two lines fitted by least squares, the paper's yardstick.
+pub const TWO_LINES: &str = "two lines";
+
 /// Compares the gear's model, its structure chosen as [`fit`](super::fit) does, with the yardsticks. The first line is the gear's.
 ///
 /// # Errors

@@ -1,0 +1,320 @@
+//! `gmhm drive`.
+
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use clap::{Args, Subcommand};
+use gmhm::link::{Identified, Live, Origin, Request, Status};
+use serde::Serialize;
+
+use super::Session;
+use super::common::{json, positive};
+use super::failure::Failure;
+use super::progress::Progress;
+use crate::block::read;
+use crate::device::{Client, Target, line, trial};
+use crate::output::Outputs;
+
+/// Watch a drive, try parameters in its RAM, keep them or take them back
+///
+/// Parameters on trial are in force until `revert`, `commit` or the next power-up. A drive takes other parameters only while its compensation is off, and stores
+/// only while it is disabled; it says so.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  gmhm drive --to serial:/dev/ttyUSB0 status\n  gmhm drive --to serial:/dev/ttyUSB0 try params.bin\n  gmhm drive --to serial:/dev/ttyUSB0 gain 0.3\n  gmhm drive --to serial:/dev/ttyUSB0 on\n  gmhm drive --to serial:/dev/ttyUSB0 live --seconds 10 --json live.json"
+)]
+pub struct DriveArgs {
+    /// The drive: serial:PORT or tcp:HOST:PORT
+    #[arg(long, value_name = "TARGET")]
+    to: Target,
+    /// Speed of a serial port
+    #[arg(long, value_name = "RATE", default_value = "115200")]
+    baud: u32,
+    #[command(subcommand)]
+    action: Action,
+}
+
+#[derive(Debug, Subcommand)]
+enum Action {
+    /// Who the drive is and what is in force
+    Status {
+        /// The same as JSON
+        #[arg(long, value_name = "F.json")]
+        json: Option<PathBuf>,
+    },
+    /// What the drive measures and computes, line by line
+    Live {
+        /// For how long
+        #[arg(long, value_name = "S", value_parser = positive, default_value = "1")]
+        seconds: f64,
+        /// Time between two lines
+        #[arg(long, value_name = "S", value_parser = positive, default_value = "0.1")]
+        every: f64,
+        /// The same as JSON
+        #[arg(long, value_name = "F.json")]
+        json: Option<PathBuf>,
+    },
+    /// Read the block in force into a file
+    Read {
+        /// The file
+        #[arg(short, long, value_name = "F.bin")]
+        output: PathBuf,
+    },
+    /// Put a block in force, in RAM only
+    Try {
+        /// The block, .bin or .hex
+        #[arg(value_name = "params.bin")]
+        block: PathBuf,
+    },
+    /// End the trial: the stored block is in force again
+    Revert,
+    /// Store what is on trial
+    Commit,
+    /// Erase the newest stored block and put the one before it in force
+    Rollback,
+    /// Switch the compensation on
+    On,
+    /// Switch the compensation off
+    Off,
+    /// Set the share of the compensation that is fed forward
+    Gain {
+        /// From 0 to 1
+        #[arg(value_name = "RATIO", value_parser = share)]
+        ratio: f32,
+    },
+}
+
+fn share(text: &str) -> Result<f32, String> {
+    let ratio = text.parse().ok().filter(|ratio| (0.0..=1.0).contains(ratio));
+    ratio.ok_or_else(|| "must be a number from 0 to 1".to_owned())
+}
+
+impl DriveArgs {
+    pub(super) fn run(&self, session: &Session) -> Result<(), Failure> {
+        match &self.action {
+            Action::Status { json } | Action::Live { json, .. } => json.as_deref().map_or(Ok(()), Outputs::check)?,
+            Action::Read { output } => Outputs::check(output)?,
+            _ => {}
+        }
+        let block = match &self.action {
+            Action::Try { block } => read(block)?.bytes,
+            _ => Vec::new(),
+        };
+        let mut drive = Client::new(line::open(&self.to, self.baud)?);
+        match &self.action {
+            Action::Status { json } => {
+                let state = State::of(drive.identify()?, drive.status()?);
+                write!(std::io::stdout().lock(), "{}", state.text())?;
+                write_json(json.as_deref(), &state)
+            }
+            Action::Live { seconds, every, json } => live(&mut drive, *seconds, *every, json.as_deref()),
+            Action::Read { output } => {
+                let bytes = trial::in_force(&mut drive)?;
+                let mut outputs = Outputs::new();
+                outputs.add(output, |out| -> Result<(), Failure> { Ok(out.write_all(&bytes)?) })?;
+                Ok(outputs.commit()?)
+            }
+            Action::Try { .. } => {
+                let progress = Progress::new("trying", 2 * block.len() as u64, session.quiet);
+                let tried = trial::try_out(&block, &mut drive, |done, _| progress.at(done as u64))?;
+                self.say(&format!("on trial, read back: CRC-32 {:#010x}, to be sequence {}", tried.crc, tried.sequence))
+            }
+            Action::Revert => {
+                trial::revert(&mut drive)?;
+                self.say("the trial is over")
+            }
+            Action::Commit => {
+                let (sequence, crc) = trial::commit(&mut drive)?;
+                self.say(&format!("stored and read back by the drive: sequence {sequence}, CRC-32 {crc:#010x}"))
+            }
+            Action::Rollback => {
+                let (sequence, crc) = trial::roll_back(&mut drive)?;
+                self.say(&format!("in force again: sequence {sequence}, CRC-32 {crc:#010x}"))
+            }
+            Action::On => self.tell(&mut drive, &Request::Compensate { on: true }),
+            Action::Off => self.tell(&mut drive, &Request::Compensate { on: false }),
+            Action::Gain { ratio } => self.tell(&mut drive, &Request::Gain { ratio: *ratio }),
+        }
+    }
+
+    /// Has a setting changed and says what is in force then.
+    fn tell(&self, drive: &mut Client, request: &Request<'_>) -> Result<(), Failure> {
+        drive.identify()?;
+        drive.tell(request)?;
+        let status = drive.status()?;
+        self.say(&compensation(status.compensating, status.gain_ratio))
+    }
+
+    fn say(&self, text: &str) -> Result<(), Failure> {
+        Ok(writeln!(std::io::stdout().lock(), "{}: {text}", self.to)?)
+    }
+}
+
+fn compensation(on: bool, gain_ratio: f32) -> String {
+    format!("compensation {}, gain ratio {gain_ratio}", if on { "on" } else { "off" })
+}
+
+fn write_json(path: Option<&Path>, results: &impl Serialize) -> Result<(), Failure> {
+    let Some(path) = path else { return Ok(()) };
+    let mut outputs = Outputs::new();
+    outputs.add_text(path, &json(results)?)?;
+    Ok(outputs.commit()?)
+}
+
+/// Who a drive is and what is in force.
+#[derive(Debug, Serialize)]
+struct State {
+    gear: String,
+    scalar: &'static str,
+    turning_points: u16,
+    room_bytes: u32,
+    block_format: u16,
+    origin: &'static str,
+    sequence: u32,
+    crc32: u32,
+    length_bytes: u32,
+    stored_sequence: u32,
+    boot_error: u16,
+    enabled: bool,
+    compensating: bool,
+    gain_ratio: f32,
+}
+
+impl State {
+    fn of(drive: Identified, status: Status) -> Self {
+        Self {
+            gear: drive.gear.label().to_string(),
+            scalar: drive.scalar.name(),
+            turning_points: drive.stack_depth,
+            room_bytes: drive.room,
+            block_format: drive.format_version,
+            origin: match status.origin {
+                Origin::Nowhere => "nowhere",
+                Origin::Stored => "stored",
+                Origin::Trial => "trial",
+            },
+            sequence: status.sequence,
+            crc32: status.crc,
+            length_bytes: status.length,
+            stored_sequence: status.stored_sequence,
+            boot_error: status.boot_error,
+            enabled: status.enabled,
+            compensating: status.compensating,
+            gain_ratio: status.gain_ratio,
+        }
+    }
+
+    fn text(&self) -> String {
+        let mut text = String::new();
+        let mut line = |name: &str, value: String| {
+            // A string takes everything.
+            let _ = writeln!(text, "{name:<14}{value}");
+        };
+        line("gear", if self.gear.is_empty() { "any".to_owned() } else { format!("\"{}\"", self.gear) });
+        line(
+            "computes in",
+            format!(
+                "{}, {} turning points, blocks of up to {} bytes",
+                self.scalar, self.turning_points, self.room_bytes
+            ),
+        );
+        let block = format!("sequence {}, CRC-32 {:#010x}, {} bytes", self.sequence, self.crc32, self.length_bytes);
+        line(
+            "in force",
+            match self.origin {
+                "nowhere" => "nothing".to_owned(),
+                "trial" => format!("on trial, in RAM: {block}"),
+                _ => format!("as stored: {block}"),
+            },
+        );
+        line(
+            "newest stored",
+            match self.stored_sequence {
+                0 => "none".to_owned(),
+                sequence => format!("sequence {sequence}"),
+            },
+        );
+        if self.boot_error != 0 {
+            line("boot error", format!("{:#06x}: the newest stored block could not be loaded", self.boot_error));
+        }
+        line("drive", if self.enabled { "enabled" } else { "disabled" }.to_owned());
+        line("state", compensation(self.compensating, self.gain_ratio));
+        text
+    }
+}
+
+/// What a drive measures and computes at a moment.
+#[derive(Debug, Serialize)]
+struct Moment {
+    /// Since the first.
+    time_s: f64,
+    deflection_rad: f32,
+    torque_model_nm: f32,
+    hysteresis_nm: f32,
+    contribution_nm: f32,
+    out_of_range: bool,
+    refused: bool,
+    ticks: u32,
+    loop_cost: u32,
+}
+
+impl Moment {
+    const HEADER: &str =
+        "  time_s  deflection_rad  torque_model_nm  hysteresis_nm  contribution_nm       ticks  loop_cost  flags";
+
+    fn of(time_s: f64, live: &Live) -> Self {
+        Self {
+            time_s,
+            deflection_rad: live.deflection_rad,
+            torque_model_nm: live.torque_nm,
+            hysteresis_nm: live.hysteresis_nm,
+            contribution_nm: live.contribution_nm,
+            out_of_range: live.out_of_range,
+            refused: live.refused,
+            ticks: live.ticks,
+            loop_cost: live.loop_cost,
+        }
+    }
+
+    fn text(&self) -> String {
+        let flags = match (self.out_of_range, self.refused) {
+            (false, false) => "",
+            (true, false) => "out of range",
+            (false, true) => "refused",
+            (true, true) => "out of range, refused",
+        };
+        let line = format!(
+            "{:8.3}  {:14.6e}  {:15.5}  {:13.5}  {:15.5}  {:10}  {:9}  {flags}",
+            self.time_s,
+            self.deflection_rad,
+            self.torque_model_nm,
+            self.hysteresis_nm,
+            self.contribution_nm,
+            self.ticks,
+            self.loop_cost
+        );
+        line.trim_end().to_owned()
+    }
+}
+
+/// Prints what the drive tells as it comes.
+fn live(drive: &mut Client, seconds: f64, every: f64, json: Option<&Path>) -> Result<(), Failure> {
+    let mut out = std::io::stdout().lock();
+    writeln!(out, "{}", Moment::HEADER)?;
+    let mut moments = Vec::new();
+    let began = Instant::now();
+    loop {
+        let moment = Moment::of(began.elapsed().as_secs_f64(), &drive.live()?);
+        writeln!(out, "{}", moment.text())?;
+        out.flush()?;
+        moments.push(moment);
+        let next = every * moments.len() as f64;
+        if next >= seconds {
+            break;
+        }
+        std::thread::sleep(Duration::from_secs_f64(next).saturating_sub(began.elapsed()));
+    }
+    write_json(json, &moments)
+}

@@ -1,0 +1,122 @@
+//! Why a block did not get into a chip through a debug probe.
+
+use std::path::PathBuf;
+
+use super::sector::Range;
+
+/// Whatever may go wrong with a probe, a chip or the place of a block.
+#[derive(Debug, thiserror::Error)]
+pub enum ProbeError {
+    /// A file cannot be read.
+    #[error("{}: cannot be read: {error}", path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        error: std::io::Error,
+    },
+    /// A file is no ELF file.
+    #[error("{}: is no ELF file: {error}", path.display())]
+    NoElf {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        error: object::Error,
+    },
+    /// The firmware has no such symbol.
+    #[error("{}: has no symbol `{symbol}`", path.display())]
+    NoSymbol {
+        /// The file.
+        path: PathBuf,
+        /// The symbol.
+        symbol: String,
+        /// One of nearly that name.
+        nearest: Option<String>,
+    },
+    /// Neither one place nor two.
+    #[error("{found} places for blocks: firmware has one, or two of which the newest counts")]
+    Places {
+        /// How many there are.
+        found: usize,
+    },
+    /// There is no flash.
+    #[error("the chip has no flash for the block at {address:#x}")]
+    NoFlash {
+        /// Where.
+        address: u64,
+    },
+    /// A place does not begin a sector.
+    #[error("{address:#x} does not begin an erase sector: it lies in the one from {:#x} to {:#x}", sector.start, sector.end)]
+    Unaligned {
+        /// The place.
+        address: u64,
+        /// Its sector.
+        sector: Range,
+    },
+    /// Both places are in one sector.
+    #[error("the two places share erase sectors: {:#x} to {:#x} and {:#x} to {:#x}", a.start, a.end, b.start, b.end)]
+    OnePlace {
+        /// The sectors of the first.
+        a: Range,
+        /// Those of the second.
+        b: Range,
+    },
+    /// The firmware uses the sectors for something else.
+    #[error(
+        "{}: its section {section} ({:#x} to {:#x}) lies in the sectors of the block ({:#x} to {:#x}), which are erased",
+        path.display(), place.start, place.end, sector.start, sector.end
+    )]
+    InUse {
+        /// The firmware.
+        path: PathBuf,
+        /// The section.
+        section: String,
+        /// Where it lies.
+        place: Range,
+        /// The sectors.
+        sector: Range,
+    },
+    /// No probe is attached.
+    #[error("no debug probe is attached")]
+    NoneAttached,
+    /// More than one is.
+    #[error("{} debug probes are attached: {}", found.len(), found.join("; "))]
+    Several {
+        /// All of them.
+        found: Vec<String>,
+    },
+    /// Probe or chip failed.
+    #[error("the debug probe failed to {doing}: {error}")]
+    Failed {
+        /// What it was to do.
+        doing: &'static str,
+        /// Why.
+        error: Box<dyn std::error::Error + Send + Sync>,
+    },
+}
+
+impl ProbeError {
+    /// How to mend it.
+    pub fn mend(&self) -> Option<String> {
+        Some(match self {
+            Self::File { .. } | Self::NoElf { .. } => "name the ELF file of the firmware on the drive".to_owned(),
+            Self::NoSymbol { nearest: Some(nearest), .. } => format!("name it with --symbol; there is `{nearest}`"),
+            Self::NoSymbol { .. } => {
+                "name the symbols of the places with --symbol A,B, or give their addresses with --address".to_owned()
+            }
+            Self::Places { .. } => "give one address or symbol, or two with a comma between".to_owned(),
+            Self::NoFlash { .. } => "check the address, and the chip after probe:".to_owned(),
+            Self::Unaligned { sector, .. } => {
+                format!("give the block sectors of its own, such as from {:#x} on", sector.end)
+            }
+            Self::OnePlace { .. } | Self::InUse { .. } => {
+                "give each place of a block erase sectors of its own in the firmware's linker script".to_owned()
+            }
+            Self::NoneAttached => {
+                "attach it, and see that this user may use it (on Linux, by probe-rs's udev rules)".to_owned()
+            }
+            Self::Several { .. } => "leave one attached".to_owned(),
+            Self::Failed { .. } => "check the wiring, the chip's power and its name after probe:".to_owned(),
+        })
+    }
+}

@@ -1,0 +1,108 @@
+//! Blocks of the recordings, each predicted by a fit to the others: what is only luck or a few rows does not predict.
+
+use std::borrow::Cow;
+
+use super::fit::Fitted;
+use super::subject::Subject;
+use crate::estimate::noise::Noise;
+use crate::estimate::profile::solve_held;
+use crate::estimate::triangle::dot;
+
+/// Blocks that a recording is cut into.
+const BLOCKS: usize = 8;
+
+/// What is believed predicts blocks better by so many squares of the noise, the best and the worst of them left out.
+const PREDICTS: f64 = 40.0;
+
+/// The gain of all blocks but the one that gains most and the one that loses most: what shows once is luck, what fails once may be a start or a stop.
+pub fn usual(gains: &[f64]) -> f64 {
+    let (most, least) = gains.iter().fold((0.0_f64, 0.0_f64), |(most, least), g| (most.max(*g), least.min(*g)));
+    gains.iter().sum::<f64>() - most - least
+}
+
+/// Whether the gains of blocks are those of something that was there in most of them.
+pub fn predictive(gains: &[f64]) -> bool {
+    2 * gains.iter().filter(|g| **g > 0.0).count() > gains.len() && usual(gains) > PREDICTS
+}
+
+impl Subject<'_> {
+    /// What is left of each block, row by row, each predicted by a fit to the others, and how the numbers moved in each; the fit is linearised where it ended.
+    /// What is a recording's own, its offset and its past, is no part of the prediction and stays that of all rows.
+    fn left_of_blocks(&self, of_gear: &[&[f64]], residual: &[f64], noise: &[Noise]) -> (Vec<f64>, Vec<Vec<f64>>) {
+        let layout = self.layout();
+        let free: Vec<Vec<f64>> = of_gear.iter().map(|c| self.without_offsets(noise, c)).collect();
+        let columns: Vec<Vec<f64>> = free.iter().map(|c| layout.whiten(noise, c)).collect();
+        let y = layout.whiten(noise, residual);
+        let mut left = residual.to_vec();
+        let mut moves = Vec::with_capacity(BLOCKS);
+        for block in 0..BLOCKS {
+            let mut without = columns.clone();
+            let mut rest = y.clone();
+            let rows = self.rows_of_block(block);
+            for own in &rows {
+                without.iter_mut().for_each(|c| c[own.clone()].fill(0.0));
+                rest[own.clone()].fill(0.0);
+            }
+            let moved = solve_held(&without, &columns, &rest);
+            for row in rows.into_iter().flatten() {
+                left[row] -= free.iter().zip(&moved).map(|(c, m)| c[row] * m).sum::<f64>();
+            }
+            moves.push(moved);
+        }
+        (left, moves)
+    }
+
+    /// The rows of a block, recording by recording.
+    fn rows_of_block(&self, block: usize) -> Vec<std::ops::Range<usize>> {
+        let part = |span: &std::ops::Range<usize>, block: usize| span.start + span.len() * block / BLOCKS;
+        self.spans.iter().map(|span| part(span, block)..part(span, block + 1)).collect()
+    }
+
+    /// Root mean square of blocks, each predicted by a fit to the others.
+    pub fn rms_of_blocks(&self, fit: &Fitted) -> f64 {
+        let (left, _) = self.left_of_blocks(&fit.of_places(), &fit.residual, &self.weights(fit));
+        let left = self.layout().masked(&left);
+        (dot(&left, &left) / self.counted().max(1) as f64).sqrt()
+    }
+
+    /// By how much a fit predicts each block better than another does, in squares of a noise.
+    pub fn gain_of_blocks(&self, with: &Fitted, without: &Fitted, noise: &[Noise]) -> Vec<f64> {
+        let squares = |fit: &Fitted| self.squares_of_blocks(&fit.of_places(), &fit.residual, noise);
+        squares(without).iter().zip(squares(with)).map(|(a, b)| a - b).collect()
+    }
+
+    /// By how much columns beside a fit predict each block better than the fit alone, in squares of a noise.
+    pub fn gain_of_columns(&self, fit: &Fitted, columns: &[Vec<f64>], noise: &[Noise]) -> Vec<f64> {
+        let mut all = fit.of_places();
+        let without = self.squares_of_blocks(&all, &fit.residual, noise);
+        all.extend(columns.iter().map(Vec::as_slice));
+        let with = self.squares_of_blocks(&all, &fit.residual, noise);
+        without.iter().zip(with).map(|(a, b)| a - b).collect()
+    }
+
+    fn squares_of_blocks(&self, of_gear: &[&[f64]], residual: &[f64], noise: &[Noise]) -> Vec<f64> {
+        let white = self.layout().whiten(noise, &self.left_of_blocks(of_gear, residual, noise).0);
+        let squares = |block: usize| {
+            self.rows_of_block(block).into_iter().map(|rows| dot(&white[rows.clone()], &white[rows])).sum()
+        };
+        (0..BLOCKS).map(squares).collect()
+    }
+
+    /// The noise that a fit was weighted by.
+    fn weights<'f>(&self, fit: &'f Fitted) -> Cow<'f, [Noise]> {
+        if fit.plain { Cow::Owned(self.layout().white()) } else { Cow::Borrowed(&fit.noise) }
+    }
+
+    /// Standard deviation of each free number given all others free; `None` where the recordings do not tell it from others. The larger of what the noise says
+    /// and of the scatter over blocks (jackknife), which knows nothing of the noise; of a plain fit the latter alone.
+    pub fn standard_deviations(&self, fit: &Fitted) -> Vec<Option<f64>> {
+        let (_, moves) = self.left_of_blocks(&fit.of_places(), &fit.residual, &self.weights(fit));
+        let scatter = |i: usize| {
+            let mean = moves.iter().map(|m| m[i]).sum::<f64>() / BLOCKS as f64;
+            let squares: f64 = moves.iter().map(|m| (m[i] - mean).powi(2)).sum();
+            (squares * (BLOCKS - 1) as f64 / BLOCKS as f64).sqrt()
+        };
+        let of_noise = self.layout().standard_deviations(&fit.of_places(), &fit.residual).into_iter().enumerate();
+        of_noise.map(|(i, sd)| sd.map(|sd| scatter(i).max(if fit.plain { 0.0 } else { sd }))).collect()
+    }
+}

@@ -1,0 +1,95 @@
+//! `gmhm drive`: watch, try, keep, take back.
+
+mod common;
+mod served;
+
+use common::{PUBLISHED, WorkDir};
+use served::{Joint, blank, serve};
+
+/// Two blocks of one gear, and how to speak to a drive that is served for so many commands.
+fn bench() -> WorkDir {
+    let dir = WorkDir::new();
+    dir.write("gear.toml", PUBLISHED);
+    dir.write("softer.toml", PUBLISHED.replace("2.4737e4", "2.2e4"));
+    dir.succeed("pack gear.toml -o params.bin");
+    dir.succeed("pack softer.toml -o softer.bin");
+    dir
+}
+
+#[test]
+fn parameters_are_tried_kept_and_taken_back() {
+    let dir = bench();
+    let served = serve(Joint::default(), blank(), 14, None);
+    let to = format!("tcp:{}", served.address);
+    let drive = |words: &str| dir.succeed(&format!("drive --to {to} {words}")).stdout;
+    assert!(drive("status").contains("in force      nothing\n"));
+    dir.succeed(&format!("flash params.bin --to {to}"));
+
+    let tried = drive("try softer.bin");
+    assert!(tried.contains("on trial, read back") && tried.contains("to be sequence 2"), "{tried}");
+    assert!(drive("status").contains("on trial, in RAM: sequence 2"));
+    drive("revert");
+    let status = drive("status --json status.json");
+    assert!(status.contains("as stored: sequence 1") && status.contains("newest stored sequence 1"), "{status}");
+
+    // A second trial makes way for a third, which is kept.
+    drive("try softer.bin");
+    drive("try softer.bin");
+    assert!(drive("commit").contains("sequence 2"));
+    drive("read -o back.bin");
+    assert!(drive("rollback").contains("in force again: sequence 1"));
+    assert!(drive("status").contains("as stored: sequence 1"));
+    assert!(drive("on").contains("compensation on"));
+    assert!(drive("gain 0.25").contains("compensation on, gain ratio 0.25"));
+    let (joint, _) = served.end();
+    assert_eq!(joint.parameters.map(|parameters| parameters.header.sequence), Some(1));
+    assert!(joint.compensating && joint.gain_ratio == 0.25);
+
+    let status: serde_json::Value = serde_json::from_str(&dir.read("status.json")).expect("JSON");
+    assert_eq!((&status["origin"], &status["stored_sequence"]), (&"stored".into(), &1.into()));
+    let c1 = |file: &str| {
+        let shown = dir.succeed(&format!("inspect {file}")).stdout;
+        shown.lines().find(|line| line.contains("c1")).expect("c1").to_owned()
+    };
+    assert_eq!(c1("back.bin"), c1("softer.bin"));
+    assert_ne!(c1("back.bin"), c1("params.bin"));
+}
+
+#[test]
+fn what_a_drive_measures_is_read() {
+    let dir = bench();
+    let served = serve(Joint::default(), blank(), 1, None);
+    let told = dir
+        .succeed(&format!("drive --to tcp:{} live --seconds 0.2 --every 0.05 --json live.json", served.address))
+        .stdout;
+    served.end();
+    let lines: Vec<&str> = told.lines().collect();
+    assert_eq!(lines.len(), 5, "{told}");
+    assert!(lines[0].contains("deflection_rad  torque_model_nm  hysteresis_nm"));
+    assert!(lines[4].contains("2.5") && lines[4].contains("-1.50000") && lines[4].ends_with("out of range"), "{told}");
+    let live: serde_json::Value = serde_json::from_str(&dir.read("live.json")).expect("JSON");
+    let moments = live.as_array().expect("a list");
+    assert_eq!(moments.len(), 4);
+    assert!(moments.iter().all(|moment| moment["ticks"] == 77 && moment["torque_model_nm"] == -1.5));
+    assert!(moments[3]["time_s"].as_f64().is_some_and(|time| time >= 0.15));
+}
+
+#[test]
+fn refusals_name_the_mend() {
+    let dir = bench();
+    let joint = Joint { enabled: true, compensating: true, ..Joint::default() };
+    let served = serve(joint, blank(), 5, None);
+    let to = format!("drive --to tcp:{}", served.address);
+    let refuse = |words: &str, told: &str| dir.refuse(&format!("{to} {words}"), &[told, "help: "]);
+    refuse("try params.bin", "the compensation is on");
+    refuse("revert", "no parameters are on trial");
+    refuse("read -o none.bin", "no parameters are in force");
+    dir.refuse(&format!("{to} commit"), &["the drive is enabled"]);
+    dir.refuse(&format!("{to} rollback"), &["the drive is enabled"]);
+    let (joint, memory) = served.end();
+    assert!(joint.parameters.is_none() && memory == blank());
+
+    dir.refuse("drive --to probe live", &["does not speak to the firmware", "help: "]);
+    assert_eq!(dir.gmhm("drive --to tcp:localhost:1 gain 1.5").status, Some(2));
+    assert_eq!(dir.gmhm("drive --to tcp:localhost:1").status, Some(2));
+}

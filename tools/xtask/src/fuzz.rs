@@ -1,0 +1,50 @@
+//! Fuzzing of what takes bytes from outside: blocks, the link, the store. Coverage-guided where it pays, on a stable compiler.
+
+use anyhow::{Context, Result};
+use xshell::{Shell, cmd};
+
+/// The coverage that libFuzzer is guided by. These are the flags of `cargo fuzz --sanitizer none`, none of which needs a nightly compiler.
+const COVERAGE: &str = "-Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-level=4 \
+    -Cllvm-args=-sanitizer-coverage-inline-8bit-counters -Cllvm-args=-sanitizer-coverage-pc-table -Ccodegen-units=1 --cfg fuzzing";
+
+/// Executions of each among the tests.
+pub const IN_TESTS: u64 = 300_000;
+
+/// The targets of `fuzz/`, and the longest input of each: several sessions; both slots.
+const TARGETS: [(&str, &str); 2] = [("link", "256"), ("store", "1200")];
+
+/// Runs each fuzzer so often, from one seed.
+pub fn run(shell: &Shell, executions: u64, seed: u64) -> Result<()> {
+    let (count, seed) = (executions.to_string(), seed.to_string());
+    println!("fuzz: block");
+    cmd!(shell, "cargo test --quiet --locked --package gmhm-host-tests --test block_fuzz -- --nocapture")
+        .env("GMHM_FUZZ", &count)
+        .env("GMHM_FUZZ_SEED", &seed)
+        .quiet()
+        .run()
+        .context("a block was neither refused nor computed with")?;
+
+    let host = cmd!(shell, "rustc --print host-tuple").quiet().read()?;
+    let folder = shell.current_dir().join("target/fuzz");
+    // With a target named, the flags are not those of build scripts.
+    cmd!(
+        shell,
+        "cargo build --quiet --locked --release --manifest-path fuzz/Cargo.toml --target {host} --target-dir {folder} --bins"
+    )
+    .env("RUSTFLAGS", COVERAGE)
+    .quiet()
+    .run()
+    .context("the fuzzers do not build: libFuzzer needs a C++ compiler named `c++`")?;
+    for (target, longest) in TARGETS {
+        println!("fuzz: {target}");
+        let program = folder.join(&host).join("release").join(target);
+        let _inside = shell.push_dir(&folder);
+        let told = cmd!(shell, "{program} -runs={count} -seed={seed} -max_len={longest}").quiet().read_stderr();
+        let told =
+            told.with_context(|| format!("the fuzzer `{target}` found something: its input lies in target/fuzz"))?;
+        for line in told.lines().filter(|line| line.starts_with("Done ") || line.contains("cov: ")).rev().take(2) {
+            println!("fuzz: {target}: {}", line.trim());
+        }
+    }
+    Ok(())
+}
