@@ -29,9 +29,11 @@ pub fn run(shell: &Shell) -> Result<()> {
     Ok(())
 }
 
-/// Runs every `cargo run` that the README shows.
+/// Runs every `cargo run` that the README shows, with its model file in place.
 fn readme(shell: &Shell) -> Result<()> {
     let text = shell.read_file("README.md")?;
+    let model = text.split("```toml\n").nth(1).and_then(|rest| rest.split("```").next());
+    shell.write_file("gear.toml", model.context("the README shows no model file")?)?;
     for line in text.lines() {
         if let Some(arguments) = line.strip_prefix("cargo run ") {
             let arguments = arguments.split_whitespace();
