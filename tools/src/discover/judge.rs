@@ -32,10 +32,6 @@ pub struct Judged {
     pub tried: Vec<(String, f64, usize)>,
     /// What the best free curve gains in its place, net.
     pub free_gain: f64,
-    /// By how much it helps to predict each block held out, in squares of the noise.
-    pub held_out: Vec<f64>,
-    /// By how much a free curve helps to predict each block beside it, in squares of the noise.
-    pub left_to_curve: Vec<f64>,
     /// The closest kind of the library, where the effect is unknown.
     pub closest: Option<String>,
 }
@@ -158,8 +154,6 @@ impl Subject<'_> {
                 places,
                 tried: tried.iter().map(|a| (a.kind.to_owned(), a.gain, a.parameters)).collect(),
                 free_gain,
-                held_out: effect.held_out,
-                left_to_curve,
                 closest: (!named).then_some(kind),
             });
         }
@@ -183,7 +177,6 @@ impl Subject<'_> {
             let further = judged.iter().any(|e| e.name == UNKNOWN);
             let before = power(&extended.residual);
             let gain = left[0].gain;
-            let held_out = self.gain_of_columns(&extended, &left[0].basis, &left[0].noise);
             let end = extended.model.terms.len();
             let curve = self.with_curve(&extended, &extended.model, end, &left, search)?;
             if further && curve.is_none() {
@@ -202,8 +195,6 @@ impl Subject<'_> {
                 places: left,
                 tried: rejected.iter().map(|a| (a.kind.to_owned(), a.gain, a.parameters)).collect(),
                 free_gain: 0.0,
-                held_out,
-                left_to_curve: Vec::new(),
                 closest: None,
             });
         }

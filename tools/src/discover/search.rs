@@ -18,8 +18,6 @@ pub struct Explained {
     pub gain: f64,
     /// How many numbers it has.
     pub parameters: usize,
-    /// By how much it helps to predict each block held out, in squares of the noise.
-    pub held_out: Vec<f64>,
     /// The model without it, refitted.
     pub rest: Fitted,
     /// Everything tried in its place, itself among it, the best first.
@@ -34,8 +32,6 @@ pub struct Outcome {
     pub extended: Fitted,
     /// What was found.
     pub effects: Vec<Explained>,
-    /// The best gain over the base model, penalty taken off, by any kind.
-    pub best_gain: f64,
     /// How the search was done.
     pub free_zero: bool,
     /// What was tried beside the final model, and found wanting.
@@ -83,7 +79,6 @@ impl Subject<'_> {
         let (base, search) = self.with_zero(base, search)?;
         let mut extended = base.clone();
         let rejected;
-        let mut best_gain = f64::NEG_INFINITY;
         loop {
             let found = extended.model.terms.len() - search.base_terms;
             let tried = self.explain(&extended, search, 6.0)?;
@@ -109,9 +104,6 @@ impl Subject<'_> {
                 rejected = tried;
                 break;
             };
-            if found == 0 && best_gain == f64::NEG_INFINITY {
-                best_gain = net(alternative);
-            }
             let grows = alternative.extends.is_some();
             let so_far = base.minus_two_log_likelihood - extended.minus_two_log_likelihood;
             if net(alternative) < MARGIN.max(LEAST_SHARE * so_far) || (found >= MOST_EFFECTS && !grows) {
@@ -163,10 +155,10 @@ impl Subject<'_> {
                 term = search.base_terms;
                 continue;
             }
-            effects.push(Explained { term, gain, parameters, held_out, rest, alternatives });
+            effects.push(Explained { term, gain, parameters, rest, alternatives });
             term += 1;
         }
-        Ok(Outcome { base, extended, effects, best_gain, free_zero: search.zero, rejected })
+        Ok(Outcome { base, extended, effects, free_zero: search.zero, rejected })
     }
 }
 

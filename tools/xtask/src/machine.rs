@@ -50,11 +50,6 @@ impl Machine {
         ALL.into_iter().find(|machine| machine.target == target)
     }
 
-    /// Whether the core computes in `f32` itself.
-    pub fn has_float(&self) -> bool {
-        self.target.ends_with("hf")
-    }
-
     /// Builds an image for this machine and names its file.
     pub fn build(&self, shell: &Shell, image: &str) -> Result<PathBuf> {
         let target = self.target;

@@ -117,7 +117,7 @@ fn weigh(shell: &Shell, path: &Path) -> Result<Weight> {
         ensure!(!is_panic(&name), "the control path can panic: the image `{image}` holds `{name}`");
         ensure!(!is_double(&name), "the f32 path computes in double precision: the image `{image}` holds `{name}`");
         ensure!(
-            path.machine.has_float() || !is_soft(&name),
+            path.machine.has_floats() || !is_soft(&name),
             "fixed point needs no `{name}`, and the image `{image}` for the {} holds it",
             path.machine.core
         );
