@@ -11,7 +11,7 @@ use gmhm::Elastic;
 use gmhm_tools::estimate::judge::{Assessment, Grade, structure};
 use gmhm_tools::estimate::{Fit, FitOptions, fit};
 use gmhm_tools::recording::Recording;
-use gmhm_tools::report::fit::page;
+use gmhm_tools::report::fit::{loop_figure, page};
 use gmhm_tools::report::page::Provenance;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -87,6 +87,26 @@ fn short_strokes_a_spring_and_noise_are_told() {
     says(&assessed(&[record(A, spring, none, &path, 0.1, 5)], A).1, Grade::Bad, "show no hysteresis");
 
     says(&assessed(&[gear(2000, 3.0, 6.0)], A).1, Grade::Bad, "of the peak torque");
+}
+
+#[test]
+fn no_line_leads_from_one_recording_to_the_next() {
+    // The first ends at the upper tip, the second starts at the lower one.
+    let (elastic, memory) = published();
+    let part = |theta: Vec<f64>| record(A, elastic, memory, &Path { theta, period_s: 1e-2 }, 0.1, 5);
+    let up = cycle(A, 700, 2.25);
+    let recordings = [part(up.clone()), part(up.iter().map(|x| -x).rev().collect())];
+    let (fit, assessment) = assessed(&recordings, A);
+    let svg = loop_figure(&fit, &assessment, &recordings).to_file();
+    let mut lines = 0;
+    for line in svg.split("<polyline").skip(1).filter(|line| line.contains("stroke=\"#0072B2\"")) {
+        let points = line.split("points=\"").nth(1).unwrap().split('"').next().unwrap();
+        let across: Vec<f64> =
+            points.split_whitespace().map(|p| p.split(',').next().unwrap().parse().unwrap()).collect();
+        assert!(across.windows(2).all(|w| (w[1] - w[0]).abs() < 100.0), "{points}");
+        lines += across.len();
+    }
+    assert!(lines > 100, "{lines} points");
 }
 
 #[test]

@@ -10,6 +10,8 @@ use super::subject::Subject;
 pub struct Scene {
     /// Every coordinate of every row.
     pub coordinates: Coordinates,
+    /// The first row of each recording.
+    pub first_rows: Vec<usize>,
     /// The spectrum over the orders of the motor turn, of the refitted base model and of the extended one.
     pub orders: Option<(Vec<Line>, Vec<Line>)>,
 }
@@ -33,6 +35,7 @@ impl Scene {
             let (before, after) = (lines(&judgement.base.residual), lines(&judgement.extended.residual));
             (!before.is_empty()).then_some((before, after))
         });
-        Ok(Self { coordinates, orders })
+        let first_rows = subject.spans.iter().map(|span| span.start).collect();
+        Ok(Self { coordinates, first_rows, orders })
     }
 }

@@ -147,6 +147,13 @@ fn before_and_after(finding: &Finding, coordinate: &str, unit: TorqueUnit) -> Op
     Some(figure.draw())
 }
 
+/// A line of rows, broken between recordings.
+fn recordings_apart(scene: &Scene, line: &[f64]) -> Vec<f64> {
+    let ends = scene.first_rows.iter().skip(1).copied().chain([line.len()]);
+    let spans = scene.first_rows.iter().copied().zip(ends);
+    spans.flat_map(|(from, to)| line[from..to].iter().copied().chain([f64::NAN])).collect()
+}
+
 fn picture(finding: &Finding, unit: TorqueUnit) -> Section {
     let section = Section::new("The picture");
     let found = &finding.diagnosis;
@@ -156,14 +163,16 @@ fn picture(finding: &Finding, unit: TorqueUnit) -> Section {
     let seconds: Vec<(f64, f64)> =
         found.places.first().map(|p| p.seconds.iter().map(|[a, b]| (*a, *b)).collect()).unwrap_or_default();
     let judgement = &finding.judgement;
-    let mut over_time = vec![("base model refitted", Role::Second, &judgement.base.residual[..])];
+    let apart = |line: &[f64]| recordings_apart(&finding.scene, line);
+    let (base, extended) = (apart(&judgement.base.residual), apart(&judgement.extended.residual));
+    let mut over_time = vec![("base model refitted", Role::Second, &base[..])];
     if found.mismatch {
-        over_time.push(("with what was found", Role::Model, &judgement.extended.residual[..]));
+        over_time.push(("with what was found", Role::Model, &extended[..]));
     }
     let shaded: &[(f64, f64)] = if seconds.len() < 20 { &seconds } else { &[] };
     let time = figures::residual_over_time(
         "What the models leave over time",
-        &finding.scene.coordinates.time,
+        &apart(&finding.scene.coordinates.time),
         &over_time,
         shaded,
         unit,

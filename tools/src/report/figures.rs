@@ -100,7 +100,8 @@ pub fn residual_by_direction(title: &str, over: Abscissa, at: &[f64], residual: 
     let mut rising = true;
     for (row, (x, left)) in at.iter().zip(residual).enumerate() {
         let before = at[row.saturating_sub(1)];
-        rising = if *x == before { rising } else { *x > before };
+        // Nothing comes before the first row of a recording.
+        rising = if *x == before || before.is_nan() { rising } else { *x > before };
         curves[usize::from(!rising)].points.push((x * over.scale, *left));
     }
     let y_label = torque_axis("recording minus model", unit);

@@ -61,7 +61,7 @@ fn stem(name: &str) -> String {
     std::path::Path::new(name).file_stem().map_or_else(|| name.to_owned(), |stem| stem.to_string_lossy().into_owned())
 }
 
-/// All recordings one after the other.
+/// All recordings one after the other, a row that is no number between them: no line leads from one to the next.
 struct Joined {
     time_s: Vec<f64>,
     over: Abscissa,
@@ -92,9 +92,12 @@ impl Joined {
             unsettled_s: Vec::new(),
             names: recordings.iter().map(|r| stem(&r.name)).collect(),
         };
+        let mut begin = 0.0;
         for (index, recording) in recordings.iter().enumerate() {
+            if index > 0 {
+                all.lines().for_each(|line| line.push(f64::NAN));
+            }
             let first = recording.time_s.first().copied().unwrap_or(0.0);
-            let begin = all.time_s.last().copied().unwrap_or(0.0);
             let unsettled = fit.unsettled_rows[index];
             if unsettled > 0 {
                 all.unsettled_s.push((begin, begin + recording.time_s[unsettled] - first));
@@ -114,8 +117,16 @@ impl Joined {
             all.elastic.extend(&prediction.elastic);
             all.hysteresis.extend(&prediction.hysteresis);
             all.residual.extend(&assessment.residuals[index]);
+            begin = all.time_s.last().copied().unwrap_or(begin);
         }
         all
+    }
+
+    /// Every line of rows.
+    fn lines(&mut self) -> impl Iterator<Item = &mut Vec<f64>> {
+        let Self { time_s, at, measured, modelled, elastic, hysteresis, residual, terms, .. } = self;
+        let fixed = [time_s, at, measured, modelled, elastic, hysteresis, residual];
+        fixed.into_iter().chain(terms.iter_mut().map(|(_, values)| values))
     }
 
     fn loop_figure(&self, name: &str, unit: TorqueUnit) -> Drawing {

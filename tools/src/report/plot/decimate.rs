@@ -30,8 +30,12 @@ impl Window {
     }
 }
 
+fn is_finite(point: &(f64, f64)) -> bool {
+    point.0.is_finite() && point.1.is_finite()
+}
+
 pub fn finite(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
-    points.iter().copied().filter(|p| p.0.is_finite() && p.1.is_finite()).collect()
+    points.iter().copied().filter(is_finite).collect()
 }
 
 /// A cloud without the dots that would fall on others.
@@ -50,17 +54,20 @@ pub fn dots(points: &[(f64, f64)], window: &Window) -> Vec<(f64, f64)> {
     kept
 }
 
-/// A line in pieces. Over an increasing coordinate no peak is lost; of a path that turns back only what falls on ink already drawn is.
+/// A line in pieces; it breaks at points that are not finite. Over an increasing coordinate no peak is lost; of a path that turns back only what falls on ink
+/// already drawn is.
 pub fn line(points: &[(f64, f64)], window: &Window) -> Vec<Vec<(f64, f64)>> {
-    if points.len() <= FEW {
-        return vec![points.to_vec()];
+    let runs: Vec<&[(f64, f64)]> = points.split(|p| !is_finite(p)).filter(|run| !run.is_empty()).collect();
+    let count: usize = runs.iter().map(|run| run.len()).sum();
+    if count <= FEW {
+        return runs.into_iter().map(<[_]>::to_vec).collect();
     }
-    if points.windows(2).all(|w| w[0].0 <= w[1].0) {
-        return vec![extremes(points)];
+    if runs.iter().all(|run| run.windows(2).all(|w| w[0].0 <= w[1].0)) {
+        return runs.into_iter().map(|run| extremes(run, count.div_ceil(BUCKETS))).collect();
     }
     let mut pieces = Vec::new();
     for size in CELLS {
-        pieces = ink(points, window, size);
+        pieces = ink(&runs, window, size);
         if pieces.iter().map(|piece| piece.len() + 10).sum::<usize>() <= MOST_INK {
             break;
         }
@@ -68,9 +75,9 @@ pub fn line(points: &[(f64, f64)], window: &Window) -> Vec<Vec<(f64, f64)>> {
     pieces
 }
 
-fn extremes(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
+fn extremes(points: &[(f64, f64)], bucket: usize) -> Vec<(f64, f64)> {
     let mut kept = Vec::with_capacity(FEW);
-    for bucket in points.chunks(points.len().div_ceil(BUCKETS)) {
+    for bucket in points.chunks(bucket) {
         let by_height = |a: &usize, b: &usize| bucket[*a].1.total_cmp(&bucket[*b].1);
         let low = (0..bucket.len()).min_by(by_height).unwrap_or(0);
         let high = (0..bucket.len()).max_by(by_height).unwrap_or(0);
@@ -84,28 +91,32 @@ fn extremes(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
 }
 
 /// The pen goes up where the path runs over ink and comes down before it leaves it.
-fn ink(points: &[(f64, f64)], window: &Window, size: f64) -> Vec<Vec<(f64, f64)>> {
+fn ink(runs: &[&[(f64, f64)]], window: &Window, size: f64) -> Vec<Vec<(f64, f64)>> {
     let mut inked = HashSet::new();
-    let mut pieces: Vec<Vec<(f64, f64)>> = vec![vec![points[0]]];
-    let mut at = window.cell(points[0], size);
-    inked.insert(at);
-    let mut pen_down = true;
-    for pair in points.windows(2) {
-        let cell = window.cell(pair[1], size);
-        if cell == at {
-            continue;
+    let mut pieces: Vec<Vec<(f64, f64)>> = Vec::new();
+    for run in runs {
+        let mut at = window.cell(run[0], size);
+        let mut pen_down = inked.insert(at);
+        if pen_down {
+            pieces.push(vec![run[0]]);
         }
-        at = cell;
-        let fresh = inked.insert(cell);
-        if fresh && !pen_down {
-            pieces.push(vec![pair[0]]);
+        for pair in run.windows(2) {
+            let cell = window.cell(pair[1], size);
+            if cell == at {
+                continue;
+            }
+            at = cell;
+            let fresh = inked.insert(cell);
+            if fresh && !pen_down {
+                pieces.push(vec![pair[0]]);
+            }
+            if (fresh || pen_down)
+                && let Some(piece) = pieces.last_mut()
+            {
+                piece.push(pair[1]);
+            }
+            pen_down = fresh;
         }
-        if (fresh || pen_down)
-            && let Some(piece) = pieces.last_mut()
-        {
-            piece.push(pair[1]);
-        }
-        pen_down = fresh;
     }
     pieces
 }
@@ -141,6 +152,20 @@ mod tests {
         points[654_321].1 = 5.0;
         let kept = line(&points, &window());
         assert!(kept[0].len() <= FEW && kept[0].contains(&(654_321.0, 5.0)));
+    }
+
+    #[test]
+    fn a_line_breaks_at_what_is_not_finite_however_long_it_is() {
+        for rows in [10, 200_000] {
+            let along: Vec<(f64, f64)> = (0..rows).map(|k| (k as f64, 0.0)).collect();
+            for part in [along, loops(rows)] {
+                let later = part.iter().map(|p| (p.0 + 0.3, p.1 + 5.0));
+                let both: Vec<(f64, f64)> = part.iter().copied().chain([(f64::NAN, f64::NAN)]).chain(later).collect();
+                let pieces = line(&both, &window());
+                let crosses = |piece: &Vec<(f64, f64)>| piece.windows(2).any(|w| (w[0].1 - w[1].1).abs() > 3.0);
+                assert!(pieces.len() > 1 && !pieces.iter().any(crosses), "{rows} rows");
+            }
+        }
     }
 
     #[test]

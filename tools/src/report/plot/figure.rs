@@ -28,7 +28,7 @@ pub enum Style {
 pub struct Curve {
     /// Words of the legend.
     pub label: String,
-    /// Its points in order; points that are not finite are left out.
+    /// Its points in order; points that are not finite are left out, and break a line.
     pub points: Vec<(f64, f64)>,
     /// What it stands for.
     pub role: Role,
@@ -224,7 +224,7 @@ fn draw_curve<'b>(chart: &mut Chart<'_, 'b>, curve: &Curve, window: &Window) -> 
     }
     match curve.style {
         Style::Line => {
-            for piece in decimate::line(&points, window) {
+            for piece in decimate::line(&curve.points, window) {
                 chart.draw_series(LineSeries::new(piece, colour.stroke_width(3 * SHARPNESS / 2)))?;
             }
         }
