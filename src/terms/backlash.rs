@@ -53,6 +53,10 @@ impl<S: Float> Physics<S> for Backlash<S> {
         if self.clearance { &[Need::Gear] } else { &[] }
     }
 
+    fn follows_base(&self) -> bool {
+        self.clearance
+    }
+
     fn correct(&self, state: &mut BacklashState<S>, measured: S, transmitted: &dyn Fn(S) -> S) -> S {
         if !measured.is_finite() || self.half_gap <= S::ZERO {
             return measured;

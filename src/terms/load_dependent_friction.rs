@@ -37,6 +37,10 @@ impl<S: Float> Physics<S> for LoadDependentFriction<S> {
         Ok(Self { mu, sense: Sense::new(reader.number(&SMOOTHING)?) })
     }
 
+    fn follows_base(&self) -> bool {
+        true
+    }
+
     #[inline]
     fn torque(&self, (): &mut (), sample: &Sample<S>) -> S {
         self.mu * sample.base_torque.abs() * self.sense.of(sample.velocity)

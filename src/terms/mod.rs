@@ -118,6 +118,13 @@ macro_rules! kinds {
                 }
             }
 
+            /// Whether it depends on the torque that the gear transmits, or on the gear's parameters.
+            pub fn follows_base(&self) -> bool {
+                match self {
+                    $(Self::$kind(term) => term.follows_base(),)*
+                }
+            }
+
             /// θ_measured − θ as far as the sample alone tells it, rad.
             #[inline]
             pub fn deflection_error(&self, sample: &Sample<S>) -> S {

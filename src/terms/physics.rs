@@ -26,6 +26,12 @@ pub trait Physics<S: Float>: Sized {
         &[]
     }
 
+    /// Whether it depends on T_base, the torque that the gear transmits, or on its parameters. Where a term does, T is linear in its numbers and in the gear's only
+    /// while the others stay; else in all of role [`Linear`](super::Role::Linear) together, beyond the deflection that the terms of that domain leave.
+    fn follows_base(&self) -> bool {
+        false
+    }
+
     /// Domain deflection: θ_measured − θ, where the sample alone tells it.
     #[inline]
     fn deflection_error(&self, _sample: &Sample<S>) -> S {

@@ -36,6 +36,10 @@ impl<S: Float> Physics<S> for ThermalStiffness<S> {
         Ok(Self { gain: -(reader.number(&GAIN)? * reader.setting.c1), reference: reader.number(&REFERENCE)? })
     }
 
+    fn follows_base(&self) -> bool {
+        true
+    }
+
     #[inline]
     fn torque(&self, (): &mut (), sample: &Sample<S>) -> S {
         self.gain * sample.deflection * (sample.temperature - self.reference)

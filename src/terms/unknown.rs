@@ -90,6 +90,10 @@ impl<S: Float> Physics<S> for Unknown<S> {
         self.coordinate.needs()
     }
 
+    fn follows_base(&self) -> bool {
+        matches!(self.coordinate, Coordinate::Torque | Coordinate::TorqueRate)
+    }
+
     fn torque(&self, state: &mut Reversal<S>, sample: &Sample<S>) -> S {
         match self.coordinate {
             Coordinate::Reversal => self.open(state.travel(sample.deflection)),

@@ -6,6 +6,10 @@ use std::f64::consts::TAU;
 
 use common::PUBLISHED;
 use gmhm::terms::{Domain, Form, KINDS, KeyInfo, Role};
+use gmhm_tools::discover::parameters::{of_gear, of_term, put, step, value};
+use gmhm_tools::discover::projection::{Walk, Weights, is_linear, linear_together};
+use gmhm_tools::discover::subject::Subject;
+use gmhm_tools::estimate::descent::descend;
 use gmhm_tools::model::{Model, Term, TermValue, parse};
 use gmhm_tools::physics::Evaluation;
 use gmhm_tools::physics::columns::{get, set};
@@ -171,4 +175,89 @@ fn the_friction_of_a_joint_follows_its_load() {
     // cos q_o + 0.05 abs(cos q_o) sgn v.
     let (q, v) = (1.5_f64 * (0.7 * recording.time_s[7]).sin(), recording.velocity_out_rad_per_s.as_ref().unwrap()[7]);
     assert!((columns[0].values[7] - (q.cos() + 0.05 * q.cos().abs() * v.signum())).abs() < 1e-12);
+}
+
+/// Gears of two laws and a joint, each with terms that scale, delay and depend on the deflection.
+fn bases() -> Vec<Model> {
+    let (gear, mut slow, mut joint) = (model(), model(), model());
+    slow.memory.as_mut().unwrap().law = gmhm::Law::Time;
+    (joint.elastic, joint.memory) = (None, None);
+    joint.terms.push(term("gravity_load", 0));
+    vec![gear, slow, joint]
+}
+
+#[test]
+fn what_is_eliminated_is_linear_together_and_what_follows_the_torque_is_not() {
+    let recording = recording();
+    let total = |model: &Model| Evaluation::new(model, None, &recording).map(|e| e.total().to_vec());
+    let mut tried = 0;
+    for base in bases() {
+        for info in KINDS {
+            for choice in 0..choices(info.name) {
+                let mut model = base.clone();
+                model.terms.push(term(info.name, choice));
+                let Ok(here) = total(&model) else { continue };
+                let mut places = of_gear(&model);
+                places.extend((0..model.terms.len()).flat_map(|term| of_term(&model, term)));
+                let together = linear_together(&model, &places);
+                let alone: Vec<bool> = places.iter().map(|&place| is_linear(&model, place)).collect();
+                // Far from here, each by another factor.
+                let change =
+                    |k: usize| (0.3 + 0.1 * k as f64) * value(&model, places[k]) + 10.0 * step(&model, places[k]);
+                let off = |chosen: &[bool]| {
+                    let (mut all, mut left) = (model.clone(), vec![0.0; ROWS]);
+                    for k in (0..places.len()).filter(|&k| chosen[k]) {
+                        let mut one = model.clone();
+                        for moved in [&mut all, &mut one] {
+                            put(moved, places[k], value(&model, places[k]) + change(k));
+                        }
+                        let after = total(&one).unwrap();
+                        left.iter_mut().zip(after.iter().zip(&here)).for_each(|(l, (a, b))| *l -= a - b);
+                    }
+                    let after = total(&all).unwrap();
+                    left.iter_mut().zip(after.iter().zip(&here)).for_each(|(l, (a, b))| *l += a - b);
+                    largest(&left) / largest(&after)
+                };
+                let name = format!("{} {choice} of {:?}", info.name, base.memory.map(|m| m.law));
+                assert!(off(&together) < 1e-9, "{name}: {:e} beside the sum", off(&together));
+                if together != alone {
+                    assert!(off(&alone) > 1e-6, "{name}: linear after all");
+                    tried += 1;
+                }
+            }
+        }
+    }
+    assert!(tried >= 7, "{tried} terms that follow the torque");
+}
+
+#[test]
+fn a_fit_leaves_nothing_that_the_eliminated_numbers_could_take() {
+    let mut recording = recording();
+    let mut truth = model();
+    truth.terms.push(term("viscous_friction", 0));
+    recording.torque = Some(Evaluation::new(&truth, None, &recording).unwrap().total().to_vec());
+    let recordings = [recording];
+    let mut model = truth.clone();
+    let elastic = model.elastic.as_mut().unwrap();
+    (elastic.c1_nm_per_rad, elastic.c2_nm_per_rad3) = (2e4, 0.0);
+    let subject = Subject::new(&recordings, &model).unwrap();
+    let mut places = of_gear(&model);
+    places.extend((0..model.terms.len()).flat_map(|term| of_term(&model, term)));
+    places.iter().for_each(|&place| {
+        let wrong = 0.8 * value(&model, place);
+        put(&mut model, place, wrong);
+    });
+    let together = linear_together(&model, &places);
+    assert_eq!(together.iter().filter(|l| **l).count(), 7);
+    for steps in [1, 3] {
+        let (mut walk, from) = Walk::start(&subject, &model, &places, Weights::White, None, steps).unwrap();
+        let pace = walk.pace();
+        let (mut stand, _) = descend(&mut walk, from, pace, &()).unwrap();
+        let columns = walk.columns(&mut stand).unwrap();
+        for ((place, column), _) in places.iter().zip(&columns).zip(&together).filter(|(_, linear)| **linear) {
+            let product: f64 = column.iter().zip(&stand.residual).map(|(x, r)| x * r).sum();
+            let sizes = rms(column) * rms(&stand.residual) * ROWS as f64;
+            assert!(product.abs() < 1e-6 * sizes, "{place:?} after {steps}: {product:e} of {sizes:e}");
+        }
+    }
 }

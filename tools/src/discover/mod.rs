@@ -3,6 +3,7 @@
 //! | file | what |
 //! |---|---|
 //! | [`subject`], [`parameters`], [`fit`] | recordings, the free numbers of a model, its fit against coloured noise |
+//! | [`projection`] | the way down: what is linear eliminated, the rest moved |
 //! | [`library`], [`spectrum`] | what could have been left out, as columns; orders of a turn |
 //! | [`explain`] | every kind beside a fitted model, refitted together |
 //! | [`mod@search`] | forward, with swaps, and backward |
@@ -24,6 +25,7 @@ mod heldout;
 pub mod judge;
 pub mod library;
 pub mod parameters;
+pub mod projection;
 pub mod scene;
 pub mod search;
 pub mod spectrum;

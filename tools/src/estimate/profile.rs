@@ -109,6 +109,16 @@ impl Layout<'_> {
         })
     }
 
+    /// Takes nuisances of given size out of a line.
+    pub fn less_nuisances(&self, linear: &Linear, y: &mut [f64]) {
+        let own = self.nuisances.len() / self.spans.len();
+        for (index, (span, weights)) in self.spans.iter().zip(&linear.recordings).enumerate() {
+            for (nuisance, weight) in self.nuisances[index * own..].iter().zip(weights) {
+                y[span.clone()].iter_mut().zip(&nuisance[span.clone()]).for_each(|(y, x)| *y -= weight * x);
+            }
+        }
+    }
+
     /// [`profile`](Self::profile) from the given noise and from white noise, whichever ends better: a noise that has taken structure for colour holds on to it.
     ///
     /// What only trades structure for slow noise, and leaves more than there was, is no fit.

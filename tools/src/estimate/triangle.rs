@@ -186,6 +186,18 @@ impl Triangle {
         tail
     }
 
+    /// The factor with a combination of the first columns taken out of the last one.
+    #[must_use]
+    pub fn less(&self, weights: &[f64]) -> Self {
+        let mut less = self.clone();
+        let last = self.columns - 1;
+        for i in 0..self.columns {
+            let sum: f64 = weights.iter().enumerate().skip(i).map(|(j, w)| w * self.get(i, j)).sum();
+            less.set(i, last, self.get(i, last) - sum);
+        }
+        less
+    }
+
     /// RᵀR·x.
     pub fn products(&self, x: &[f64]) -> Vec<f64> {
         let rows: Vec<f64> =
@@ -257,5 +269,9 @@ mod tests {
         let chosen = factor.select(&[2, 0]);
         assert!((chosen.norm(0) - factor.norm(2)).abs() < 1e-14);
         assert_eq!(chosen.get(1, 0), 0.0);
+        let less = factor.less(&[0.5, -2.0]);
+        let last: Vec<f64> =
+            (0..37).map(|i| whole.column(3)[i] - 0.5 * whole.column(0)[i] + 2.0 * whole.column(1)[i]).collect();
+        assert!((less.norm(3) - dot(&last, &last).sqrt()).abs() < 1e-14);
     }
 }

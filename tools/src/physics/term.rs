@@ -49,7 +49,16 @@ impl Term {
     /// # Errors
     /// [`TermError`], with the key to blame.
     pub fn check(&self) -> Result<(), TermError> {
-        gmhm::terms::Term::read(&self.kind, self, Setting { sigma: 1.0, c1: 1.0 }).map(|_| ())
+        self.as_core().map(|_| ())
+    }
+
+    /// Whether it depends on the torque that the gear transmits, or on the gear's parameters: then T is linear in the numbers of the one while the others stay.
+    pub fn follows_base(&self) -> bool {
+        self.as_core().is_ok_and(|term| term.follows_base())
+    }
+
+    fn as_core(&self) -> Result<gmhm::terms::Term<f64>, TermError> {
+        gmhm::terms::Term::read(&self.kind, self, Setting { sigma: 1.0, c1: 1.0 })
     }
 }
 
