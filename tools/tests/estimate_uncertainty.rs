@@ -22,9 +22,10 @@ fn standard_deviations_agree_with_the_scatter_of_500_refits() {
         let fits = refits(A, &case, 500).unwrap();
         for name in case.names {
             let ratio = scatter_over_reported(&fits, name);
-            let told = format!("{:?}, noise AR(1) {}: {name}: scatter/reported {ratio:.3}", case.memory.law, case.phi);
+            let told = format!("{case}: {name}: scatter/reported {ratio:.3}");
             println!("{told}");
-            assert!((ratio - 1.0).abs() < 0.15, "{told}");
+            // What the counts of a deflection leave near the tips is not in the noise.
+            assert!((ratio - 1.0).abs() < case.within, "{told}");
         }
     }
 }

@@ -13,7 +13,7 @@ use super::EstimateError;
 use super::base::TURNING_POINTS;
 use super::bounded::{Bound, Solution};
 use super::columns::{
-    Column, Columns, Contribution, Correction, DeflectionZero, Evaluate, Nonlinear, Offset, Rows, Stretch,
+    Column, Columns, Contribution, Correction, DeflectionZero, Evaluate, Nonlinear, Offset, Past, Rows, Stretch,
 };
 use super::noise::Noise;
 use super::problem::{Linear, Problem, Sweep, Tangent};
@@ -115,6 +115,8 @@ impl WholeGear {
 struct GearPath {
     gear: Option<Gear<f64>>,
     state: Option<State<f64, TURNING_POINTS>>,
+    /// The tip of the rated cycle that it comes from; law `masing`.
+    tip_rad: Option<f64>,
     known_start: bool,
 }
 
@@ -127,12 +129,18 @@ impl Contribution for WholeGear {
         &self.nonlinear
     }
 
-    fn start<'a>(&'a self, p: &[f64], _: &'a Rows<'a>, index: usize) -> Box<dyn Evaluate + 'a> {
+    fn start<'a>(&'a self, p: &[f64], rows: &'a Rows<'a>, index: usize) -> Box<dyn Evaluate + 'a> {
+        let tip_rad = match rows.past {
+            _ if self.memory.law != Law::Masing => None,
+            Past::Rest => None,
+            Past::Rising => Some(-self.rated_deflection_rad),
+            Past::Falling => Some(self.rated_deflection_rad),
+        };
         let elastic = Elastic { c1_nm_per_rad: p[0], c2_nm_per_rad3: p[1], c3_nm_per_rad5: p[2] };
         let memory = Memory { alpha: p[3], beta_per_s: p[4], omega_per_s: p[5], ..self.memory };
         let params = Params::new(self.rated_deflection_rad, elastic, memory);
         let known_start = self.memory.law == Law::Masing || self.known_start.get(index).copied().unwrap_or(false);
-        Box::new(GearPath { gear: params.ok().map(|p| Gear::new(&p)), state: None, known_start })
+        Box::new(GearPath { gear: params.ok().map(|p| Gear::new(&p)), state: None, tip_rad, known_start })
     }
 }
 
@@ -143,6 +151,11 @@ impl Evaluate for GearPath {
             columns.column(1).fill(0.0);
             return;
         };
+        if let (None, Some(tip)) = (&self.state, self.tip_rad) {
+            let state = self.state.insert(gear.start(-tip));
+            gear.step(state, 0.0);
+            gear.step(state, tip);
+        }
         for (row, &theta) in stretch.deflection_rad.iter().enumerate() {
             let out = match &mut self.state {
                 Some(state) => gear.step_after(state, theta, stretch.rows.period_s(stretch.range.start + row)),

@@ -135,11 +135,30 @@ pub fn with_coloured_noise(recording: &Recording, phi: f64, sd: f64, seed: u64) 
 }
 
 /// A gear and a noise whose refits are compared with their standard deviations.
+#[derive(Clone, Copy)]
 pub struct ScatterCase {
     pub memory: Memory,
     pub phi: f64,
     pub rows: usize,
     pub names: &'static [&'static str],
+    /// Whether the gear has been through its rated cycle before the recording begins.
+    pub settled: bool,
+    /// Steps of the recorded torque and deflection; 0 where they are not quantised.
+    pub steps: (f64, f64),
+    /// How far the ratio may be from 1.
+    pub within: f64,
+}
+
+impl std::fmt::Display for ScatterCase {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let start = if self.settled { ", settled" } else { "" };
+        let steps = match self.steps {
+            (0.0, 0.0) => "",
+            (_, 0.0) => ", torque quantised",
+            _ => ", deflection quantised",
+        };
+        write!(f, "{:?}{start}{steps}, AR(1) {}", self.memory.law, self.phi)
+    }
 }
 
 /// Each law, white and coloured.
@@ -147,11 +166,19 @@ pub fn scatter_cases() -> Vec<ScatterCase> {
     let masing = published().1;
     let phase = Memory { law: Law::Phase, ..masing };
     let names = &["c1_nm_per_rad", "c3_nm_per_rad5", "e", "h", "rho"];
+    let (of_phase, of_time) = (&["c1_nm_per_rad", "h", "rho"], &["c1_nm_per_rad", "alpha", "beta_per_s"]);
+    let plain =
+        ScatterCase { memory: masing, phi: 0.0, rows: 400, names, settled: false, steps: (0.0, 0.0), within: 0.15 };
+    let coloured = ScatterCase { phi: 0.9, rows: 1200, ..plain };
     vec![
-        ScatterCase { memory: masing, phi: 0.0, rows: 400, names },
-        ScatterCase { memory: masing, phi: 0.9, rows: 1200, names },
-        ScatterCase { memory: phase, phi: 0.9, rows: 1200, names: &["c1_nm_per_rad", "h", "rho"] },
-        ScatterCase { memory: with_rate(), phi: 0.9, rows: 1200, names: &["c1_nm_per_rad", "alpha", "beta_per_s"] },
+        ScatterCase { settled: true, ..plain },
+        ScatterCase { steps: (0.25, 0.0), ..plain },
+        ScatterCase { steps: (0.0, 8e-6), within: 0.35, ..plain },
+        ScatterCase { steps: (0.25, 8e-6), within: 0.35, ..coloured },
+        ScatterCase { memory: phase, names: of_phase, ..coloured },
+        ScatterCase { memory: with_rate(), names: of_time, ..coloured },
+        coloured,
+        plain,
     ]
 }
 
@@ -169,11 +196,29 @@ pub fn with_rate() -> Memory {
     }
 }
 
-/// The same motion fitted again and again, with other noise of 0.1 N·m.
+/// The same motion fitted again and again, with other noise of 0.1 N·m. Where something is quantised its size differs by up to a percent, lest the counts be the same.
 pub fn refits(a: f64, case: &ScatterCase, count: usize) -> Result<Vec<Fit>, EstimateError> {
-    let path = Path { theta: stroke(a, case.rows), period_s: 1e-2 };
-    let clean = record(a, published().0, case.memory, &path, 0.0, 0);
-    let noisy = |seed| with_coloured_noise(&clean, case.phi, 0.1, seed);
+    let clean = |size: f64| {
+        let mut theta = if case.settled { cycle(a, case.rows, 1.0) } else { Vec::new() };
+        let before = theta.len();
+        theta.extend(stroke(size * a, case.rows));
+        let mut clean = record(a, published().0, case.memory, &Path { theta, period_s: 1e-2 }, 0.0, 0);
+        clean.time_s.truncate(case.rows);
+        let columns = [&mut clean.torque, &mut clean.deflection_rad];
+        columns.into_iter().flatten().for_each(|column| drop(column.drain(..before)));
+        clean
+    };
+    let quantised = |column: &mut Option<Vec<f64>>, step: f64| {
+        column.iter_mut().flatten().filter(|_| step > 0.0).for_each(|x| *x = (*x / step).round() * step);
+    };
+    let whole = clean(1.0);
+    let noisy = |seed: u64| {
+        let other = (case.steps != (0.0, 0.0)).then(|| clean(1.0 - 0.01 * (0.618 * seed as f64).fract()));
+        let mut noisy = with_coloured_noise(other.as_ref().unwrap_or(&whole), case.phi, 0.1, seed);
+        quantised(&mut noisy.torque, case.steps.0);
+        quantised(&mut noisy.deflection_rad, case.steps.1);
+        noisy
+    };
     (0..count as u64).map(|seed| fit(&[noisy(seed)], &given(a, case.memory), &())).collect()
 }
 
