@@ -175,6 +175,25 @@ fn an_arbitrary_encoder_zero_is_found() {
 }
 
 #[test]
+fn a_counted_deflection_does_not_bias_the_loop() {
+    let (elastic, memory) = published();
+    for step_rad in [2e-6, 8e-6] {
+        let mut recording = record(A, elastic, memory, &Path { theta: cycle(A, 4000, 2.0), period_s: 1e-3 }, 0.1, 4);
+        let counted = recording.deflection_rad.iter_mut().flatten();
+        counted.for_each(|theta| *theta = (*theta / step_rad).round() * step_rad);
+        let found = fit(&[recording], &given(elastic, memory), &()).unwrap();
+        for (name, truth) in [("e", memory.e()), ("h", memory.h()), ("c1_nm_per_rad", elastic.c1_nm_per_rad)] {
+            let parameter = found.parameter(name).unwrap();
+            let off = (parameter.value - truth) / parameter.sd.unwrap();
+            assert!(off.abs() < 4.0, "{step_rad}: {parameter:?} is {off} deviations off");
+        }
+        assert!(found.rms < 0.105, "{}", found.rms);
+        let seen = found.noise[0].deflection_step_rad.unwrap();
+        assert!((seen / step_rad - 1.0).abs() < 1e-6, "{seen}");
+    }
+}
+
+#[test]
 fn outliers_and_colour_do_not_spoil_the_fit() {
     let (elastic, memory) = published();
     let mut recording = record(A, elastic, memory, &Path { theta: cycle(A, 4000, 4.0), period_s: 1e-2 }, 0.05, 4);

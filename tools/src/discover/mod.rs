@@ -14,7 +14,6 @@
 //! | [`scene`] | what a report shows |
 //! | [`mod@diagnose`] | the whole, as `gmhm diagnose` writes it |
 
-mod denoise;
 mod detector;
 pub mod diagnose;
 pub mod experiment;

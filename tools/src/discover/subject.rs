@@ -6,8 +6,8 @@ use std::ops::Range;
 use gmhm::Law;
 
 use super::DiscoverError;
-use super::denoise::denoised;
 use crate::estimate::columns::Mark;
+use crate::estimate::denoise::denoised;
 use crate::estimate::prepare;
 use crate::model::Model;
 use crate::physics::{Evaluation, PredictError, Signals};

@@ -10,7 +10,7 @@
 //! | `start` | scale and zero of the deflection, the memory at the first row |
 //! | `invertible` | the parameters held where feed-forward has an inverse |
 //! | [`joint`] | joint logs: gravity, inertia, friction |
-//! | [`noise`], `whitening` | colour, outliers, quantisation |
+//! | [`noise`], `whitening`, `denoise` | colour, outliers; angles freed of noise and counts |
 //! | [`select`] | law, kernel, gate and play by held-out prediction |
 //! | [`uncertainty`], [`singular`] | standard deviations, and what the recordings cannot tell |
 //! | [`coverage`], [`judge`] | what the recordings exercise, and whether the fit is good enough for the drive |
@@ -30,6 +30,7 @@ pub mod basis;
 pub mod bounded;
 pub mod columns;
 pub mod coverage;
+pub(crate) mod denoise;
 pub mod descent;
 pub mod factors;
 mod invertible;

@@ -4,6 +4,7 @@ use std::borrow::Cow;
 
 use super::EstimateError;
 use super::columns::{Mark, Past, Rows};
+use super::denoise::unrounded;
 use crate::model::GearSection;
 use crate::recording::{Recording, TorqueUnit};
 
@@ -14,12 +15,20 @@ const FEWEST_ROWS: usize = 12;
 pub fn rows<'a>(recordings: &'a [Recording], gear: &GearSection) -> Result<Vec<Rows<'a>>, EstimateError> {
     with_deflection(recordings, |recording| {
         let mut deflection_rad = deflection(recording, gear)?;
+        let (low, high) = range(deflection_rad.iter());
+        // Where the torque is steepest and the motion slowest, near the tips, a count weighs most, and many rows share it.
+        if let Some(motion) = unrounded(&deflection_rad, &recording.time_s, FINEST * (high - low)) {
+            deflection_rad = Cow::Owned(motion);
+        }
         if gear.deflection_zero_rad != 0.0 {
             deflection_rad.to_mut().iter_mut().for_each(|theta| *theta -= gear.deflection_zero_rad);
         }
         Ok(deflection_rad)
     })
 }
+
+/// Counts below this share of the range are as good as none.
+const FINEST: f64 = 1e-4;
 
 /// The rows of joint logs, which have no deflection.
 pub fn joint_rows(recordings: &[Recording]) -> Result<Vec<Rows<'_>>, EstimateError> {
@@ -87,8 +96,11 @@ pub fn gaps(time_s: &[f64]) -> Vec<Mark> {
 
 /// Lowest and highest deflection of all recordings, rad.
 pub fn deflection_range(rows: &[Rows<'_>]) -> (f64, f64) {
-    let all = rows.iter().flat_map(|r| r.deflection_rad.iter());
-    all.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &theta| (low.min(theta), high.max(theta)))
+    range(rows.iter().flat_map(|r| r.deflection_rad.iter()))
+}
+
+fn range<'v>(values: impl Iterator<Item = &'v f64>) -> (f64, f64) {
+    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &x| (low.min(x), high.max(x)))
 }
 
 /// Largest torque beside its mean, N·m; 0 where only rounding is left.

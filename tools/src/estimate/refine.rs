@@ -241,7 +241,8 @@ pub fn noise_of(problem: &Problem<'_>, fit: &Polished) -> Vec<Noise> {
             }
             noise.outliers = rows.marks.iter().filter(|m| **m == Mark::Outlier).count();
             noise.torque_step_nm = noise::quantisation_step(&rows.torque);
-            noise.deflection_step_rad = noise::quantisation_step(&rows.deflection_rad);
+            let as_recorded = rows.recording.deflection_rad.as_deref().unwrap_or(&rows.deflection_rad);
+            noise.deflection_step_rad = noise::quantisation_step(as_recorded);
             noise
         })
         .collect();

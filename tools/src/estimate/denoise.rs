@@ -5,8 +5,11 @@
 //! intervals (Goldenshluger, Nemirovski 1997; Katkovnik 1999), so that reversals keep their corners.
 
 use std::borrow::Cow;
+use std::ops::Range;
 
-use crate::estimate::noise::quantisation_step;
+use rayon::prelude::*;
+
+use super::noise::quantisation_step;
 use crate::physics::signals::rate;
 use crate::recording::Recording;
 
@@ -131,27 +134,28 @@ fn whittaker(x: &[f64], time_s: &[f64]) -> Option<Vec<f64>> {
     if sd <= 1e-9 * range {
         return None;
     }
-    let mut periods: Vec<f64> = time_s.windows(2).map(|w| w[1] - w[0]).collect();
-    let middle = periods.len() / 2;
-    let usual = *periods.select_nth_unstable_by(middle, f64::total_cmp).1;
     // Where counts are all the noise there is, it is bounded.
     let resolution = quantisation_step(x).filter(|step| noise_sd(x) < 0.45 * step);
     let mut smooth = x.to_vec();
-    let mut from = 0;
-    for to in 1..=x.len() {
-        let gap = to == x.len() || time_s[to] - time_s[to - 1] > 2.5 * usual;
-        if gap {
-            if to - from >= FEWEST_ROWS {
-                let (rows, out) = (&x[from..to], &mut smooth[from..to]);
-                match resolution {
-                    Some(step) => unround(rows, 0.5 * step, sd, out),
-                    None => graduate(rows, sd, out),
-                }
-            }
-            from = to;
+    for piece in pieces(time_s).into_iter().filter(|piece| piece.len() >= FEWEST_ROWS) {
+        let (rows, out) = (&x[piece.clone()], &mut smooth[piece]);
+        match resolution {
+            Some(step) => unround(rows, 0.5 * step, sd, out),
+            None => graduate(rows, sd, out),
         }
     }
     Some(smooth)
+}
+
+/// The rows between gaps in time.
+fn pieces(time_s: &[f64]) -> Vec<Range<usize>> {
+    let mut periods: Vec<f64> = time_s.windows(2).map(|w| w[1] - w[0]).collect();
+    let middle = periods.len() / 2;
+    let usual = *periods.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let gaps = (1..time_s.len()).filter(|&k| time_s[k] - time_s[k - 1] > 2.5 * usual);
+    let ends: Vec<usize> = gaps.chain([time_s.len()]).collect();
+    let starts = [0].into_iter().chain(ends.iter().copied());
+    starts.zip(&ends).map(|(from, to)| from..*to).collect()
 }
 
 fn graduate(x: &[f64], sd: f64, out: &mut [f64]) {
@@ -225,6 +229,31 @@ fn unround(x: &[f64], half: f64, sd: f64, out: &mut [f64]) {
     out.iter_mut().zip(&smooth).for_each(|(out, s)| *out = mean + s);
 }
 
+/// Rows that are unrounded together, and rows on both sides that only lead in and out.
+const BLOCK: usize = 4096;
+const LEAD: usize = 64;
+
+/// A deflection that was counted in steps, as the smoothest motion that rounds to it; `None` where it was not, or where its steps are below `finest`.
+pub fn unrounded(x: &[f64], time_s: &[f64], finest: f64) -> Option<Vec<f64>> {
+    let step = quantisation_step(x).filter(|step| *step > finest)?;
+    let runs = pieces(time_s);
+    let blocks = runs.into_iter().flat_map(|run| {
+        let count = run.len().div_ceil(BLOCK);
+        (0..count)
+            .map(move |k| (run.clone(), run.start + run.len() * k / count..run.start + run.len() * (k + 1) / count))
+    });
+    let blocks: Vec<(Range<usize>, Range<usize>)> = blocks.collect();
+    let smooth = |(run, block): &(Range<usize>, Range<usize>)| {
+        let wide = block.start.saturating_sub(LEAD).max(run.start)..(block.end + LEAD).min(run.end);
+        let mut out = x[wide.clone()].to_vec();
+        if wide.len() >= FEWEST_ROWS {
+            unround(&x[wide.clone()], 0.5 * step, step / 12.0_f64.sqrt(), &mut out);
+        }
+        out[block.start - wide.start..][..block.len()].to_vec()
+    };
+    Some(blocks.par_iter().flat_map_iter(smooth).collect())
+}
+
 /// Minimises Σ (s − x)² + weight·Σ (Δ³s)²: a system of seven diagonals, by Cholesky.
 struct Graduation {
     /// Lower band of the factor: `band[i][k]` is the element (i, i − k).
@@ -254,15 +283,19 @@ impl Graduation {
     }
 
     fn smooth(&self, x: &[f64]) -> Vec<f64> {
-        let (band, n) = (&self.band, x.len());
         let mut y = x.to_vec();
-        for i in 0..n {
-            let known: f64 = (1..=3.min(i)).map(|k| band[i][k] * y[i - k]).sum();
-            y[i] = (y[i] - known) / band[i][0];
+        let mut before = [0.0; 3];
+        for (y, [own, first, second, third]) in y.iter_mut().zip(&self.band) {
+            let [a, b, c] = before;
+            *y = (*y - (first * a + second * b + third * c)) / own;
+            before = [*y, a, b];
         }
-        for i in (0..n).rev() {
-            let known: f64 = (1..=3.min(n - 1 - i)).map(|k| band[i + k][k] * y[i + k]).sum();
-            y[i] = (y[i] - known) / band[i][0];
+        let zero = [1.0, 0.0, 0.0, 0.0];
+        let mut after = [(0.0, zero); 3];
+        for (y, band) in y.iter_mut().zip(&self.band).rev() {
+            let [(a, below), (b, second), (c, third)] = after;
+            *y = (*y - (below[1] * a + second[2] * b + third[3] * c)) / band[0];
+            after = [(*y, *band), (a, below), (b, second)];
         }
         y
     }
@@ -319,6 +352,21 @@ mod tests {
         let parabola: Vec<f64> = (0..40).map(|k| 0.5 * (k * k) as f64 - 3.0).collect();
         let kept = Graduation::new(40, 1e6).smooth(&parabola);
         assert!(kept.iter().zip(&parabola).all(|(a, b)| (a - b).abs() < 1e-4));
+    }
+
+    #[test]
+    fn a_counted_motion_is_found_within_its_counts() {
+        let rows = 10_000;
+        let time: Vec<f64> = (0..rows).map(|k| 0.01 * k as f64).collect();
+        let motion: Vec<f64> = time.iter().map(|t| t.sin() + 0.3 * (0.31 * t).cos()).collect();
+        let step = 0.007;
+        let counts: Vec<f64> = motion.iter().map(|x| (x / step).round() * step).collect();
+        let found = unrounded(&counts, &time, 1e-4).unwrap_or_default();
+        let rms = |x: &[f64]| (x.iter().zip(&motion).map(|(a, b)| (a - b).powi(2)).sum::<f64>() / rows as f64).sqrt();
+        assert!(rms(&found) < 0.15 * rms(&counts), "{:e} of {:e}", rms(&found), rms(&counts));
+        assert!(found.iter().zip(&counts).all(|(a, b)| (a - b).abs() < 0.6 * step));
+        assert_eq!(unrounded(&motion, &time, 1e-4), None);
+        assert_eq!(unrounded(&counts, &time, 0.01), None);
     }
 
     #[test]
