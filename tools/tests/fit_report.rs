@@ -110,6 +110,22 @@ fn no_line_leads_from_one_recording_to_the_next() {
 }
 
 #[test]
+fn what_is_left_is_what_the_fit_leaves_whatever_the_gear_went_through_before() {
+    // The second begins on the rated cycle, which a prediction from rest cannot know.
+    let whole = gear(4000, 2.0, 0.1);
+    let mut later = whole.clone();
+    later.time_s.drain(..2000);
+    [&mut later.torque, &mut later.deflection_rad].into_iter().flatten().for_each(|column| drop(column.drain(..2000)));
+    let recordings = [whole, later];
+    let (fit, assessment) = assessed(&recordings, A);
+    assert_eq!((&fit.known_start[..], &fit.unsettled_rows[..]), (&[true, false][..], &[0, 0][..]));
+    let largest = assessment.residuals.iter().flatten().fold(0.0_f64, |a, r| a.max(r.abs()));
+    assert!(largest < 0.6, "{largest} N·m beside noise of 0.1");
+    let html = page(&fit, &assessment, &recordings, Provenance::default()).to_html();
+    assert!(html.contains("fitted with what the gear remembered at the first row"));
+}
+
+#[test]
 fn the_report_of_a_million_rows_is_small() {
     let recording = gear(1_000_000, 300.0, 0.1);
     let options = FitOptions { rated_deflection_rad: Some(A), ..FitOptions::default() };

@@ -12,7 +12,7 @@ use super::polish::polish;
 use super::problem::{Problem, Sweep};
 use super::refine::Weighted;
 use super::swarm::Stop;
-use super::{EstimateError, Fit, FitOptions, Method, Progress, noise, plain_rss, prepare, refine, select, uncertainty};
+use super::{EstimateError, Fit, FitOptions, Method, Progress, left, noise, prepare, refine, select, uncertainty};
 use crate::model::{GearSection, Model, Term, TermValue, TorqueSide};
 use crate::physics::{Evaluation, PredictError};
 use crate::recording::{Recording, TorqueUnit};
@@ -73,7 +73,7 @@ pub fn fit(recordings: &[Recording], options: &FitOptions, progress: &dyn Progre
     let weights = prewhitened.then_some(&noise[..]);
     let mut uncertainty = uncertainty::of_columns(&problem, &result.nonlinear, weights, EXPERIMENT);
     uncertainty.per(first.torque_unit);
-    let (rss, counted) = plain_rss(&problem, &result);
+    let (residuals, rss, counted) = left(&problem, &result);
     let name = given.map(|m| m.name.clone()).filter(|n| !n.is_empty()).unwrap_or_else(|| first.name.clone());
     let terms = base.terms(&result.linear.gear, &result.nonlinear);
     Ok(Fit {
@@ -86,6 +86,7 @@ pub fn fit(recordings: &[Recording], options: &FitOptions, progress: &dyn Progre
         selection_rows: 0,
         rms: (rss / counted.max(1) as f64).sqrt(),
         rss,
+        residuals,
         heldout_rms,
         rows: counted,
         offsets: result.linear.recordings.iter().map(|l| l[0]).collect(),

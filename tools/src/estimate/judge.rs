@@ -58,7 +58,7 @@ pub struct Assessment {
     /// The prediction for each recording, from rest.
     #[serde(skip)]
     pub predictions: Vec<Prediction>,
-    /// Recording minus offset minus prediction.
+    /// What the fit leaves of the recordings it was fitted to; of others recording minus offset minus prediction.
     #[serde(skip)]
     pub residuals: Vec<Vec<f64>>,
     /// Largest torque beside its mean, N·m or A.
@@ -86,11 +86,16 @@ impl Assessment {
     /// What prediction or comparison refuse; cancelled by `progress`.
     pub fn of(fit: &Fit, recordings: &[Recording], progress: &dyn Progress) -> Result<Self, AssessError> {
         let predictions = recordings.iter().map(|r| predict(&fit.model, None, r)).collect::<Result<Vec<_>, _>>()?;
-        let left = |((recording, prediction), offset): ((&Recording, &Prediction), &f64)| {
+        let unpredicted = |((recording, prediction), offset): ((&Recording, &Prediction), &f64)| {
             let torque = recording.torque.as_deref().unwrap_or_default();
             torque.iter().zip(&prediction.torque).map(|(t, model)| t - offset - model).collect()
         };
-        let residuals: Vec<Vec<f64>> = recordings.iter().zip(&predictions).zip(&fit.offsets).map(left).collect();
+        let as_fitted = fit.residuals.iter().map(Vec::len).eq(recordings.iter().map(Recording::len));
+        let residuals: Vec<Vec<f64>> = if as_fitted {
+            fit.residuals.clone()
+        } else {
+            recordings.iter().zip(&predictions).zip(&fit.offsets).map(unpredicted).collect()
+        };
         let gear = &fit.model.gear;
         // A joint log has neither a rated deflection nor yardsticks for a loop.
         let rated = gear.rated_deflection_rad.filter(|_| fit.model.elastic.is_some());

@@ -206,6 +206,9 @@ pub struct Fit {
     pub rms: f64,
     /// Residual sum of squares of the counted rows, N²·m².
     pub rss: f64,
+    /// Recording minus fit of each recording, row by row, N·m. A gear that had been through its rated cycle is followed from there; a prediction starts from rest.
+    #[serde(skip)]
+    pub residuals: Vec<Vec<f64>>,
     /// Root mean square of the error on blocks held out, N·m.
     pub heldout_rms: f64,
     /// Rows that counted.
@@ -319,7 +322,7 @@ pub fn fit(recordings: &[Recording], options: &FitOptions, progress: &dyn Progre
     };
     let mut uncertainty = uncertainty::assess(&fitted, &rows, weights)?;
     uncertainty.per(recordings[0].torque_unit);
-    let (rss, counted) = plain_rss(&assembly.problem(&rows), &result);
+    let (residuals, rss, counted) = left(&assembly.problem(&rows), &result);
     for candidate in &mut selection {
         candidate.chosen = candidate.structure == structure;
     }
@@ -333,6 +336,7 @@ pub fn fit(recordings: &[Recording], options: &FitOptions, progress: &dyn Progre
         selection_rows,
         rms: (rss / counted.max(1) as f64).sqrt(),
         rss,
+        residuals,
         heldout_rms,
         rows: counted,
         offsets: result.linear.recordings.iter().map(|l| l[0]).collect(),
@@ -394,7 +398,7 @@ fn named_model(
     Model { name, gear, torque_unit, elastic: Some(elastic), memory: Some(memory), terms: Vec::new() }
 }
 
-fn plain_rss(problem: &Problem<'_>, result: &Polished) -> (f64, usize) {
+fn left(problem: &Problem<'_>, result: &Polished) -> (Vec<Vec<f64>>, f64, usize) {
     let rows = problem.rows;
     let residuals = problem.residuals(&result.nonlinear, &result.linear);
     let counted = |mark: &Mark| matches!(mark, Mark::Used | Mark::First);
@@ -406,5 +410,5 @@ fn plain_rss(problem: &Problem<'_>, result: &Polished) -> (f64, usize) {
             count += 1;
         }
     }
-    (sum, count)
+    (residuals, sum, count)
 }

@@ -182,6 +182,19 @@ fn left_over(fit: &Fit, assessment: &Assessment, rows: &Joined, unit: TorqueUnit
     } else {
         " Shaded: rows before the loop has settled, which the fit leaves out because the past of the gear is unknown."
     };
+    let followed = rows.names.iter().zip(&fit.known_start).zip(&fit.unsettled_rows);
+    let followed: Vec<&str> = followed
+        .filter(|((_, known), unsettled)| !**known && **unsettled == 0)
+        .map(|((name, _), _)| name.as_str())
+        .collect();
+    let past = if followed.is_empty() {
+        String::new()
+    } else {
+        format!(
+            " {}: fitted with what the gear remembered at the first row. A prediction starts with an empty memory, so the loop above is off there.",
+            followed.join(", ")
+        )
+    };
     let structure = match assessment.structure {
         Some(s) if s.significant => format!(
             "{:.0} % of its power repeats from the first half to the second at the same place and direction: not noise.",
@@ -208,7 +221,7 @@ fn left_over(fit: &Fit, assessment: &Assessment, rows: &Joined, unit: TorqueUnit
         .figures([
             (
                 figures::residual_over_time("Residual over time", &rows.time_s, &over, &rows.unsettled_s, unit),
-                time + shaded,
+                time + shaded + &past,
             ),
             (
                 figures::residual_by_direction(left_title, rows.over, &rows.at, &rows.residual, unit),
