@@ -90,20 +90,29 @@ impl<S: Scalar, L: MemoryLaw<S>> Gear<S, L> {
     /// turn at a tip, fading as e^(−ρ·abs(Δφ)).
     #[inline]
     pub fn step<const N: usize>(&self, state: &mut State<S, N, L>, theta: S) -> Output<S> {
-        if !self.law.glide(&self.frame, &mut state.memory, theta) {
+        let (gear, state) = if self.law.glide(&self.frame, &mut state.memory, theta) {
+            state.theta = theta;
+            state.status = Status::default();
+            (self, state)
+        } else if L::GLIDES_IN_RANGE {
             let mut output = Output::default();
-            self.step_with_care(state, theta, &mut output);
+            self.output_with_care(state, theta, &mut output);
             return output;
-        }
-        state.theta = theta;
-        state.status = Status::default();
-        self.output(state)
+        } else {
+            self.step_with_care(state, theta)
+        };
+        gear.output(state)
     }
 
-    /// A step to a sample beyond ±A, or to none, or one that the law does not take lightly.
+    /// A step to a sample beyond ±A, or to none, or one that the law does not take lightly. It hands back what it was given: then no register has to be
+    /// kept across the call where there is none.
     #[cold]
     #[inline(never)]
-    fn step_with_care<const N: usize>(&self, state: &mut State<S, N, L>, theta: S, output: &mut Output<S>) {
+    fn step_with_care<'a, const N: usize>(
+        &'a self,
+        state: &'a mut State<S, N, L>,
+        theta: S,
+    ) -> (&'a Self, &'a mut State<S, N, L>) {
         if self.frame.accepts(theta) {
             self.law.step(&self.frame, &mut state.memory, theta);
             state.theta = theta;
@@ -111,7 +120,15 @@ impl<S: Scalar, L: MemoryLaw<S>> Gear<S, L> {
         } else {
             state.status.refused = true;
         }
-        *output = self.output(state);
+        (self, state)
+    }
+
+    /// The same and the torques there.
+    #[cold]
+    #[inline(never)]
+    fn output_with_care<const N: usize>(&self, state: &mut State<S, N, L>, theta: S, output: &mut Output<S>) {
+        let (gear, state) = self.step_with_care(state, theta);
+        *output = gear.output(state);
     }
 
     /// The torques at the state's last good sample.

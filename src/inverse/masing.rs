@@ -1,7 +1,7 @@
 //! The inverse of law `masing`: the direction that the torque asks for, the branch that holds it, one root there.
 
-use super::solve::{Bracket, Point, Spring, Start, Stretch, root};
-use super::{Invertible, Solution, Task};
+use super::solve::{Bracket, Point, Spring, Stretch, root};
+use super::{Invertible, Solution, Solver, Task};
 use crate::memory::masing::{Arc, Masing, Path, TurningPoint, View};
 use crate::scalar::Scalar;
 
@@ -53,40 +53,32 @@ impl<S: Scalar> Stretch<S> for Loop<'_, S> {
     }
 }
 
-/// An arc and the u between which it holds the torque, the upper one within the range.
-#[derive(Clone, Copy)]
-struct Section<S> {
+/// What the search for the root goes by. All mirrored where the deflection falls.
+struct Way<S> {
+    /// The arc, and the t up to which it holds the torque.
     arc: Arc<S>,
-    low: S,
     high: S,
-    /// Whether the torque need not rise all over the range along the arc, beyond those ends.
-    tight: bool,
+    /// Where the search begins, u, and the gate there.
+    from: S,
+    g: S,
+    /// The torque that is missing there.
+    missing: S,
 }
 
-/// What the search for a section goes by. All mirrored where the deflection falls.
-#[derive(Clone, Copy)]
+/// What the search for the arc goes by.
 struct Search<'a, S> {
-    single: SingleValued<'a, S>,
-    h: S,
-    /// The torque that is looked for, above the present one.
+    law: &'a Masing<S>,
+    spring: &'a Spring<S>,
     torque: S,
-    /// That torque less the present one.
-    missing: S,
-    /// The present place.
-    here: S,
-    half_play: S,
-    reach: S,
-    /// The torque rises that steeply at least within the range, unless turning points were merged.
-    least_slope: S,
 }
 
 impl<S: Scalar> Search<'_, S> {
     /// Whether the torque is met at a u of the way ahead or before.
-    #[inline]
+    #[inline(always)]
     fn holds(&self, u: S, eta: S) -> bool {
         let square = u * u;
-        let excess = self.single.spring.torque(u, square) + self.h * eta - self.torque;
-        let eu = self.single.e * u;
+        let excess = self.spring.torque(u, square) + self.law.h * eta - self.torque;
+        let eu = self.law.e * u;
         // e·u·g lies between 0 and e·u, which often spares fixed point the root.
         if !S::SI {
             if excess > S::ZERO && excess >= eu {
@@ -99,110 +91,99 @@ impl<S: Scalar> Search<'_, S> {
         excess >= eu * u.cosine(square)
     }
 
-    /// The section of the way ahead that holds the torque.
-    #[inline(always)]
-    fn section<const N: usize>(&self, path: &Path<S, N>, view: View<'_, S>) -> Section<S> {
-        let mut ahead = path.ahead(view.sign);
-        let place = |point: TurningPoint<S>| view.u(point.theta) + self.half_play;
-        let (mut low, mut high) = (self.here, ahead.target.map_or(self.reach, place));
-        // Mostly the torque does not reach the first target, and the least slope tells so.
-        let may_close = high < self.reach && (ahead.merging || (high - self.here) * self.least_slope <= self.missing);
-        if may_close
-            && ahead.close(|target| {
-                let place = place(target);
-                place >= self.reach || self.holds(place, target.eta.signed(view.sign))
-            })
-        {
-            low = place(ahead.entry).max(self.here);
-            high = ahead.target.map_or(self.reach, place);
-        }
-        high = high.min(self.reach);
-        let arc = Arc::of(view, &ahead.branch(view.frame)).delayed(self.half_play);
-        // A merged branch may fall more steeply than others at its end.
-        let falls = ahead.merging && self.least_slope + self.h * arc.slack(self.reach).min(S::ZERO) < S::ZERO;
-        let section = Section { arc, low, high, tight: falls };
-        if self.half_play > S::ZERO || arc.flat_from() < high {
-            self.cut(section, view.u(path.filtered()) + self.half_play, path.eta().signed(view.sign))
-        } else {
-            section
-        }
-    }
-
-    /// The part of a section that holds the torque, where it begins with a play that ends at a u, η standing still, or ends with the loop fully open.
-    #[inline]
-    fn cut(self, section: Section<S>, play_end: S, eta: S) -> Section<S> {
-        let Section { arc, low, high, tight } = section;
-        if self.half_play > S::ZERO && (play_end >= self.reach || self.holds(play_end, eta)) {
-            let arc = Arc::constant(eta);
-            return Section { arc, low: self.here, high: play_end.min(self.reach), tight: false };
-        }
-        let low = low.max(play_end);
-        let flat_from = arc.flat_from();
-        if flat_from >= high {
-            return Section { arc, low, high, tight };
-        }
-        if low >= flat_from || !self.holds(flat_from, arc.eta(flat_from)) {
-            return Section { arc: arc.flat(), low: low.max(flat_from), high, tight: true };
-        }
-        Section { arc, low, high: flat_from, tight: true }
+    /// The same where speed does not count.
+    #[inline(never)]
+    fn holds_apart(&self, u: S, eta: S) -> bool {
+        self.holds(u, eta)
     }
 }
 
 /// t = tan(φ/2) at u = sin φ.
-#[inline(never)]
+#[inline]
 fn half_tangent<S: Scalar>(u: S) -> S {
     Point::of(u, u.cosine(u * u)).t
 }
 
+impl<S: Scalar> Masing<S> {
+    /// The way to a torque that lies `missing` above the present one, at the mirrored place `here`.
+    #[cold]
+    #[inline(never)]
+    fn way<const N: usize>(&self, task: &Task<S>, path: &Path<S, N>, sign: S, here: S, missing: S) -> Way<S> {
+        let Solver { inner_reach: reach, inner_half_tangent: edge, .. } = *task.solver;
+        let search = Search { law: self, spring: &task.solver.spring, torque: task.torque.signed(sign) };
+        let view = View { frame: task.frame, sign };
+        let half_play = task.frame.fraction(self.half_play);
+        let place = |point: TurningPoint<S>| view.u(point.theta) + half_play;
+        let mut ahead = path.ahead(sign);
+        ahead.close(|target| {
+            let place = place(target);
+            place >= reach || search.holds(place, target.eta.signed(sign))
+        });
+        let mut low = place(ahead.entry).max(here);
+        let mut high = place(ahead.target).min(reach);
+        let mut arc = Arc::of(view, &ahead.branch(view.frame)).delayed(half_play);
+        // The play comes first, η standing still, and the loop may end fully open.
+        let (play_end, eta) = (view.u(path.filtered()) + half_play, path.eta().signed(sign));
+        let flat_from = arc.flat_from();
+        if play_end > here && (play_end >= reach || search.holds_apart(play_end, eta)) {
+            (arc, low, high) = (Arc::constant(eta), here, play_end.min(reach));
+        } else if flat_from < high {
+            if low < flat_from && search.holds_apart(flat_from, arc.eta(flat_from)) {
+                high = flat_from;
+            } else {
+                (arc, low) = (arc.flat(), low.max(flat_from));
+            }
+        }
+        // Over A and T_A, the mean stiffness is about one.
+        let from = (here + missing).max(low).min(high);
+        let g = from.cosine(from * from);
+        let curve = Loop::new(SingleValued { spring: search.spring, e: self.e }, self.h, &arc);
+        let missing = search.torque - curve.torque(from, from * from, g).0;
+        // Every arc is concave: only ahead may the torque fall along it.
+        let high = if high < reach { half_tangent(high) } else { edge };
+        Way { arc, high, from, g, missing }
+    }
+}
+
 impl<S: Scalar> Invertible<S> for Masing<S> {
     fn solve<const N: usize>(&self, task: &Task<S>, state: &Path<S, N>, theta: S) -> Solution<S> {
-        let single = SingleValued { spring: task.spring, e: self.e };
+        let Solver { spring, limits, least_slope, reach, inner_reach, inner_half_tangent } = task.solver;
+        let single = SingleValued { spring, e: self.e };
         let (u, g) = (task.frame.fraction(theta), task.frame.gate(theta));
-        let outside = u.abs() > task.reach;
-        let (now, eug) = single.torque(u, u * u, g);
-        let now = now + self.h * state.eta();
-        let missing = task.torque - now;
-        if missing.abs() <= task.limits.tolerance && !outside {
+        let outside = u.abs() > *reach;
+        let (now, _) = single.torque(u, u * u, g);
+        let missing = task.torque - (now + self.h * state.eta());
+        if missing.abs() <= limits.tolerance && !outside {
             return Solution::held(theta);
         }
         let sign = if missing > S::ZERO { S::ONE } else { -S::ONE };
-        let (ahead, torque) = (u.signed(sign), task.torque.signed(sign));
-        if outside && ahead > S::ZERO {
-            return task.edge(sign);
+        let (mut here, mut missing) = (u.signed(sign), missing.abs());
+        if outside {
+            if here > S::ZERO {
+                return task.edge(sign);
+            }
+            // The way leads through the lower end of the range, where the torque is not known.
+            (here, missing) = (-*inner_reach, S::TWO);
         }
-        // From beyond the range the way leads through its lower end, where the torque is not known.
-        let (here, missing) = if outside { (-task.reach, S::TWO) } else { (ahead, missing.abs()) };
-        let search = Search {
-            single,
-            h: self.h,
-            torque,
-            missing,
-            here,
-            half_play: task.frame.fraction(self.half_play),
-            reach: task.reach,
-            least_slope: task.least_slope,
+        // Mostly nothing changes on the way, and the least slope tells so.
+        let (arc, high, from, g, missing) = match state.clear(View { frame: task.frame, sign }) {
+            Some((arc, room)) if !outside && self.half_play == S::ZERO && room * *least_slope > missing => {
+                (arc, *inner_half_tangent, here, g, missing)
+            }
+            _ => {
+                let Way { arc, high, from, g, missing } = self.way(&Task { ..*task }, state, sign, here, missing);
+                (arc, high, from, g, missing)
+            }
         };
-        let Section { arc, low, high, tight } = search.section(state, View { frame: task.frame, sign });
-        // The range is bracket enough where the torque rises all over it.
-        let edge = task.reach_half_tangent;
-        let [low_end, high_end] = if tight { [low, high].map(half_tangent) } else { [-edge, edge] };
-        let bracket = Bracket { low: low_end, high: high_end, low_is_edge: outside, high_is_edge: high >= task.reach };
         let curve = Loop::new(single, self.h, &arc);
-        let start = if missing < S::from_f64(NEAR) && low == here {
-            Start::At(Point::of(here, g), (missing, eug.signed(sign)))
-        } else {
-            // Over A and T_A, the mean stiffness is about one.
-            Start::Near((here + missing).max(low).min(high))
-        };
-        let found = root(&curve, (torque, task.limits), bracket, start);
+        let bracket = Bracket { low: -*inner_half_tangent, high, edge: *inner_half_tangent };
+        let start = (Point::of(from, g), missing, self.e * (from * g));
+        let found = root(&curve, (task.torque.signed(sign), limits), bracket, start);
         task.solution(&found, sign, theta)
     }
 
     fn solve_start(&self, task: &Task<S>) -> Solution<S> {
-        let single = SingleValued { spring: task.spring, e: self.e };
+        let single = SingleValued { spring: &task.solver.spring, e: self.e };
         task.solve_anywhere(&Loop::new(single, self.h, &Arc::constant(S::ZERO)), Point::ZERO)
     }
 }
-
-/// Shares of the rated torque that are near enough to start from where the gear is.
-const NEAR: f64 = 0.125;

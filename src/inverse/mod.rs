@@ -48,7 +48,7 @@ use crate::gear::{Gear, Output, State};
 use crate::memory::{AnyLaw, Frame, MemoryLaw, VaryingPeriod};
 use crate::params::{Gate, Params};
 use crate::scalar::{Float, Scalar};
-use solve::{Bracket, Limits, Point, Root, Spring, Start, Stretch, root};
+use solve::{Bracket, Limits, Point, Root, Spring, Stretch, root};
 
 /// Torques beyond this many rated torques are no torques.
 const REFUSED_BEYOND: f64 = 1e18;
@@ -57,14 +57,24 @@ const REFUSED_BEYOND: f64 = 1e18;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Inverse<S: Scalar, L = AnyLaw<S>> {
     gear: Gear<S, L>,
-    spring: Spring<S>,
+    solver: Solver<S>,
     inverse_torque_scale: S,
     limit: S,
     longest_period: S,
-    reach: S,
-    reach_half_tangent: S,
+}
+
+/// What a search goes by, whatever the law.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Solver<S> {
+    spring: Spring<S>,
     limits: Limits<S>,
+    /// The least that T/T_A rises with u = θ/A, within the range.
     least_slope: S,
+    /// The edge of the range, over A.
+    reach: S,
+    /// Short of it by its rounding, and as t = tan(φ/2).
+    inner_reach: S,
+    inner_half_tangent: S,
 }
 
 /// A deflection for a torque.
@@ -96,14 +106,9 @@ impl<S> Solution<S> {
 #[derive(Debug)]
 pub struct Task<'a, S> {
     frame: &'a Frame<S>,
-    spring: &'a Spring<S>,
+    solver: &'a Solver<S>,
     /// T*/T_A.
     torque: S,
-    limits: &'a Limits<S>,
-    /// The least that T/T_A rises with u = θ/A, within the range.
-    least_slope: S,
-    reach: S,
-    reach_half_tangent: S,
 }
 
 /// A law that can be inverted.
@@ -173,15 +178,8 @@ impl<S: Scalar, L: Invertible<S>> Inverse<S, L> {
         let tolerance = S::TOLERANCE;
         // Short of the edge by its rounding, so that no solution lies beyond.
         let inner = if reach < 1.0 { reach * (1.0 - 4.0 * S::EPSILON) } else { reach };
-        let reach_half_tangent = inner / (1.0 + libm::sqrt((1.0 - inner) * (1.0 + inner)));
-        Self {
+        let solver = Solver {
             spring: Spring::new(gear.elastic()),
-            gear,
-            inverse_torque_scale: S::from_f64(if S::SI { 1.0 / scale } else { 1.0 }),
-            limit: S::from_f64(REFUSED_BEYOND * if S::SI { scale } else { 1.0 }),
-            longest_period: S::from_f64(longest_period_s),
-            reach: S::from_f64(reach),
-            reach_half_tangent: S::from_f64(reach_half_tangent),
             limits: Limits {
                 tolerance: S::from_f64(tolerance),
                 last_step: S::from_f64(libm::cbrt(6.0 * tolerance / third)),
@@ -189,6 +187,16 @@ impl<S: Scalar, L: Invertible<S>> Inverse<S, L> {
                 last_width: S::from_f64(tolerance / first),
             },
             least_slope: S::from_f64(least_slope),
+            reach: S::from_f64(reach),
+            inner_reach: S::from_f64(inner),
+            inner_half_tangent: S::from_f64(inner / (1.0 + libm::sqrt((1.0 - inner) * (1.0 + inner)))),
+        };
+        Self {
+            gear,
+            solver,
+            inverse_torque_scale: S::from_f64(if S::SI { 1.0 / scale } else { 1.0 }),
+            limit: S::from_f64(REFUSED_BEYOND * if S::SI { scale } else { 1.0 }),
+            longest_period: S::from_f64(longest_period_s),
         }
     }
 
@@ -199,7 +207,7 @@ impl<S: Scalar, L: Invertible<S>> Inverse<S, L> {
 
     /// The edge rA of the invertible range ±rA, input units.
     pub fn range(&self) -> S {
-        self.gear.frame().deflection(self.reach)
+        self.gear.frame().deflection(self.solver.reach)
     }
 
     /// The state of a gear whose past is unknown (y = 0, m = 0) under a torque, and how it was found.
@@ -239,15 +247,7 @@ impl<S: Scalar, L: Invertible<S>> Inverse<S, L> {
     /// What the law is asked.
     #[inline]
     fn task(&self, torque: S) -> Task<'_, S> {
-        Task {
-            frame: self.gear.frame(),
-            spring: &self.spring,
-            torque: torque.normalise(self.inverse_torque_scale),
-            limits: &self.limits,
-            least_slope: self.least_slope,
-            reach: self.reach,
-            reach_half_tangent: self.reach_half_tangent,
-        }
+        Task { frame: self.gear.frame(), solver: &self.solver, torque: torque.normalise(self.inverse_torque_scale) }
     }
 }
 
@@ -298,36 +298,35 @@ impl<S: Scalar> Task<'_, S> {
     #[inline]
     fn deflection(&self, u: S) -> S {
         // u = 2tq: floats round it within the range, a fixed grid by a unit beyond.
-        self.frame.deflection(if S::SI { u } else { u.clamp(-self.reach, self.reach) })
+        self.frame.deflection(if S::SI { u } else { u.clamp(-self.solver.reach, self.solver.reach) })
     }
 
     #[inline]
     fn found(&self, found: &Root<S>, sign: S, theta: S) -> Solution<S> {
         if found.saturated {
-            return Solution { steps: found.steps, ..self.edge(found.u.signed(sign)) };
+            return Solution { steps: found.steps, ..self.edge(if found.u > S::ZERO { sign } else { -sign }) };
         }
         Solution { converged: found.converged, steps: found.steps, ..Solution::held(theta) }
     }
 
     /// The upper (1) or lower (−1) edge of the range.
     fn edge(&self, side: S) -> Solution<S> {
-        Solution { saturated: true, ..Solution::held(self.frame.deflection(self.reach).signed(side)) }
+        Solution { saturated: true, ..Solution::held(self.frame.deflection(self.solver.reach).signed(side)) }
     }
 
     /// The root on a stretch that spans the range.
     fn solve_anywhere(&self, stretch: &impl Stretch<S>, start: Point<S>) -> Solution<S> {
-        let edge = self.reach_half_tangent;
-        let bracket = Bracket { low: -edge, high: edge, low_is_edge: true, high_is_edge: true };
+        let edge = self.solver.inner_half_tangent;
+        let bracket = Bracket { low: -edge, high: edge, edge };
         let start = if start.t.abs() <= edge { start } else { Point::ZERO };
         let (torque, work) = stretch.torque(start.u, start.u * start.u, start.g);
-        let start = Start::At(start, (self.torque - torque, work));
-        let found = root(stretch, (self.torque, self.limits), bracket, start);
+        let found = root(stretch, (self.torque, &self.solver.limits), bracket, (start, self.torque - torque, work));
         self.found(&found, S::ONE, self.deflection(found.u))
     }
 
     /// The root of the spring alone.
     fn solve_unloaded(&self) -> Solution<S> {
-        self.solve_anywhere(self.spring, Point::ZERO)
+        self.solve_anywhere(&self.solver.spring, Point::ZERO)
     }
 }
 

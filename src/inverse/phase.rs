@@ -1,6 +1,6 @@
 //! The inverse of law `phase`: one step ahead, in the direction that the torque asks for.
 
-use super::solve::{Bracket, Point, Spring, Start, Stretch, root};
+use super::solve::{Bracket, Point, Spring, Stretch, root};
 use super::{Invertible, Solution, Task, gated};
 use crate::memory::MemoryLaw;
 use crate::memory::phase::{Phase, PhaseState, phase_step};
@@ -37,24 +37,29 @@ impl<S: Float> Invertible<S> for Phase<S> {
     fn solve<const N: usize>(&self, task: &Task<S>, state: &PhaseState<S>, theta: S) -> Solution<S> {
         let z = MemoryLaw::<S>::torque::<N>(self, task.frame, state, theta);
         let u = task.frame.fraction(theta);
-        let missing = task.torque - (task.spring.torque(u, u * u) + z);
-        if missing.abs() <= task.limits.tolerance && u.abs() <= task.reach {
+        let missing = task.torque - (task.solver.spring.torque(u, u * u) + z);
+        if missing.abs() <= task.solver.limits.tolerance && u.abs() <= task.solver.reach {
             return Solution::held(theta);
         }
         let sign = if missing > S::ZERO { S::ONE } else { -S::ONE };
         let (u, g) = state.point();
         let from = (sign * u, g);
-        if from.0 >= task.reach {
+        if from.0 >= task.solver.reach {
             return task.edge(sign);
         }
-        let ahead =
-            Fading { spring: task.spring, law: *self, from, transient: sign * state.transient_towards(self, sign) };
-        let below = from.0 < -task.reach;
-        let start = if below { Point::at(-task.reach_half_tangent) } else { Point::of(from.0, g) };
-        let bracket = Bracket { low: start.t, high: task.reach_half_tangent, low_is_edge: below, high_is_edge: true };
+        let ahead = Fading {
+            spring: &task.solver.spring,
+            law: *self,
+            from,
+            transient: sign * state.transient_towards(self, sign),
+        };
+        let below = from.0 < -task.solver.reach;
+        let edge = task.solver.inner_half_tangent;
+        let start = if below { Point::at(-edge) } else { Point::of(from.0, g) };
+        let bracket = Bracket { low: start.t, high: edge, edge };
         let aim = task.torque.signed(sign);
         let (torque, work) = ahead.torque(start.u, start.u * start.u, start.g);
-        let found = root(&ahead, (aim, task.limits), bracket, Start::At(start, (aim - torque, work)));
+        let found = root(&ahead, (aim, &task.solver.limits), bracket, (start, aim - torque, work));
         task.solution(&found, sign, theta)
     }
 

@@ -128,13 +128,12 @@ impl<S: Scalar> Point<S> {
     }
 }
 
-/// Where the root may lie, t. The ends of the range are edges; the other ends are known to hold the root between them.
+/// Where the root may lie, t. The edges of the range are ±`edge`; an upper end before that is known to have the root below it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Bracket<S> {
     pub(super) low: S,
     pub(super) high: S,
-    pub(super) low_is_edge: bool,
-    pub(super) high_is_edge: bool,
+    pub(super) edge: S,
 }
 
 /// When the search ends.
@@ -150,51 +149,31 @@ pub(super) struct Limits<S> {
     pub(super) last_width: S,
 }
 
-/// Where the search begins.
-#[derive(Debug, Clone, Copy)]
-pub(super) enum Start<S, W> {
-    /// A point at which the residual is known.
-    At(Point<S>, (S, W)),
-    /// Near a u within the bracket.
-    Near(S),
-}
-
 /// What the search found.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Root<S> {
-    /// θ/A; ±1 where it is an edge.
+    /// θ/A.
     pub(super) u: S,
+    /// It is an edge.
     pub(super) saturated: bool,
     pub(super) converged: bool,
     pub(super) steps: u8,
 }
 
-/// The point of the bracket at which a stretch meets the aim.
+/// The point of the bracket at which a stretch meets the aim. The search begins at a point within it, of which the residual is known and what the torque
+/// and its slopes share there.
 #[inline]
 pub(super) fn root<S: Scalar, C: Stretch<S>>(
     stretch: &C,
     (aim, limits): (S, &Limits<S>),
     bracket: Bracket<S>,
-    start: Start<S, C::Work>,
+    (start, mut residual, mut work): (Point<S>, S, C::Work),
 ) -> Root<S> {
     let Bracket { mut low, mut high, .. } = bracket;
     // An end is tried at most once: from then on its torque is known.
     let (mut low_tried, mut high_tried) = (false, false);
     let found = |u, steps, saturated| Root { u, saturated, converged: true, steps };
-    let at = |t| {
-        let point = Point::at(t);
-        let (torque, work) = stretch.torque(point.u, point.u * point.u, point.g);
-        (point, (aim - torque, work))
-    };
-    let (mut point, (mut residual, mut work)) = match start {
-        Start::At(point, residual) => (point, residual),
-        Start::Near(u) => {
-            // Without root or division: u/2·(1 + u²/2) is close enough to start from.
-            let half = S::HALF * u;
-            let square = half * half;
-            at((half + half * (square + square)).clamp(low, high))
-        }
-    };
+    let mut point = start;
     let mut steps = 0;
     if residual.abs() <= limits.tolerance {
         return found(point.u, steps, false);
@@ -204,13 +183,13 @@ pub(super) fn root<S: Scalar, C: Stretch<S>>(
         let up = residual > S::ZERO;
         let room = if up {
             if t >= high {
-                return found(if bracket.high_is_edge { S::ONE } else { u }, steps, bracket.high_is_edge);
+                return found(u, steps, t >= bracket.edge);
             }
             (low, low_tried) = (t, true);
             high - t
         } else {
             if t <= low {
-                return found(if bracket.low_is_edge { -S::ONE } else { u }, steps, bracket.low_is_edge);
+                return found(u, steps, t <= -bracket.edge);
             }
             (high, high_tried) = (t, true);
             t - low
@@ -238,10 +217,12 @@ pub(super) fn root<S: Scalar, C: Stretch<S>>(
         } else {
             S::HALF * (low + high)
         };
+        point = Point::at(next);
         if follows && step.abs() <= limits.last_step {
-            return found(Point::at(next).u, steps, false);
+            return found(point.u, steps, false);
         }
-        (point, (residual, work)) = at(next);
+        let (torque, with) = stretch.torque(point.u, point.u * point.u, point.g);
+        (residual, work) = (aim - torque, with);
         if follows && predicted > S::ZERO {
             let chord = residual.over(predicted + predicted);
             let (size, end) = (chord.abs(), next + chord);

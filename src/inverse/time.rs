@@ -31,7 +31,7 @@ impl<S: Scalar> Stretch<S> for Growing<'_, S> {
 
 fn solve<S: Scalar>(law: &Time<S>, task: &Task<S>, ahead: Ahead<S>, theta: S) -> Solution<S> {
     let u = task.frame.clamped_fraction(theta);
-    let curve = Growing { spring: task.spring, ahead, gate: law.gate() };
+    let curve = Growing { spring: &task.solver.spring, ahead, gate: law.gate() };
     task.solve_anywhere(&curve, Point::of(u, task.frame.gate(theta)))
 }
 

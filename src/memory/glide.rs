@@ -40,6 +40,12 @@ impl<S: Scalar> Glide<S> {
         Self { lag: half_play.signed(sign), until }
     }
 
+    /// The deflection after the play that ends the short way along a branch from a turning point, or one behind where there is none.
+    #[inline]
+    pub(super) fn end(&self, sign: S) -> S {
+        if S::SI { self.until.signed(sign) } else { self.until }
+    }
+
     /// The deflection after the play and η there, if a sample at `theta` goes on along the branch; it then lies within ±A.
     #[inline]
     pub(super) fn follow(&self, frame: &Frame<S>, filtered: S, theta: S, branch: &Branch<S>) -> Option<[S; 2]> {

@@ -31,6 +31,14 @@ pub struct TurningPoint<S> {
     pub eta: S,
 }
 
+impl<S: Scalar> TurningPoint<S> {
+    /// Where no path ever turns, ahead of a rising (`sign` = 1) or falling one (−1).
+    #[inline]
+    fn far(sign: S) -> Self {
+        Self { theta: S::from_f64(1e30).signed(sign), eta: S::ZERO }
+    }
+}
+
 /// A branch from a turning point, or the initial curve: η = η_0 + s·(slope − bend·s), s = (θ − θ_0)/A, the last product up to 2.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Branch<S> {
@@ -240,16 +248,13 @@ impl<S: Scalar, const N: usize> Path<S, N> {
     /// Sets up the branch from the newest turning point, entered at `entry`.
     #[inline]
     fn enter(&mut self, frame: &Frame<S>, half_play: S, entry: TurningPoint<S>) {
-        let target = if let Some(&[target, anchor]) = self.turning_points.last_chunk::<2>() {
-            self.branch = Branch::from(anchor, self.sign);
-            if self.merging {
-                self.branch = self.branch.merged(frame, entry, target);
-            }
-            Some(target.theta)
+        let (branch, target) = if let Some(&[target, anchor]) = self.turning_points.last_chunk::<2>() {
+            let branch = Branch::from(anchor, self.sign);
+            (if self.merging { branch.merged(frame, entry, target) } else { branch }, Some(target.theta))
         } else {
-            self.branch = Branch::initial(self.origin, self.sign);
-            None
+            (Branch::initial(self.origin, self.sign), None)
         };
+        self.branch = branch;
         self.glide = Glide::new(frame, half_play, self.sign, &self.branch, target);
     }
 }
@@ -286,6 +291,8 @@ impl<S: Float> VaryingPeriod<S> for Masing<S> {
 }
 
 impl<S: Scalar> MemoryLaw<S> for Masing<S> {
+    const GLIDES_IN_RANGE: bool = false;
+
     type State<const N: usize> = Path<S, N>;
 
     fn start<const N: usize>(&self, _frame: &Frame<S>, theta: S) -> Path<S, N> {

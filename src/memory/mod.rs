@@ -39,6 +39,9 @@ pub trait VaryingPeriod<S: Float>: MemoryLaw<S> {
 
 /// A memory law with its coefficients; its state is apart, so that one set of coefficients serves many gears of a kind.
 pub trait MemoryLaw<S: Scalar>: Copy {
+    /// Whether every sample within ±A takes little, so that [`glide`](Self::glide) seldom fails.
+    const GLIDES_IN_RANGE: bool = true;
+
     /// What the law remembers, with room for `N` turning points.
     type State<const N: usize>: Clone;
 

@@ -13,13 +13,13 @@ pub(crate) struct Ahead<'a, S> {
     branch: Branch<S>,
     /// Where the branch is entered.
     pub(crate) entry: TurningPoint<S>,
-    /// Where it ends; the initial curve has no end.
-    pub(crate) target: Option<TurningPoint<S>>,
+    /// Where it ends: far away on the initial curve.
+    pub(crate) target: TurningPoint<S>,
     /// The loops beyond, outermost first.
     outer: &'a [[TurningPoint<S>; 2]],
     origin: S,
     sign: S,
-    /// Whether the path was on another branch before.
+    /// Whether the path was on another branch before, and this one has an end.
     entered: bool,
     pub(crate) merging: bool,
 }
@@ -28,7 +28,7 @@ impl<S: Scalar> Ahead<'_, S> {
     /// Goes on across the loops that close, the innermost first; says whether any does.
     #[inline]
     pub(crate) fn close(&mut self, stays_open: impl Fn(TurningPoint<S>) -> bool) -> bool {
-        let Some(innermost) = self.target else { return false };
+        let innermost = self.target;
         let target = |number: usize| self.outer.get(number).map_or(innermost, |&[target, _]| target);
         let loops = self.outer.len() + 1;
         let open = open_loops(loops, |number| stays_open(target(number)));
@@ -36,10 +36,11 @@ impl<S: Scalar> Ahead<'_, S> {
             return false;
         }
         self.entry = target(open);
-        self.entered = true;
-        (self.branch, self.target) = match open.checked_sub(1).and_then(|number| self.outer.get(number)) {
-            Some(&[target, anchor]) => (Branch::from(anchor, self.sign), Some(target)),
-            None => (Branch::initial(self.origin, self.sign), None),
+        let next = open.checked_sub(1).and_then(|number| self.outer.get(number));
+        self.entered = next.is_some();
+        (self.branch, self.target) = match next {
+            Some(&[target, anchor]) => (Branch::from(anchor, self.sign), target),
+            None => (Branch::initial(self.origin, self.sign), TurningPoint::far(self.sign)),
         };
         true
     }
@@ -47,10 +48,7 @@ impl<S: Scalar> Ahead<'_, S> {
     /// The branch.
     #[inline]
     pub(crate) fn branch(&self, frame: &Frame<S>) -> Branch<S> {
-        match self.target {
-            Some(target) if self.entered && self.merging => self.branch.merged(frame, self.entry, target),
-            _ => self.branch,
-        }
+        if self.entered && self.merging { self.branch.merged(frame, self.entry, self.target) } else { self.branch }
     }
 }
 
@@ -83,21 +81,29 @@ impl<S: Scalar, const N: usize> Path<S, N> {
             full = self.turning_points.is_full();
             let kept = if full { points.split_last_chunk::<2>().map_or(points, |(kept, _)| kept) } else { points };
             (target, outer) = match kept.split_last() {
-                Some((&target, outer)) => (Some(target), outer),
-                None => {
-                    (Some(TurningPoint { theta: self.origin + (self.origin - here.theta), eta: -here.eta }), points)
-                }
+                Some((&target, outer)) => (target, outer),
+                None => (TurningPoint { theta: self.origin + (self.origin - here.theta), eta: -here.eta }, points),
             };
             (branch, entered) = (Branch::from(here, sign), true);
         } else {
             (target, outer) = match points.split_last_chunk::<2>() {
-                Some((outer, &[target, _])) => (Some(target), outer),
-                None => (None, points),
+                Some((outer, &[target, _])) => (target, outer),
+                None => (TurningPoint::far(sign), points),
             };
             (branch, entered, full) = (self.branch, false, false);
         }
         let (outer, origin, merging) = (outer.as_rchunks::<2>().1, self.origin, self.merging || full);
         Ahead { branch, entry: here, target, outer, origin, sign, entered, merging }
+    }
+}
+
+impl<S: Scalar, const N: usize> Path<S, N> {
+    /// The arc that the path is on and the least way over which it stays there, over A, where the path goes on in the direction of the view along a branch
+    /// from a turning point that was never merged. Such an arc stays a branch all over the range.
+    #[inline]
+    pub(crate) fn clear(&self, view: View<'_, S>) -> Option<(Arc<S>, S)> {
+        let goes_on = self.branch.bend == view.sign && !self.merging;
+        goes_on.then(|| (Arc::of(view, &self.branch), view.u(self.glide.end(view.sign) - self.filtered)))
     }
 }
 
@@ -148,13 +154,6 @@ impl<S: Scalar> Arc<S> {
     pub(crate) fn powers(&self, h: S) -> [S; 3] {
         let bent = self.from.multiple(self.bend);
         [h * self.eta - (h * self.from) * (self.slope + bent), h * (self.slope + bent + bent), -h.multiple(self.bend)]
-    }
-
-    /// By how much the derivative of η at u exceeds that of any branch within ±A, −2.
-    #[inline]
-    pub(crate) fn slack(&self, u: S) -> S {
-        let bent = (u - self.from).multiple(self.bend);
-        S::TWO + self.slope - (bent + bent)
     }
 
     /// Where a loop is fully open; it then keeps the η of its turning point.
