@@ -109,7 +109,7 @@ pub(crate) fn phase_step<S: Float>(u0: S, g0: S, u: S, g: S) -> S {
     let sine = (u * g0 - u0 * g).abs();
     let cosine = u * u0 + g * g0;
     // Near 1 the arcsine loses digits, and past a right angle it is the wrong branch.
-    if sine < S::HALF && cosine > S::ZERO { sine.asin() } else { sine.atan2(cosine) }
+    if sine < S::HALF && cosine > S::ZERO { sine.asin_of_small() } else { sine.atan2(cosine) }
 }
 
 impl<S: Float> VaryingPeriod<S> for Phase<S> {}

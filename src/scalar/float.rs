@@ -83,7 +83,7 @@ scalar!(f32, sqrtf, libm::fabsf);
 scalar!(f64, sqrt, libm::fabs);
 
 macro_rules! float {
-    ($f:ty, $exp_m1:path, $exp:path, $asin:path, $atan2:path, $sin:path, $cos:path, $sin_cos:path, $wrap:path,
+    ($f:ty, $exp_m1:path, $exp:path, $asin:path, $asin_of_small:path, $atan2:path, $sin:path, $cos:path, $sin_cos:path, $wrap:path,
      $tanh:path, $pow:path, $round:path) => {
         impl Float for $f {
             #[inline]
@@ -101,6 +101,10 @@ macro_rules! float {
             #[inline]
             fn asin(self) -> Self {
                 $asin(self)
+            }
+            #[inline]
+            fn asin_of_small(self) -> Self {
+                $asin_of_small(self)
             }
             #[inline]
             fn atan2(self, x: Self) -> Self {
@@ -144,6 +148,7 @@ float!(
     libm::expm1f,
     libm::expf,
     libm::asinf,
+    circle::arcsine,
     libm::atan2f,
     libm::sinf,
     libm::cosf,
@@ -159,6 +164,7 @@ float!(
     micro::exp_m1,
     micro::exp,
     micro::asin,
+    circle::arcsine,
     micro::atan2,
     micro::sin,
     micro::cos,
@@ -172,6 +178,7 @@ float!(
     f64,
     libm::expm1,
     libm::exp,
+    libm::asin,
     libm::asin,
     libm::atan2,
     libm::sin,

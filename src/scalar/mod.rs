@@ -126,6 +126,8 @@ pub trait Float: Scalar<Gain = Self> {
     fn exp(self) -> Self;
     /// arcsin x for abs(x) ≤ 1.
     fn asin(self) -> Self;
+    /// arcsin x for abs(x) ≤ 1/2. In `f32` by [`circle::arcsine`], without double arithmetic.
+    fn asin_of_small(self) -> Self;
     /// The angle of the point (x, y) from the x axis, in (−π, π].
     fn atan2(self, x: Self) -> Self;
     /// sin x.
