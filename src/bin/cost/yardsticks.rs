@@ -22,7 +22,7 @@ pub fn measure() {
     let mut dahl = Friction { deflection: 0.0, z: 0.0 };
     report("Dahl", &path, |theta| dahl.dahl(theta));
     let mut bouc_wen = Friction { deflection: 0.0, z: 0.0 };
-    report("Bouc–Wen, one Heun step, exponent one", &path, |theta| bouc_wen.bouc_wen(theta));
+    report("Bouc–Wen, one Heun step", &path, |theta| bouc_wen.bouc_wen(theta));
     let mut bouc_wen = Friction { deflection: 0.0, z: 0.0 };
     report("Bouc–Wen", &path, |theta| bouc_wen.bouc_wen_power(theta));
     let (mut few, mut some, mut many, mut most) =

@@ -7,8 +7,12 @@ use xshell::{Shell, cmd};
 /// What the table calls the model of the crate itself.
 const OWN: (&str, &str) = ("GMHM masing", "law `masing`, away from a reversal");
 
-/// Models whose error is that of another, being its inverse.
-const INVERSES: [(&str, &str); 1] = [("Prandtl–Ishlinskii inverse, 10 elements", "Maxwell slip, 10 elements")];
+/// Calls whose error is that of a model: its inverse, or other arithmetic for the same curve.
+const SAME: [(&str, &str); 3] = [
+    ("Prandtl–Ishlinskii inverse, 10 elements", "Maxwell slip, 10 elements"),
+    ("closed form of the paper, `libm`", "closed form of the paper"),
+    ("closed form of the paper, tuned sine, exponential and arcsine", "closed form of the paper"),
+];
 
 /// Errors of the models on a recording, N·m.
 pub struct Accuracy(Vec<(String, f64)>);
@@ -40,7 +44,7 @@ impl Accuracy {
 
     /// The error of a call of the table, where `gmhm compare` knows its model.
     pub fn of(&self, call: &str) -> Option<f64> {
-        let other = INVERSES.iter().find(|(inverse, _)| *inverse == call).map(|(_, model)| *model);
+        let other = SAME.iter().find(|(name, _)| *name == call).map(|(_, model)| *model);
         let model = if call == OWN.1 { OWN.0 } else { other.unwrap_or(call) };
         self.0.iter().find(|(name, _)| name == model).map(|(_, error)| *error)
     }

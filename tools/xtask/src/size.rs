@@ -25,7 +25,7 @@ struct Path {
     joint_limit: u64,
 }
 
-const PATHS: [Path; 4] = [
+const PATHS: [Path; 5] = [
     Path {
         image: "core_path",
         machine: machine::M0,
@@ -37,7 +37,7 @@ const PATHS: [Path; 4] = [
         image: "core_path",
         machine: machine::M4F,
         title: "law `masing`, forward and inverse, 16 turning points",
-        code_limit: 4608,
+        code_limit: 4096,
         joint_limit: 256,
     },
     Path {
@@ -45,6 +45,13 @@ const PATHS: [Path; 4] = [
         machine: machine::M4F,
         title: "feed-forward of a joint, law `masing`, to the position of the motor",
         code_limit: 8192,
+        joint_limit: 512,
+    },
+    Path {
+        image: "servo_path",
+        machine: machine::M4F,
+        title: "servo of a joint, law chosen at run time",
+        code_limit: 16_384,
         joint_limit: 512,
     },
     Path {

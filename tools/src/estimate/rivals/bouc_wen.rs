@@ -4,10 +4,24 @@
 use super::super::bounded::Bound::NonNegative;
 use super::{Direction, ELASTIC, Rival, elastic};
 
-/// θ_c is searched from a hundredth to ten rated deflections, n from 1 to 5, β from 0.5 (thermodynamically admissible) to 1.
+/// A sample in as many steps of Heun's rule as its way asks for; n is searched from 1 to 5.
 pub fn bouc_wen(rated_deflection_rad: f64) -> Rival {
-    let rival = Rival::new("Bouc–Wen", &[&ELASTIC[..], &[("F", NonNegative)]].concat(), move |nonlinear| {
-        let (length, beta, power) = (rated_deflection_rad * nonlinear[0].exp(), nonlinear[1], nonlinear[2]);
+    // Short against θ_c.
+    let steps = |lengths: f64| (lengths / 0.05).ceil().clamp(1.0, 200.0);
+    let rival = with("Bouc–Wen", rated_deflection_rad, |nonlinear| nonlinear[2], steps);
+    rival.searching("n", 1.0, 5.0)
+}
+
+/// As a drive computes it: a sample in one step, n = 1.
+pub fn one_step(rated_deflection_rad: f64) -> Rival {
+    with("Bouc–Wen, one Heun step", rated_deflection_rad, |_| 1.0, |_| 1.0)
+}
+
+/// θ_c is searched from a hundredth to ten rated deflections, β from 0.5 (thermodynamically admissible) to 1.
+fn with(name: &str, rated_deflection_rad: f64, power: fn(&[f64]) -> f64, steps: fn(f64) -> f64) -> Rival {
+    let columns = [&ELASTIC[..], &[("F", NonNegative)]].concat();
+    let rival = Rival::new(name, &columns, move |nonlinear| {
+        let (length, beta, power) = (rated_deflection_rad * nonlinear[0].exp(), nonlinear[1], power(nonlinear));
         let mut direction = Direction::default();
         let mut w: f64 = 0.0;
         Box::new(move |theta, out| {
@@ -16,8 +30,7 @@ pub fn bouc_wen(rated_deflection_rad: f64) -> Rival {
                 let sign = if w == 0.0 { 0.0 } else { (change * w).signum() };
                 1.0 - w.abs().powf(power) * (beta * sign + 1.0 - beta)
             };
-            // Heun's rule in steps short against θ_c.
-            let steps = (change.abs() / (0.05 * length)).ceil().clamp(1.0, 200.0);
+            let steps = steps(change.abs() / length);
             let step = change / (length * steps);
             for _ in 0..steps as usize {
                 let first = slope(w);
@@ -27,6 +40,5 @@ pub fn bouc_wen(rated_deflection_rad: f64) -> Rival {
             out[3] = w;
         })
     });
-    let rival = rival.searching("ln(length/A)", 1e-2_f64.ln(), 10.0_f64.ln());
-    rival.searching("beta", 0.5, 1.0).searching("n", 1.0, 5.0)
+    rival.searching("ln(length/A)", 1e-2_f64.ln(), 10.0_f64.ln()).searching("beta", 0.5, 1.0)
 }

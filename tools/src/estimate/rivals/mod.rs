@@ -5,6 +5,7 @@
 //! memory, as the gear's model does.
 
 mod bouc_wen;
+mod closed_form;
 mod cost;
 mod dahl;
 mod lines;
@@ -132,7 +133,8 @@ pub fn fitted(rival: &Rival, recording: &Recording, seed: u64) -> Result<Vec<f64
 pub fn all(rated_deflection_rad: f64) -> Vec<Rival> {
     let a = rated_deflection_rad;
     let mut rivals =
-        vec![spring(), lines::two(), lines::four(), polynomial::with_coulomb(), dahl::dahl(a), bouc_wen::bouc_wen(a)];
+        vec![spring(), lines::two(), lines::four(), polynomial::with_coulomb(), closed_form::closed_form(a)];
+    rivals.extend([dahl::dahl(a), bouc_wen::one_step(a), bouc_wen::bouc_wen(a)]);
     rivals.extend([2, 4, 8, 10, 16].map(|count| maxwell_slip::maxwell_slip(a, count)));
     rivals
 }
