@@ -38,6 +38,9 @@ pub(super) fn fit(fit: &Fit) -> String {
     if fit.leaves_physics() {
         lines.push("Plain least squares: what is left is physics more than noise; standard deviations from the scatter of blocks".to_owned());
     }
+    if let Some(rated) = fit.model.gear.rated_deflection_rad.filter(|_| fit.rated_is_largest_seen) {
+        lines.push(format!("Rated deflection {rated:.6e} rad, the largest seen: e and c1 to c3 hang on it, --rated-deflection gives the gear's"));
+    }
     let width = fit.uncertainty.parameters.iter().map(|p| p.name.len()).max().unwrap_or(0);
     lines.extend(fit.uncertainty.parameters.iter().map(|p| parameter(p, width)));
     lines.extend(notes(&fit.uncertainty.parameters));
@@ -140,6 +143,9 @@ pub(super) fn comparison(lines: &[Comparison], unit: TorqueUnit, seed: u64) -> S
             "  {:<32} {:>10} {:>12.4} {:>10.4} {:>10.4} {:>16} {cost:>12}\n",
             line.model, line.parameters, line.rss, line.rms, line.heldout_rms, unseen
         );
+    }
+    if lines.iter().all(|line| line.unseen_recording_rms.is_none()) {
+        text += "Unseen recording: give several, at other amplitudes and rates, and each is held out whole in turn\n";
     }
     text += "Instructions: a sample on a Cortex-M4F in f32, counted in the emulator\n";
     text + &paper::claim(lines).map_or(String::new(), |claim| claim + "\n")

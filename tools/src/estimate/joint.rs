@@ -82,6 +82,7 @@ pub fn fit(recordings: &[Recording], options: &FitOptions, progress: &dyn Progre
         seed: options.seed,
         unit: first.torque_unit.suffix(),
         uncertainty,
+        rated_is_largest_seen: false,
         selection: Vec::new(),
         selection_rows: 0,
         rms: (rss / counted.max(1) as f64).sqrt(),

@@ -23,7 +23,7 @@ pub fn page(fit: &Fit, assessment: &Assessment, recordings: &[Recording], proven
             Some(if fit.model.elastic.is_some() { the_loop(&rows, fit, unit) } else { the_joint(&rows, fit, unit) }),
             Some(left_over(fit, assessment, &rows, unit)),
             Some(parameters(fit)),
-            assessment.coverage.as_ref().map(exercised),
+            assessment.coverage.as_ref().map(|coverage| exercised(coverage, fit)),
             (!fit.selection.is_empty()).then(|| structures(fit, unit)),
             (!assessment.comparison.is_empty()).then(|| comparison(assessment, recordings, unit)),
             Some(search(fit)),
@@ -316,7 +316,7 @@ fn parameters(fit: &Fit) -> Section {
     )
 }
 
-fn exercised(coverage: &Coverage) -> Section {
+fn exercised(coverage: &Coverage, fit: &Fit) -> Section {
     let mrad = |x: f64| number(1e3 * x, 4);
     let (low, high) = coverage.deflection_rad;
     let lines = [
@@ -335,6 +335,9 @@ fn exercised(coverage: &Coverage) -> Section {
         rows: lines.map(|(name, value, unit)| TableRow::new([name.to_owned(), value, unit.to_owned()])).into(),
     };
     let mut notes = Vec::new();
+    if fit.rated_is_largest_seen {
+        notes.push("The rated deflection A was not given and is the largest seen. e and c1 to c3 hang on it: give the gear's by --rated-deflection.".to_owned());
+    }
     if coverage.inner_reversals == 0 {
         notes.push("No reversal lies inside the extremes: how the gear behaves on minor loops is the law's word, not the recordings'.".to_owned());
     }
