@@ -59,6 +59,8 @@ struct Tried<'p> {
 const WORTH_POLISHING: f64 = 0.35;
 /// A term may raise the plain squared residual by this factor at most.
 const DEARER: f64 = 1.3;
+/// A shape of a kind that gains less than this share of the best shape's on the grid is not polished beside it, unless it is near.
+const SHAPELY: f64 = 0.85;
 /// A gain of the deviance that is always near.
 const NEAR: f64 = 60.0;
 
@@ -148,9 +150,9 @@ impl Subject<'_> {
             let gains: Vec<f64> = proposals.par_iter().map(gain).collect();
             let mut order: Vec<usize> = (0..proposals.len()).collect();
             order.sort_by(|&a, &b| gains[b].total_cmp(&gains[a]));
-            let mut taken: Vec<(&str, Option<usize>)> = Vec::new();
+            let mut taken: Vec<_> = Vec::new();
             for i in order {
-                let key = (proposals[i].info.name, proposals[i].extends);
+                let key = proposals[i].form();
                 if taken.iter().filter(|k| **k == key).count() < most {
                     taken.push(key);
                     if !chosen.contains(&i) {
@@ -171,12 +173,14 @@ impl Subject<'_> {
         };
         let mut tried: Vec<Tried<'p>> = chosen.par_iter().filter_map(profile).collect();
         tried.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-        let mut counts: Vec<(&str, Option<usize>)> = Vec::new();
+        // Of each form the best; of a kind those that the polish may still turn.
+        let mut kept: Vec<(_, f64)> = Vec::new();
         tried.retain(|t| {
-            let key = (t.proposal.info.name, t.proposal.extends);
-            let first = !counts.contains(&key);
-            counts.push(key);
-            first
+            let (kind, extends, shape) = t.proposal.form();
+            let best = kept.iter().find(|((k, e, _), _)| (*k, *e) == (kind, extends)).map_or(t.gain, |(_, gain)| *gain);
+            let known = kept.iter().any(|(form, _)| *form == (kind, extends, shape));
+            kept.push(((kind, extends, shape), t.gain));
+            !known && t.gain > (SHAPELY * best).min(best - NEAR)
         });
         tried
     }

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use super::fit::Fitted;
 use super::spectrum;
 use super::subject::Subject;
+use super::tones::tones;
 use crate::estimate::noise::Noise;
 use crate::estimate::triangle::dot;
 use crate::physics::Evaluation;
@@ -42,6 +43,8 @@ pub struct Curve {
     pub columns: Vec<Vec<f64>>,
     /// How many of its waves were picked out of a spectrum.
     pub picked: usize,
+    /// A tone, which no noise keeps up: see [`tones`](super::tones).
+    pub coherent: bool,
 }
 
 /// A curve fitted beside a model.
@@ -62,10 +65,12 @@ pub struct Explained {
     pub basis: Vec<Vec<f64>>,
     /// The noise that is left.
     pub noise: Vec<Noise>,
+    /// A tone, which no noise keeps up; its gain is in squares of the noise that is left, since the noise before has taken the tone for its own.
+    pub coherent: bool,
 }
 
 /// Structure is at least this part of the squared residual.
-const LEAST_PART: f64 = 0.03;
+const LEAST_PART: f64 = 0.05;
 
 /// What the strongest of some hundred lines gains from noise, beyond a line that was not picked: 2 ln 400.
 const PICKED: f64 = 12.0;
@@ -150,6 +155,11 @@ fn times(columns: Vec<Vec<f64>>, factor: &[f64]) -> Vec<Vec<f64>> {
     columns.into_iter().map(product).collect()
 }
 
+/// What an error of the deflection is multiplied by where the gear stiffens.
+fn squared(load: &[f64]) -> Vec<f64> {
+    load.iter().map(|x| x * x).collect()
+}
+
 fn waves(angle: &[f64], orders: &[f64]) -> Vec<Vec<f64>> {
     let wave = |&order: &f64| {
         let pair = angle.iter().map(|q| (order * q).sin_cos());
@@ -204,7 +214,7 @@ pub fn curves(subject: &Subject<'_>, see: &Coordinates, fit: &Fitted) -> Vec<Cur
     let load = see.deflection.as_deref().map(unit);
     let mut picked = 0;
     let mut add = |coordinate: &'static str, columns: Vec<Vec<f64>>, picked: usize| {
-        curves.push(Curve { coordinate, columns, picked });
+        curves.push(Curve { coordinate, columns, picked, coherent: false });
     };
     if let Some(motor) = see.motor.as_deref().filter(|q| turns(q) > 0.16) {
         let white = subject.filtered_twice(fit);
@@ -227,6 +237,7 @@ pub fn curves(subject: &Subject<'_>, see: &Coordinates, fit: &Fitted) -> Vec<Cur
         if let Some(load) = &load {
             let mut columns = waves(motor, &orders);
             columns.extend(times(waves(motor, &orders), load));
+            columns.extend(times(waves(motor, &orders), &squared(load)));
             add("motor_angle", columns, picked);
         }
         if let Some(velocity) = see.velocity.as_deref().filter(|v| largest(v) > 0.0) {
@@ -240,14 +251,19 @@ pub fn curves(subject: &Subject<'_>, see: &Coordinates, fit: &Fitted) -> Vec<Cur
         }
     }
     if let Some(output) = see.output.as_deref().filter(|q| turns(q) > 0.016) {
-        let columns =
+        let around =
             if turns(output) > 0.7 { waves(output, &[1.0, 2.0, 3.0, 4.0]) } else { hats(output, &knots(output, 10)) };
-        add("output_angle", columns, 0);
+        add("output_angle", around.clone(), 0);
         if let Some(sign) = &sign {
             add("output_angle", times(hats(output, &knots(output, 8)), sign), 0);
         }
         if let Some(load) = &load {
             add("output_angle", times(hats(output, &knots(output, 12)), load), 0);
+            let turn = waves(output, &[1.0]);
+            let mut columns = around.clone();
+            columns.extend(times(turn.clone(), load));
+            columns.extend(times(turn, &squared(load)));
+            add("output_angle", columns, 0);
         }
     }
     if let Some(velocity) = see.velocity.as_deref().filter(|v| largest(v) > 0.0) {
@@ -292,6 +308,10 @@ pub fn curves(subject: &Subject<'_>, see: &Coordinates, fit: &Fitted) -> Vec<Cur
     if let Some(sign) = &sign {
         add("torque", times(hats(&see.torque, &knots(&see.torque, 9)), sign), 0);
     }
+    let scale = largest(&see.torque);
+    let positive = [0.0, 0.01, 0.03, 0.08, 0.2, 0.45, 1.0].map(|x| x * scale);
+    let both: Vec<f64> = positive.iter().skip(1).rev().map(|x| -x).chain(positive).collect();
+    add("torque", hats(&see.torque, &both), 0);
     add("torque_rate", hats(&see.torque_rate, &knots(&see.torque_rate, 8)), 0);
     let mut along = |coordinate: &'static str, x: &[f64], count: usize| {
         add(coordinate, hats(x, &knots(x, count + 3)), 0);
@@ -310,63 +330,6 @@ pub fn curves(subject: &Subject<'_>, see: &Coordinates, fit: &Fitted) -> Vec<Cur
     curves
 }
 
-/// Windows that a recording is searched for tones in.
-const WINDOWS: usize = 12;
-
-/// Tones that last for a part of the recording: the strongest of each of overlapping windows, the best two. And the best of all, as the noise leaves it and as it
-/// is, with an amplitude and a phase of its own in every window, lest what is left of it pass for noise with a resonance.
-fn tones(subject: &Subject<'_>, see: &Coordinates, fit: &Fitted) -> Vec<Curve> {
-    let tone = |columns| Curve { coordinate: "frequency", columns, picked: 2 };
-    let wave = |rad_per_s: f64, rows: std::ops::Range<usize>| {
-        let (mut cos, mut sin) = (vec![0.0; subject.len()], vec![0.0; subject.len()]);
-        for row in rows.clone() {
-            (sin[row], cos[row]) = (rad_per_s * (see.time[row] - see.time[rows.start])).sin_cos();
-        }
-        [cos, sin]
-    };
-    let filtered = lines(subject, see, &subject.filtered_twice(fit), |rad| subject.noise_gain(fit, rad));
-    let plain = lines(subject, see, &subject.layout().masked(&fit.residual), |_| 1.0);
-    let mut curves: Vec<Curve> =
-        filtered.iter().take(2).map(|line| tone(wave(line.rad_per_s, line.rows.clone()).into())).collect();
-    for line in [filtered.first(), plain.first()].into_iter().flatten() {
-        let windows = subject.spans.iter().flat_map(|span| {
-            let at = |window: usize| span.start + span.len() * window / WINDOWS;
-            (0..WINDOWS).map(move |window| at(window)..at(window + 1))
-        });
-        curves.push(tone(windows.flat_map(|rows| wave(line.rad_per_s, rows)).collect()));
-    }
-    curves
-}
-
-/// A line of the spectrum of some rows.
-struct Line {
-    power: f64,
-    rad_per_s: f64,
-    rows: std::ops::Range<usize>,
-}
-
-/// The strongest line of each of overlapping windows, the strongest of all first. `gain` is what the noise's filter does to a frequency, in rad a row.
-fn lines(subject: &Subject<'_>, see: &Coordinates, values: &[f64], gain: impl Fn(f64) -> f64) -> Vec<Line> {
-    let mut found = Vec::new();
-    for span in &subject.spans {
-        let time = &see.time[span.clone()];
-        let period = (time[time.len() - 1] - time[0]) / (time.len() - 1) as f64;
-        let length = 2 * span.len() / WINDOWS;
-        for window in 0..WINDOWS - 1 {
-            let rows = span.start + window * length / 2..span.start + window * length / 2 + length;
-            // A turn a second; frequencies up to a quarter of the sample rate.
-            let highest = (0.25 / period).min(24.0 / (24.0 * period));
-            let scale = std::f64::consts::TAU * highest / 24.0;
-            let phase: Vec<f64> = see.time[rows.clone()].iter().map(|t| scale * (t - see.time[rows.start])).collect();
-            let lines = spectrum::spectrum(&phase, &values[rows.clone()], |order| gain(order * scale * period));
-            let best = lines.into_iter().max_by(|a, b| a.power.total_cmp(&b.power));
-            found.extend(best.map(|line| Line { power: line.power, rad_per_s: line.order * scale, rows }));
-        }
-    }
-    found.sort_by(|a, b| b.power.total_cmp(&a.power));
-    found
-}
-
 impl Subject<'_> {
     /// Every curve beside a fitted model, refitted with it, the best first.
     pub fn locate(&self, fit: &Fitted, curves: &[Curve]) -> Vec<Explained> {
@@ -375,20 +338,30 @@ impl Subject<'_> {
         let explain = |curve: &Curve| {
             let mut columns = base.clone();
             columns.extend(curve.columns.iter().map(Vec::as_slice));
-            let profile = layout.best_profile(&columns, &fit.residual, &fit.noise);
+            let profile = if curve.coherent {
+                layout.profile(&columns, &fit.residual, &layout.white(), 1)
+            } else {
+                layout.best_profile(&columns, &fit.residual, &fit.noise)
+            };
             let mut contribution = vec![0.0; self.len()];
             for (column, weight) in curve.columns.iter().zip(&profile.coefficients[base.len()..]) {
                 contribution.iter_mut().zip(column).for_each(|(c, x)| *c += weight * x);
             }
+            let squares = |y: &[f64]| layout.without_nuisances(&profile.noise, y).1;
             Explained {
                 coordinate: curve.coordinate,
-                gain: fit.minus_two_log_likelihood - profile.minus_two_log_likelihood,
+                gain: if curve.coherent {
+                    squares(&fit.residual) - squares(&profile.residual)
+                } else {
+                    fit.minus_two_log_likelihood - profile.minus_two_log_likelihood
+                },
                 columns: curve.columns.len(),
                 picked: curve.picked,
                 part: 1.0 - dot(&profile.residual, &profile.residual) / dot(&fit.residual, &fit.residual),
                 contribution,
                 basis: curve.columns.clone(),
                 noise: profile.noise,
+                coherent: curve.coherent,
             }
         };
         let mut found: Vec<Explained> = curves.par_iter().map(explain).collect();

@@ -7,6 +7,7 @@ use super::explain::{Alternative, Search};
 use super::fit::Fitted;
 use super::flexible::{self, Coordinates, Explained as Curve};
 use super::heldout::{predictive, usual};
+use super::kinds;
 use super::search::{Outcome, part};
 use super::subject::Subject;
 use crate::diagnosis::UNKNOWN;
@@ -62,10 +63,14 @@ pub const STRUCTURE: f64 = 45.0;
 const ALIKE: f64 = 0.3;
 /// Unknown effects at most.
 const STRANGERS: usize = 2;
+/// A tone holds this part of the squared residual.
+const KEPT: f64 = 0.1;
 /// What comes once has to gain this much.
 const ONCE: f64 = 80.0;
 /// A name is withheld where a free curve beside the named term predicts this share of what the term explains.
-const PREDICTED: f64 = 0.11;
+const PREDICTED: f64 = 0.085;
+/// Or where the curve gains more than the named term by this share of its gain, and predicts at all.
+const MUCH: f64 = 0.2;
 /// A named term may leave this part of what a flexible curve of the same coordinates explains.
 const LEFT: f64 = 0.04;
 
@@ -137,13 +142,18 @@ impl Subject<'_> {
                 .map(|(k, w)| if equivalents.iter().any(|e| e == k) { 0.0 } else { w })
                 .sum();
             // A curve that lessens the residual much less follows the noise of an angle, not the effect.
-            let alike = places.iter().filter(|c| c.part > ALIKE * own_part);
+            let alike = places
+                .iter()
+                .filter(|c| !c.coherent && c.part > ALIKE * own_part && !kinds::softens(&kind, c.coordinate));
             let best = alike.max_by(|a, b| a.net().total_cmp(&b.net()));
             let unexplained = best.map_or(0.0, |c| c.net() - effect.gain + 2.0 * own_parameters as f64);
             let free_gain = best.map_or(0.0, Curve::net);
             let left_to_curve = best.map_or(Vec::new(), |c| self.gain_of_columns(&extended, &c.basis, &extended.noise));
-            let named = unexplained < STRUCTURE.max(LEFT * best.map_or(0.0, |c| c.gain))
-                || usual(&left_to_curve) < PREDICTED * effect.gain;
+            let curve_gain = best.map_or(0.0, |c| c.gain);
+            let predicted = usual(&left_to_curve) > PREDICTED * effect.gain
+                || (unexplained > MUCH * curve_gain && predictive(&left_to_curve));
+            let followed = unexplained > STRUCTURE.max(LEFT * curve_gain) && predicted;
+            let named = !followed && self.is_marked(&extended, &rest, effect.term, effect.gain, search)?;
             judged.push(Judged {
                 name: if named { kind.clone() } else { UNKNOWN.to_owned() },
                 equivalents: if named { equivalents } else { Vec::new() },
@@ -198,15 +208,47 @@ impl Subject<'_> {
                 closest: None,
             });
         }
+        // What a curve still shows in a kind's own coordinate the kind has not explained.
+        let strange = judged.iter().filter(|e| e.name == UNKNOWN && e.closest.is_none());
+        let strange: Vec<(&str, f64)> = strange.map(|e| (e.places[0].coordinate, e.gain)).collect();
+        for effect in judged.iter_mut().filter(|e| e.name != UNKNOWN) {
+            let own = coordinates(&effect.name);
+            if strange.iter().any(|(at, gain)| own.contains(at) && *gain > MUCH * effect.gain) {
+                effect.closest = Some(std::mem::replace(&mut effect.name, UNKNOWN.to_owned()));
+                effect.equivalents.clear();
+            }
+        }
         judged.sort_by(|a, b| b.share.total_cmp(&a.share));
         let rejected = rejected.into_iter().map(|a| (a.kind.to_owned(), a.gain, a.parameters)).collect();
         Ok(Judgement { mismatch: !judged.is_empty(), base, extended, effects: judged, places, rejected })
     }
 
+    /// Whether what makes a term its kind is there: whether it explains more than the special cases of it together do.
+    fn is_marked(
+        &self,
+        extended: &Fitted,
+        rest: &Fitted,
+        term: usize,
+        gain: f64,
+        search: Search<'_>,
+    ) -> Result<bool, DiscoverError> {
+        let Some(special) = kinds::special_case(&extended.model.terms[term]) else { return Ok(true) };
+        let mut model = extended.model.clone();
+        let own = term..term + special.len();
+        model.terms.splice(term..=term, special);
+        let places = self.places(&model, search);
+        let fitted = self.fit(&model, &places, Some(&extended.noise), 6)?;
+        let special_gain = rest.minus_two_log_likelihood - fitted.minus_two_log_likelihood;
+        let sound = fitted.model.terms[own].iter().all(|t| t.check().is_ok() && kinds::is_of_its_kind(t));
+        Ok(!sound || special_gain < gain - CLASS)
+    }
+
     /// The coordinate of what a fit leaves: the curve that gains most, but not one over time where another predicts half as much.
     fn stranger(&self, fit: &Fitted, left: &[Curve], least: f64) -> Option<&'static str> {
-        let mut strangers = left.iter().filter(|c| c.is_structure(least) && self.predicts(fit, c));
-        let first = strangers.next()?;
+        let tone =
+            || left.iter().find(|c| c.coherent && c.is_structure(STRUCTURE) && c.part > KEPT).map(|c| c.coordinate);
+        let mut strangers = left.iter().filter(|c| !c.coherent && c.is_structure(least) && self.predicts(fit, c));
+        let Some(first) = strangers.next() else { return tone() };
         let mut other = || strangers.find(|c| !once(c) && c.net() > 0.5 * first.net());
         Some(if once(first) { other().unwrap_or(first).coordinate } else { first.coordinate })
     }

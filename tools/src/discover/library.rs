@@ -1,14 +1,13 @@
 //! What could have been left out: every kind of the core's registry with its shapes over a grid, as columns beside a fitted model.
 
-use std::collections::BTreeMap;
-use std::f64::consts::TAU;
-
-use gmhm::terms::{KINDS, KeyInfo, KindInfo, Range};
+use gmhm::terms::{KINDS, KeyInfo, KindInfo};
 use rayon::prelude::*;
 
 use super::explain::Search;
 use super::fit::Fitted;
-use super::spectrum;
+use super::kinds;
+use super::prototypes::prototypes;
+use super::ranges::Ranges;
 use super::subject::Subject;
 use crate::diagnosis::UNKNOWN;
 use crate::model::{Model, Term, TermValue};
@@ -27,261 +26,13 @@ pub struct Proposal {
     pub keys: Vec<(&'static KeyInfo, Option<usize>)>,
     /// The change of the torque with each.
     pub columns: Vec<Vec<f64>>,
-}
-
-/// What the recordings span.
-pub struct Ranges {
-    rated_rad: f64,
-    velocity_rad_per_s: f64,
-    torque_nm: f64,
-    start_s: f64,
-    end_s: f64,
-    period_s: f64,
-    temperature_c: Option<f64>,
-    motor_orders: Vec<f64>,
-    friction_orders: Vec<f64>,
-    motor_turns: f64,
-    output_turns: f64,
-}
-
-/// An angle that turns less than this says nothing of what turns with it, turns.
-const FEWEST_MOTOR_TURNS: f64 = 0.16;
-const FEWEST_OUTPUT_TURNS: f64 = 0.016;
-
-impl Ranges {
-    /// What the recordings span, and the orders that the residual of a fit holds.
-    pub fn new(subject: &Subject<'_>, evaluations: &[Evaluation<'_>], fit: &Fitted) -> Self {
-        let largest = |x: &[f64]| x.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
-        let travel = |angle: &Option<Vec<f64>>| {
-            angle.as_deref().map_or(0.0, |q| {
-                let spans = subject.spans.iter().map(|span| {
-                    let own = &q[span.clone()];
-                    own.iter().copied().fold(f64::NEG_INFINITY, f64::max)
-                        - own.iter().copied().fold(f64::INFINITY, f64::min)
-                });
-                spans.fold(0.0, f64::max) / TAU
-            })
-        };
-        let motor = subject.signal(evaluations, |s| s.motor_angle_rad.as_deref());
-        let output = subject.signal(evaluations, |s| s.output_angle_rad.as_deref());
-        let velocity = subject.signal(evaluations, |s| s.velocity_rad_per_s.as_deref());
-        let temperature = subject.signal(evaluations, |s| s.temperature_c);
-        let time = subject.time_s();
-        let motor_turns = travel(&motor);
-        let period_s = (time[subject.spans[0].end - 1] - time[0]) / (subject.spans[0].len() - 1) as f64;
-        let mut ranges = Self {
-            rated_rad: fit.model.gear.rated_deflection_rad.unwrap_or(0.0),
-            velocity_rad_per_s: velocity.as_deref().map_or(0.0, largest),
-            torque_nm: largest(&subject.target),
-            start_s: time.iter().copied().fold(f64::INFINITY, f64::min),
-            end_s: time.iter().copied().fold(f64::NEG_INFINITY, f64::max),
-            period_s,
-            temperature_c: temperature.map(|t| t.iter().sum::<f64>() / t.len() as f64),
-            motor_orders: Vec::new(),
-            friction_orders: Vec::new(),
-            motor_turns,
-            output_turns: travel(&output),
-        };
-        if let Some(motor) = motor.filter(|_| motor_turns > FEWEST_MOTOR_TURNS) {
-            let u = subject.filtered_twice(fit);
-            let lines = subject.order_spectrum(fit, &motor, &u);
-            ranges.motor_orders = spectrum::peaks(&lines, motor_turns, 4);
-            // What the noise takes for its own colour still stands out of the plain residual.
-            let plain = spectrum::spectrum(&motor, &subject.layout().masked(&fit.residual), |_| 1.0);
-            for order in spectrum::peaks(&plain, motor_turns, 3) {
-                if ranges.motor_orders.iter().all(|o| (o - order).abs() > 0.5 / motor_turns) {
-                    ranges.motor_orders.push(order);
-                }
-            }
-            if let Some(v) = velocity {
-                let soft = 0.02 * ranges.velocity_rad_per_s;
-                let signed: Vec<f64> = u.iter().zip(&v).map(|(u, v)| u * (v / soft).tanh()).collect();
-                let lines = subject.order_spectrum(fit, &motor, &signed);
-                ranges.friction_orders = spectrum::peaks(&lines, motor_turns, 3);
-            }
-        }
-        ranges
-    }
-}
-
-impl Subject<'_> {
-    /// The residual of a fit, filtered by its noise forth and back: its product with a column is what least squares sees of that column.
-    pub fn filtered_twice(&self, fit: &Fitted) -> Vec<f64> {
-        let white = self.layout().whiten(&fit.noise, &fit.residual);
-        let mut u = vec![0.0; white.len()];
-        for ((span, marks), noise) in self.spans.iter().zip(&self.marks).zip(&fit.noise) {
-            noise.whiten_transposed(marks, &white[span.clone()], &mut u[span.clone()]);
-        }
-        u
-    }
-
-    /// The spectrum over the orders of an angle, in multiples of the noise.
-    pub fn order_spectrum(&self, fit: &Fitted, angle: &[f64], u: &[f64]) -> Vec<spectrum::Line> {
-        let steps = angle.windows(2).map(|w| (w[1] - w[0]).abs()).sum::<f64>() / angle.len() as f64;
-        spectrum::spectrum(angle, u, |order| self.noise_gain(fit, order * steps))
-    }
-
-    /// What the noise filter multiplies the power of a wave with that advances by `radians` a sample.
-    pub fn noise_gain(&self, fit: &Fitted, radians: f64) -> f64 {
-        let noise = &fit.noise[0];
-        let w = radians.min(std::f64::consts::PI);
-        let (mut re, mut im) = (1.0, 0.0);
-        for (i, a) in noise.coefficients.iter().enumerate() {
-            let phase = w * (i + 1) as f64;
-            re -= a * phase.cos();
-            im += a * phase.sin();
-        }
-        (re * re + im * im) / noise.innovation_sd.max(1e-12).powi(2)
-    }
-}
-
-fn term(kind: &str, values: &[(&str, TermValue)]) -> Term {
-    let values: BTreeMap<String, TermValue> = values.iter().map(|(k, v)| ((*k).to_owned(), v.clone())).collect();
-    Term { kind: kind.to_owned(), values }
-}
-
-fn number(x: f64) -> TermValue {
-    TermValue::Number(x)
-}
-
-fn list(x: f64) -> TermValue {
-    TermValue::List(vec![x])
-}
-
-fn text(x: &str) -> TermValue {
-    TermValue::Text(x.to_owned())
-}
-
-/// The shapes in which a kind is tried.
-fn prototypes(kind: &str, ranges: &Ranges, model: &Model) -> Vec<Term> {
-    let a = ranges.rated_rad;
-    let fastest = ranges.velocity_rad_per_s;
-    let turning = ranges.motor_turns > FEWEST_MOTOR_TURNS;
-    let swinging = ranges.output_turns > FEWEST_OUTPUT_TURNS;
-    let smoothings = [0.003, 0.01, 0.03, 0.09].map(|x| x * fastest);
-    let duration = ranges.end_s - ranges.start_s;
-    let has = |kind: &str| model.terms.iter().any(|t| t.kind == kind);
-    let waves = |orders: &[f64]| -> Vec<Term> {
-        let mut unique: Vec<f64> = Vec::new();
-        for &order in orders {
-            if unique.iter().all(|o: &f64| (o - order).abs() > 1e-9) {
-                unique.push(order);
-            }
-        }
-        unique.into_iter().map(|order| term(kind, &[("orders", list(order))])).collect()
-    };
-    match kind {
-        "kinematic_error" if turning => waves(&[&ranges.motor_orders[..], &[1.0, 2.0, 4.0]].concat()),
-        "torque_ripple" if turning => waves(&[&ranges.motor_orders[..], &[1.0, 2.0, 3.0, 4.0, 6.0]].concat()),
-        "encoder_eccentricity" | "gravity_load" if swinging => vec![term(kind, &[])],
-        "coulomb_friction" | "load_dependent_friction" if fastest > 0.0 => {
-            smoothings.iter().map(|&s| term(kind, &[("smoothing_rad_per_s", number(s))])).collect()
-        }
-        "viscous_friction" | "inertia" if fastest > 0.0 => vec![term(kind, &[])],
-        "viscous_damping" => vec![term(kind, &[])],
-        "stribeck_friction" if fastest > 0.0 => {
-            let mut terms = Vec::new();
-            for smoothing in [0.01, 0.03].map(|x| x * fastest) {
-                for velocity in [0.05, 0.12, 0.28].map(|x| x * fastest) {
-                    for exponent in [0.7, 1.0, 2.0] {
-                        terms.push(term(
-                            kind,
-                            &[
-                                ("stribeck_velocity_rad_per_s", number(velocity)),
-                                ("exponent", number(exponent)),
-                                ("smoothing_rad_per_s", number(smoothing)),
-                            ],
-                        ));
-                    }
-                }
-            }
-            terms
-        }
-        "position_dependent_friction" if fastest > 0.0 => {
-            let mut terms = Vec::new();
-            for &smoothing in &smoothings[..3] {
-                let mut add = |angle: &str, order: f64| {
-                    terms.push(term(
-                        kind,
-                        &[("angle", text(angle)), ("orders", list(order)), ("smoothing_rad_per_s", number(smoothing))],
-                    ));
-                };
-                if turning {
-                    let mut orders = vec![1.0, 2.0];
-                    orders.extend(ranges.friction_orders.iter().filter(|o| **o != 1.0 && **o != 2.0));
-                    orders.into_iter().for_each(|order| add("motor", order));
-                }
-                if swinging {
-                    add("output", 1.0);
-                    add("output", 2.0);
-                }
-            }
-            terms
-        }
-        "soft_windup" if a > 0.0 => {
-            let shapes = ["tanh", "rational", "gaussian"];
-            let widths = [0.05, 0.08, 0.13, 0.2, 0.32, 0.5].map(|x| x * a);
-            let both = |shape: &'static str| {
-                widths.map(|w| term(kind, &[("shape", text(shape)), ("width_rad", number(w))])).to_vec()
-            };
-            shapes.into_iter().flat_map(both).collect()
-        }
-        "stiffness_asymmetry" => ["square", "abs"].map(|s| term(kind, &[("shape", text(s))])).to_vec(),
-        "backlash" if a > 0.0 => {
-            ["clearance", "play"].map(|s| term(kind, &[("shape", text(s)), ("half_gap_rad", number(0.0))])).to_vec()
-        }
-        "nonlocal_memory" if a > 0.0 => {
-            [0.03, 0.05, 0.08, 0.13, 0.2, 0.32, 0.5, 0.8].map(|r| term(kind, &[("radius_rad", list(r * a))])).to_vec()
-        }
-        "creep" => {
-            let mut taus = Vec::new();
-            let mut tau = (30.0 * ranges.period_s).max(0.3);
-            while tau < 0.7 * duration {
-                taus.push(term(kind, &[("tau_s", list(tau))]));
-                tau *= 1.8;
-            }
-            taus
-        }
-        "time_skew" => vec![term(kind, &[("delay_s", number(0.0))])],
-        "thermal_stiffness" | "thermal_zero_drift" => {
-            let reference = ranges.temperature_c.map(|t| (10.0 * t).round() / 10.0);
-            reference.map(|r| vec![term(kind, &[("reference_c", number(r))])]).unwrap_or_default()
-        }
-        "thermal_friction" if has("coulomb_friction") || has("stribeck_friction") || has("viscous_friction") => {
-            let reference = ranges.temperature_c.map(|t| (10.0 * t).round() / 10.0);
-            reference
-                .map(|r| vec![term(kind, &[("per_k", number(0.0)), ("reference_c", number(r))])])
-                .unwrap_or_default()
-        }
-        "sensor_drift" => vec![term(kind, &[])],
-        "wear" => {
-            let mut terms = Vec::new();
-            for start in [0.0, 0.12, 0.25, 0.35, 0.45, 0.55, 0.65, 0.8].map(|x| ranges.start_s + x * duration) {
-                terms.push(term(kind, &[("shape", text("step")), ("start_s", number(start))]));
-                for length in [0.15, 0.3].map(|x| x * duration) {
-                    terms.push(term(
-                        kind,
-                        &[("shape", text("ramp")), ("start_s", number(start)), ("duration_s", number(length))],
-                    ));
-                }
-            }
-            let whole =
-                [("shape", text("ramp")), ("start_s", number(ranges.start_s)), ("duration_s", number(duration))];
-            terms.push(term(kind, &whole));
-            terms
-        }
-        _ => Vec::new(),
-    }
+    /// The largest velocity of the recordings, rad/s.
+    fastest_rad_per_s: f64,
 }
 
 /// Kinds whose terms hold lists that grow by an element.
 fn grows(kind: &str) -> bool {
     matches!(kind, "kinematic_error" | "torque_ripple" | "position_dependent_friction" | "nonlocal_memory" | "creep")
-}
-
-/// Whether one kind holds another as a special case.
-pub fn generalises(kind: &str, special: &str) -> bool {
-    matches!((kind, special), ("stribeck_friction", "coulomb_friction" | "viscous_friction"))
 }
 
 /// Where the torque of a kind without linear numbers grows from 0, and the first step there.
@@ -335,7 +86,14 @@ pub fn proposals(
     let made = wanted.into_par_iter().filter_map(|(info, term, extends)| {
         let (keys, columns) = columns(subject, evaluations, &term, info, &ranges, model)?;
         let finite = columns.iter().all(|c| c.iter().all(|x| x.is_finite()));
-        (finite && torque_nm > 0.0).then_some(Proposal { info, term, extends, keys, columns })
+        (finite && torque_nm > 0.0).then_some(Proposal {
+            info,
+            term,
+            extends,
+            keys,
+            columns,
+            fastest_rad_per_s: ranges.velocity_rad_per_s,
+        })
     });
     made.collect()
 }
@@ -399,6 +157,13 @@ fn base_friction(model: &Model) -> bool {
 }
 
 impl Proposal {
+    /// Its kind, the term that it extends, and the shape of its kind.
+    pub fn form(&self) -> (&'static str, Option<usize>, Option<&str>) {
+        let shape = self.term.values.get("shape").or(self.term.values.get("angle"));
+        let shape = shape.and_then(|v| if let TermValue::Text(t) = v { Some(t.as_str()) } else { None });
+        (self.info.name, self.extends, shape)
+    }
+
     /// How many numbers it adds: linear ones and shapes.
     pub fn parameters(&self) -> usize {
         let shapes = self.info.keys.iter().filter(|key| {
@@ -413,7 +178,7 @@ impl Proposal {
     /// Whether weights are such that the term is of its kind.
     pub fn accepts(&self, weights: &[f64]) -> bool {
         let mut pairs = self.keys.iter().zip(weights);
-        pairs.all(|((key, _), weight)| weight.is_finite() && (!positive(self.info.name, key) || *weight > 0.0))
+        pairs.all(|((key, _), weight)| weight.is_finite() && (!kinds::positive(self.info.name, key) || *weight > 0.0))
     }
 
     /// Whether a fitted model's term of this proposal is of its kind.
@@ -425,9 +190,13 @@ impl Proposal {
             _ => Vec::new(),
         };
         let fits = |(key, _): &(&'static KeyInfo, Option<usize>)| {
-            values(key).iter().all(|x| x.is_finite() && (!positive(self.info.name, key) || *x > 0.0))
+            values(key).iter().all(|x| x.is_finite() && (!kinds::positive(self.info.name, key) || *x > 0.0))
         };
-        self.keys.iter().all(fits) && term.check().is_ok()
+        let number = |key: &str| if let Some(TermValue::Number(x)) = term.values.get(key) { *x } else { 0.0 };
+        // Friction that does not saturate within the recordings is viscous friction; without a dip it is no Stribeck friction.
+        let saturates = number("smoothing_rad_per_s") <= kinds::SATURATES * self.fastest_rad_per_s;
+        let dips = self.info.name != "stribeck_friction" || number("static_nm") > number("coulomb_nm");
+        self.keys.iter().all(fits) && saturates && dips && term.check().is_ok()
     }
 
     /// The model with the term in it, its linear numbers as given.
@@ -460,11 +229,4 @@ impl Proposal {
         }
         model
     }
-}
-
-/// Whether a kind's number has to be positive to be of its kind: friction brakes, creep and slipping elements resist, windup is soft, wear weakens. Temperature
-/// may act either way.
-fn positive(kind: &str, key: &KeyInfo) -> bool {
-    let plausibly = key.plausible.0 >= 0.0 && !kind.starts_with("thermal") && key.name != "coulomb_nm" && !key.optional;
-    matches!(key.range, Range::AtLeastZero | Range::Positive) || plausibly
 }

@@ -4,10 +4,13 @@
 //! |---|---|
 //! | [`subject`], [`parameters`], [`fit`] | recordings, the free numbers of a model, its fit against coloured noise |
 //! | [`projection`] | the way down: what is linear eliminated, the rest moved |
-//! | [`library`], [`spectrum`] | what could have been left out, as columns; orders of a turn |
+//! | [`library`], `prototypes` | what could have been left out, as columns over a grid of shapes |
+//! | `ranges`, [`spectrum`] | what the recordings span; orders of a turn |
+//! | `kinds` | what makes a term of its kind, beyond its equation |
 //! | [`explain`] | every kind beside a fitted model, refitted together |
 //! | [`mod@search`] | forward, with swaps, and backward |
 //! | [`flexible`] | curves without physics over every coordinate |
+//! | `tones` | what comes at a frequency of its own |
 //! | `heldout` | blocks predicted by a fit to the others |
 //! | [`judge`] | classes that cannot be told apart, names only where they explain all there is |
 //! | [`experiment`] | what could not have been seen, and the experiment that would show it |
@@ -22,13 +25,17 @@ pub mod fit;
 pub mod flexible;
 mod heldout;
 pub mod judge;
+mod kinds;
 pub mod library;
 pub mod parameters;
 pub mod projection;
+mod prototypes;
+mod ranges;
 pub mod scene;
 pub mod search;
 pub mod spectrum;
 pub mod subject;
+mod tones;
 
 pub use detector::Diagnostician;
 pub use diagnose::{Finding, Options, diagnose};

@@ -6,7 +6,7 @@ use super::DiscoverError;
 use super::explain::{Alternative, Search};
 use super::fit::Fitted;
 use super::heldout::predictive;
-use super::library;
+use super::kinds;
 use super::subject::Subject;
 use crate::estimate::triangle::dot;
 
@@ -98,7 +98,7 @@ impl Subject<'_> {
             });
             let simplest = best.and_then(|(_, best)| {
                 let as_much = |a: &Alternative| net(a) >= net(best) - SHAPE * best.gain;
-                able().find(|(_, a)| library::generalises(best.kind, a.kind) && as_much(a))
+                able().find(|(_, a)| kinds::generalises(best.kind, a.kind) && as_much(a))
             });
             let Some((best, alternative)) = simplest.or(best) else {
                 rejected = tried;
@@ -139,7 +139,7 @@ impl Subject<'_> {
             let alternatives = self.explain(&rest, search, 6.0)?;
             let better = alternatives.iter().position(|a| {
                 let kind = &extended.model.terms[term].kind;
-                let shape = if library::generalises(a.kind, kind) { SHAPE * gain } else { 0.0 };
+                let shape = if kinds::generalises(a.kind, kind) { SHAPE * gain } else { 0.0 };
                 let other = a.gain - self.penalty(a.parameters);
                 let sum = |gains: &[f64]| gains.iter().sum::<f64>();
                 a.extends.is_none()
@@ -167,7 +167,7 @@ impl Subject<'_> {
 const LEAST_SHARE: f64 = 0.04;
 
 /// What is named explains at least this part of the squared residual. Noise of an angle leaves less, and looks like inertia, damping or slip.
-const LEAST_PART: f64 = 0.02;
+const LEAST_PART: f64 = 0.05;
 
 /// Noise of an angle gains no more than half of this.
 const SURE: f64 = 400.0;

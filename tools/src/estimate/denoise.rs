@@ -1,7 +1,7 @@
-//! Angles freed of their own noise before anything is computed from them.
+//! Angles and temperatures freed of their own noise before anything is computed from them.
 //!
-//! A noisy deflection disturbs the model's torque and every column made of its derivatives alike, and what is common to both looks like inertia, damping or
-//! a delay. Each sample is replaced by a local parabola through as many neighbours as agree with each other: the rule of intersecting confidence
+//! What follows a noisy temperature is lost among coloured noise, whose filter leaves of a slow signal little more than its noise. A noisy deflection disturbs
+//! the model's torque and every column made of its derivatives alike, and what is common to both looks like inertia, damping or a delay. Each sample is replaced by a local parabola through as many neighbours as agree with each other: the rule of intersecting confidence
 //! intervals (Goldenshluger, Nemirovski 1997; Katkovnik 1999), so that reversals keep their corners.
 
 use std::borrow::Cow;
@@ -18,7 +18,7 @@ const HALF_WIDTHS: [usize; 8] = [1, 2, 3, 4, 6, 8, 11, 15];
 /// How many standard deviations the confidence intervals reach.
 const REACH: f64 = 2.2;
 
-/// The recording with its angles and velocity smoothed as far as their noise allows. Where the deflection follows from two angles and the ratio, it is
+/// The recording with its angles, velocity and temperature smoothed as far as their noise allows. Where the deflection follows from two angles and the ratio, it is
 /// written out first.
 pub fn denoised(recording: &Recording, ratio: Option<f64>) -> Cow<'_, Recording> {
     let derived = match (&recording.deflection_rad, &recording.theta_in_rad, &recording.theta_out_rad, ratio) {
@@ -32,6 +32,7 @@ pub fn denoised(recording: &Recording, ratio: Option<f64>) -> Cow<'_, Recording>
     let smooth = |channel: &Option<Vec<f64>>| channel.as_deref().and_then(|x| whittaker(x, &recording.time_s));
     let (input, output, mut velocity) =
         (smooth(&recording.theta_in_rad), smooth(&recording.theta_out_rad), smooth(&recording.velocity_out_rad_per_s));
+    let temperature = smooth(&recording.temperature_c);
     let output = consistent(recording, ratio, deflection.as_deref(), input.as_deref()).or(output);
     let angle = output.as_deref().or(recording.theta_out_rad.as_deref());
     if let (Some(angle), Some(recorded)) = (angle, recording.velocity_out_rad_per_s.as_deref()) {
@@ -42,7 +43,7 @@ pub fn denoised(recording: &Recording, ratio: Option<f64>) -> Cow<'_, Recording>
             velocity = Some(derived);
         }
     }
-    if deflection.is_none() && input.is_none() && output.is_none() && velocity.is_none() {
+    if [&deflection, &input, &output, &velocity, &temperature].iter().all(|channel| channel.is_none()) {
         return Cow::Borrowed(recording);
     }
     let mut clean = recording.clone();
@@ -50,6 +51,7 @@ pub fn denoised(recording: &Recording, ratio: Option<f64>) -> Cow<'_, Recording>
     clean.theta_in_rad = input.or(clean.theta_in_rad);
     clean.theta_out_rad = output.or(clean.theta_out_rad);
     clean.velocity_out_rad_per_s = velocity.or(clean.velocity_out_rad_per_s);
+    clean.temperature_c = temperature.or(clean.temperature_c);
     Cow::Owned(clean)
 }
 
