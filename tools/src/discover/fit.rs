@@ -199,7 +199,7 @@ impl Subject<'_> {
 const ASTRAY: f64 = 1.4;
 
 /// Plain least squares are preferred where they leave less than this share of what is left of held-out blocks.
-const CLEARLY: f64 = 0.8;
+const CLEARLY: f64 = 0.9;
 
 /// Steps of plain least squares.
 const PLAIN_STEPS: usize = 8;

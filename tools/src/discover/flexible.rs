@@ -43,7 +43,7 @@ pub struct Curve {
     pub columns: Vec<Vec<f64>>,
     /// How many of its waves were picked out of a spectrum.
     pub picked: usize,
-    /// A tone, which no noise keeps up: see [`tones`](super::tones).
+    /// A tone, which no noise keeps up: see `tones`.
     pub coherent: bool,
 }
 

@@ -11,8 +11,15 @@ use crate::estimate::triangle::dot;
 /// Blocks that a recording is cut into.
 const BLOCKS: usize = 8;
 
+/// Half the quantile of Student's t beyond which seven degrees of freedom stray as often as a normal deviate strays beyond two: what eight blocks tell of a scatter is
+/// not exact itself.
+const STUDENT: f64 = 1.216;
+
 /// What is believed predicts blocks better by so many squares of the noise, the best and the worst of them left out.
 const PREDICTS: f64 = 40.0;
+
+/// A block that gains or loses less does not speak.
+const SHOWS: f64 = 10.0;
 
 /// The gain of all blocks but the one that gains most and the one that loses most: what shows once is luck, what fails once may be a start or a stop.
 pub fn usual(gains: &[f64]) -> f64 {
@@ -20,9 +27,10 @@ pub fn usual(gains: &[f64]) -> f64 {
     gains.iter().sum::<f64>() - most - least
 }
 
-/// Whether the gains of blocks are those of something that was there in most of them.
+/// Whether the gains of blocks are those of something that was there in most of those in which it shows at all.
 pub fn predictive(gains: &[f64]) -> bool {
-    2 * gains.iter().filter(|g| **g > 0.0).count() > gains.len() && usual(gains) > PREDICTS
+    let shows = |sign: f64| gains.iter().filter(|g| sign * **g > SHOWS).count();
+    shows(1.0) > shows(-1.0) && shows(1.0) > 1 && usual(gains) > PREDICTS
 }
 
 impl Subject<'_> {
@@ -100,7 +108,7 @@ impl Subject<'_> {
         let scatter = |i: usize| {
             let mean = moves.iter().map(|m| m[i]).sum::<f64>() / BLOCKS as f64;
             let squares: f64 = moves.iter().map(|m| (m[i] - mean).powi(2)).sum();
-            (squares * (BLOCKS - 1) as f64 / BLOCKS as f64).sqrt()
+            STUDENT * (squares * (BLOCKS - 1) as f64 / BLOCKS as f64).sqrt()
         };
         let of_noise = self.layout().standard_deviations(&fit.of_places(), &fit.residual).into_iter().enumerate();
         of_noise.map(|(i, sd)| sd.map(|sd| scatter(i).max(if fit.plain { 0.0 } else { sd }))).collect()
