@@ -109,7 +109,7 @@ pub enum Weights {
 }
 
 impl<'w, 's> Walk<'w, 's> {
-    /// A fit of some places of a model from its values. Columns of a model fitted before stay what they were. What a step leaves may be [`DRIFTED`] times
+    /// A fit of some places of a model from its values. Columns of a model fitted before stay what they were. What a step leaves may be 1.3 times
     /// what there is at the start.
     ///
     /// # Errors
