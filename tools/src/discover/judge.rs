@@ -175,6 +175,7 @@ impl Subject<'_> {
             if let Some(fitted) = self.with_curve(&extended, &without, at, &effect.places, search)? {
                 extended = fitted;
                 effect.closest = None;
+                effect.places = telling(std::mem::take(&mut effect.places), &extended.model.terms[at]);
             }
         }
         // What an approximation leaves is no further stranger.
@@ -199,10 +200,13 @@ impl Subject<'_> {
                 name: UNKNOWN.to_owned(),
                 equivalents: Vec::new(),
                 confidence: 1.0,
+                places: match term {
+                    Some(at) => telling(left, &extended.model.terms[at]),
+                    None => left,
+                },
                 term,
                 gain,
                 share: ((before - after) / (structured.max(before - after))).clamp(0.0, 1.0),
-                places: left,
                 tried: rejected.iter().map(|a| (a.kind.to_owned(), a.gain, a.parameters)).collect(),
                 free_gain: 0.0,
                 closest: None,
@@ -365,6 +369,14 @@ fn curve_term(see: &Coordinates, coordinate: &str) -> Option<Term> {
 /// Whether what a curve shows comes once.
 fn once(curve: &Curve) -> bool {
     matches!(curve.coordinate, "time" | "frequency")
+}
+
+/// The places with that of a curve first where the best comes once: what recurs tells more.
+fn telling(places: Vec<Curve>, curve: &Term) -> Vec<Curve> {
+    match curve.values.get("coordinate") {
+        Some(TermValue::Text(own)) if once(&places[0]) => by_first(places, own),
+        _ => places,
+    }
 }
 
 /// The places with the named one first.
