@@ -313,6 +313,21 @@ proptest! {
 }
 
 #[test]
+fn a_correction_that_overflows_is_refused_and_forgotten() {
+    let huge = -f32::MAX;
+    let keys = Keys(vec![("cos_rad", vec![huge]), ("sin_rad", vec![huge])], 0);
+    let gear = compensated([read::<f32>("encoder_eccentricity", &keys).unwrap()]);
+    let at = |output_angle: f32| Sample { period: 1e-3, output_angle, deflection: 1e-4, ..Sample::default() };
+    let mut state = gear.start::<4>(&at(0.76));
+    assert!(state.last().refused && state.last().torque.is_finite() && state.last().deflection.is_finite());
+    // A quarter of a turn against the phase nothing is left of the wave but rounding, and that is far outside every gear.
+    for angle in [0.76, 2.356_194_5] {
+        let total = gear.step(&mut state, &at(angle));
+        assert!(total.refused && total.torque.is_finite() && total.deflection.is_finite());
+    }
+}
+
+#[test]
 fn lists_and_stacks_have_an_end() {
     for info in KINDS {
         for key in info.keys {

@@ -49,10 +49,13 @@ impl<S: Float<Carry = S>, L: VaryingPeriod<S>, const K: usize> Compensated<S, L,
         let at_start = |theta| self.gear.output(&self.gear.start::<N>(theta)).torque;
         let accepted = sample.is_finite() && self.gear.frame().accepts(sample.deflection);
         let sample = if accepted { *sample } else { Sample::default() };
-        let theta = self.stack.correct(&mut stack, &sample, &at_start);
+        let corrected = self.stack.correct(&mut stack, &sample, &at_start);
+        let corrects = self.gear.frame().accepts(corrected);
+        let theta = if corrects { corrected } else { S::ZERO };
         let gear = self.gear.start::<N>(theta);
         let base = self.gear.output(&gear);
-        let mut state = CompensatedState { gear, stack, last: Total { refused: !accepted, ..Total::default() } };
+        let refused = !accepted || !corrects;
+        let mut state = CompensatedState { gear, stack, last: Total { refused, ..Total::default() } };
         state.last = self.finish(&mut state.stack, &sample, theta, base, state.last);
         state
     }
@@ -68,6 +71,11 @@ impl<S: Float<Carry = S>, L: VaryingPeriod<S>, const K: usize> Compensated<S, L,
         let before = &state.gear;
         let transmitted = |theta| self.gear.peek_after(before, theta, sample.period);
         let theta = self.stack.correct(&mut state.stack, sample, &transmitted);
+        // Corrections of the deflection may overflow, too.
+        if !self.gear.frame().accepts(theta) {
+            state.last.refused = true;
+            return state.last;
+        }
         let base = self.gear.step_after(&mut state.gear, theta, sample.period);
         state.last = self.finish(&mut state.stack, sample, theta, base, Total { refused: false, ..state.last });
         state.last

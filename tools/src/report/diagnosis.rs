@@ -88,12 +88,12 @@ fn along<'s>(scene: &'s Scene, coordinate: &str) -> Option<(std::borrow::Cow<'s,
     let scaled =
         |x: &Option<Vec<f64>>, by: f64| x.as_ref().map(|x| x.iter().map(|x| by * x).collect::<Vec<f64>>().into());
     let plain = |x: &'s [f64]| Some(std::borrow::Cow::Borrowed(x));
-    let (values, label) = match coordinate {
+    let (values, label) = match axis(coordinate) {
         "motor_angle" => (turn(&see.motor), "motor angle within a turn in °"),
         "output_angle" => (turn(&see.output), "output angle within a turn in °"),
         "output_velocity" => (scaled(&see.velocity, 1.0), "output velocity in rad/s"),
         "acceleration" => (scaled(&see.acceleration, 1.0), "output acceleration in rad/s²"),
-        "deflection" | "reversal" | "amplitude" => (scaled(&see.deflection, 1e3), "deflection in mrad"),
+        "deflection" => (scaled(&see.deflection, 1e3), "deflection in mrad"),
         "deflection_rate" => (scaled(&see.rate, 1e3), "deflection rate in mrad/s"),
         "torque" => (plain(&see.torque), "torque of the model"),
         "torque_rate" => (plain(&see.torque_rate), "rate of the torque, per s"),
@@ -101,6 +101,14 @@ fn along<'s>(scene: &'s Scene, coordinate: &str) -> Option<(std::borrow::Cow<'s,
         _ => (plain(&see.time), "time in s"),
     };
     values.map(|v| (v, label))
+}
+
+/// What is drawn for a coordinate: memory shows along the deflection that it remembers.
+fn axis(coordinate: &str) -> &str {
+    match coordinate {
+        "reversal" | "amplitude" => "deflection",
+        own => own,
+    }
 }
 
 /// Means of a residual over bins of a coordinate, with their standard errors.
@@ -266,8 +274,8 @@ fn places(finding: &Finding, unit: TorqueUnit) -> Section {
     });
     let mut drawings = Vec::new();
     let first = found.places.first().map_or("time", |p| p.coordinate.as_str());
-    let second = found.places.iter().skip(1).map(|p| p.coordinate.as_str()).find(|c| *c != first);
-    let second = second.unwrap_or(if first == "deflection" { "deflection_rate" } else { "deflection" });
+    let second = found.places.iter().skip(1).map(|p| p.coordinate.as_str()).find(|c| axis(c) != axis(first));
+    let second = second.unwrap_or(if axis(first) == "deflection" { "deflection_rate" } else { "deflection" });
     let second = if along(&finding.scene, second).is_some() { second } else { "time" };
     if let Some(map) = heat(finding, first, second, unit) {
         drawings.push((map, "Mean residual of the refitted base model. A pattern of stripes depends on one coordinate alone, a chequered one on both.".to_owned()));
@@ -301,7 +309,12 @@ fn places(finding: &Finding, unit: TorqueUnit) -> Section {
             "The same after the extended model.".to_owned(),
         ));
     }
+    let mut drawn = vec![axis(first)];
     for place in found.places.iter().skip(1).take(2) {
+        if drawn.contains(&axis(&place.coordinate)) {
+            continue;
+        }
+        drawn.push(axis(&place.coordinate));
         if let Some(drawing) = before_and_after(finding, &place.coordinate, unit) {
             drawings.push((drawing, format!("The same along the {}.", words(&place.coordinate))));
         }

@@ -151,7 +151,9 @@ fn table(calls: &[Call], accuracy: &Accuracy) -> Result<String> {
          The error is the rms that `gmhm compare` leaves on held-out blocks of the demo's recording (synthetic, of the published gear, noise 0.1 N·m). It is that of\n\
          a model, whatever its call: every call of law `masing`, forward or inverse, has the 0.1 N·m of its first row. An inverse by operators errs as its model does.\n\
          The closed form is that of one steady cycle: on the recording's other paths it stands on that cycle's curves. No error is stated for what `gmhm compare`\n\
-         does not fit: laws `phase` and `time`, which it fits only where the recording asks for them, and terms, which that gear has not.\n",
+         does not fit: laws `phase` and `time`, which it fits only where the recording asks for them, and terms, which that gear has not.\n\n\
+         The dearest of 5000 inverses is not the dearest there is: of 300 000 calls along a longer journey one took 759 instructions in `f32`, with four evaluations of the\n\
+         torque across loops and a second step, which happens to one call of twelve thousand.\n",
     );
     let mut place = "";
     for call in calls {
