@@ -4,12 +4,9 @@ use std::borrow::Cow;
 
 use super::fit::Fitted;
 use super::subject::Subject;
+use crate::estimate::heldout::FOLDS;
 use crate::estimate::noise::Noise;
-use crate::estimate::profile::solve_held;
 use crate::estimate::triangle::dot;
-
-/// Blocks that a recording is cut into.
-const BLOCKS: usize = 8;
 
 /// Half the quantile of Student's t beyond which seven degrees of freedom stray as often as a normal deviate strays beyond two: what eight blocks tell of a scatter is
 /// not exact itself.
@@ -39,31 +36,14 @@ impl Subject<'_> {
     fn left_of_blocks(&self, of_gear: &[&[f64]], residual: &[f64], noise: &[Noise]) -> (Vec<f64>, Vec<Vec<f64>>) {
         let layout = self.layout();
         let free: Vec<Vec<f64>> = of_gear.iter().map(|c| self.without_offsets(noise, c)).collect();
-        let columns: Vec<Vec<f64>> = free.iter().map(|c| layout.whiten(noise, c)).collect();
-        let y = layout.whiten(noise, residual);
+        let moves = layout.without_blocks(of_gear, residual, noise);
         let mut left = residual.to_vec();
-        let mut moves = Vec::with_capacity(BLOCKS);
-        for block in 0..BLOCKS {
-            let mut without = columns.clone();
-            let mut rest = y.clone();
-            let rows = self.rows_of_block(block);
-            for own in &rows {
-                without.iter_mut().for_each(|c| c[own.clone()].fill(0.0));
-                rest[own.clone()].fill(0.0);
+        for (block, moved) in moves.iter().enumerate() {
+            for row in layout.rows_of_block(block).into_iter().flatten() {
+                left[row] -= free.iter().zip(moved).map(|(c, m)| c[row] * m).sum::<f64>();
             }
-            let moved = solve_held(&without, &columns, &rest);
-            for row in rows.into_iter().flatten() {
-                left[row] -= free.iter().zip(&moved).map(|(c, m)| c[row] * m).sum::<f64>();
-            }
-            moves.push(moved);
         }
         (left, moves)
-    }
-
-    /// The rows of a block, recording by recording.
-    fn rows_of_block(&self, block: usize) -> Vec<std::ops::Range<usize>> {
-        let part = |span: &std::ops::Range<usize>, block: usize| span.start + span.len() * block / BLOCKS;
-        self.spans.iter().map(|span| part(span, block)..part(span, block + 1)).collect()
     }
 
     /// Root mean square of blocks, each predicted by a fit to the others.
@@ -91,9 +71,9 @@ impl Subject<'_> {
     fn squares_of_blocks(&self, of_gear: &[&[f64]], residual: &[f64], noise: &[Noise]) -> Vec<f64> {
         let white = self.layout().whiten(noise, &self.left_of_blocks(of_gear, residual, noise).0);
         let squares = |block: usize| {
-            self.rows_of_block(block).into_iter().map(|rows| dot(&white[rows.clone()], &white[rows])).sum()
+            self.layout().rows_of_block(block).into_iter().map(|rows| dot(&white[rows.clone()], &white[rows])).sum()
         };
-        (0..BLOCKS).map(squares).collect()
+        (0..FOLDS).map(squares).collect()
     }
 
     /// The noise that a fit was weighted by.
@@ -106,9 +86,9 @@ impl Subject<'_> {
     pub fn standard_deviations(&self, fit: &Fitted) -> Vec<Option<f64>> {
         let (_, moves) = self.left_of_blocks(&fit.of_places(), &fit.residual, &self.weights(fit));
         let scatter = |i: usize| {
-            let mean = moves.iter().map(|m| m[i]).sum::<f64>() / BLOCKS as f64;
+            let mean = moves.iter().map(|m| m[i]).sum::<f64>() / FOLDS as f64;
             let squares: f64 = moves.iter().map(|m| (m[i] - mean).powi(2)).sum();
-            STUDENT * (squares * (BLOCKS - 1) as f64 / BLOCKS as f64).sqrt()
+            STUDENT * (squares * (FOLDS - 1) as f64 / FOLDS as f64).sqrt()
         };
         let of_noise = self.layout().standard_deviations(&fit.of_places(), &fit.residual).into_iter().enumerate();
         of_noise.map(|(i, sd)| sd.map(|sd| scatter(i).max(if fit.plain { 0.0 } else { sd }))).collect()

@@ -8,6 +8,7 @@ use gmhm::terms::{KINDS, KeyInfo, KindInfo, Role};
 
 use super::bounded::Bound;
 use super::columns::{Column, Columns, Contribution, Evaluate, Nonlinear, Offset, Rows, Stretch};
+use super::heldout::heldout;
 use super::polish::polish;
 use super::problem::{Problem, Sweep};
 use super::refine::Weighted;
@@ -64,7 +65,7 @@ pub fn fit(recordings: &[Recording], options: &FitOptions, progress: &dyn Progre
     }
     let problem = Problem { rows: &rows, corrections: Vec::new(), contributions: contributions() };
     let plain = polish(&problem, &from, Sweep::PLAIN, progress);
-    let heldout_rms = select::heldout(&problem, &plain.nonlinear, None).rms;
+    let heldout_rms = heldout(&problem, &plain.nonlinear, None).rms;
     let Weighted { polished: result, noise, prewhitened, heldout_rms } =
         refine::against_noise(&problem, plain, heldout_rms, progress)?;
     if progress.cancelled() || result.stop == Stop::Cancelled {

@@ -12,6 +12,7 @@
 //! | [`joint`] | joint logs: gravity, inertia, friction |
 //! | [`noise`], `whitening`, `denoise` | colour, outliers; angles freed of noise and counts |
 //! | [`select`] | law, kernel, gate and play by held-out prediction |
+//! | [`heldout`] | blocks predicted by a fit to the others |
 //! | [`uncertainty`], [`singular`] | standard deviations, and what the recordings cannot tell |
 //! | [`coverage`], [`judge`] | what the recordings exercise, and whether the fit is good enough for the drive |
 //! | [`pso`] | the paper's own identification |
@@ -33,6 +34,7 @@ pub mod coverage;
 pub(crate) mod denoise;
 pub mod descent;
 pub mod factors;
+pub mod heldout;
 mod invertible;
 pub mod joint;
 pub mod judge;
@@ -298,7 +300,7 @@ pub fn fit(recordings: &[Recording], options: &FitOptions, progress: &dyn Progre
             let found = pso::search(&assembly, &rows, torque_nm, allowed, options.seed, progress)?;
             gauge_omega_per_s = found.omega_per_s.max(f64::MIN_POSITIVE);
             let noise = refine::noise_of(&assembly.problem(&rows), &found.polished);
-            let heldout_rms = select::heldout(&assembly.problem(&rows), &found.polished.nonlinear, None).rms;
+            let heldout_rms = heldout::heldout(&assembly.problem(&rows), &found.polished.nonlinear, None).rms;
             let prewhitened = noise.iter().all(Noise::is_white);
             Weighted { polished: found.polished, noise, prewhitened, heldout_rms }
         }

@@ -8,14 +8,15 @@ use std::ops::Range;
 
 use nalgebra::DVector;
 
-use super::bounded::{Bound, damped_step};
+use super::bounded::{self, Bound};
 use super::columns::{Column, Mark, Past, Rows};
 use super::factors::System;
+use super::heldout::{Blocks, FOLDS};
 use super::noise::{Noise, runs};
 use super::problem::{Linear, Problem, Sweep};
 use super::ready::Ready;
 use super::singular::Singular;
-use super::triangle::{Triangle, dot};
+use super::triangle::dot;
 use super::uncertainty::SINGULAR;
 use crate::recording::Recording;
 
@@ -159,6 +160,22 @@ impl Layout<'_> {
         (0..columns.len()).map(|k| directions.direction(&unit(k)).map(|d| d.norm())).collect()
     }
 
+    /// What the weights of columns are without each block of the recordings.
+    pub fn without_blocks(&self, columns: &[&[f64]], y: &[f64], noise: &[Noise]) -> Vec<Vec<f64>> {
+        let sweep = Sweep { noise: Some(noise), folds: FOLDS, stride: 1 };
+        let factors = self.with_problem(columns, y, |problem| problem.factor(&[], None, sweep));
+        let all: Vec<usize> = (0..columns.len()).collect();
+        let rest = Blocks::of(&factors);
+        let solved = |block: usize| bounded::solve_subset(&rest.without(|_, fold| fold == block), &all);
+        (0..FOLDS).map(|block| solved(block).coefficients).collect()
+    }
+
+    /// The rows of a block, recording by recording.
+    pub fn rows_of_block(&self, block: usize) -> Vec<Range<usize>> {
+        let part = |span: &Range<usize>, block: usize| span.start + span.len() * block / FOLDS;
+        self.spans.iter().map(|span| part(span, block)..part(span, block + 1)).collect()
+    }
+
     fn factored(problem: &Problem<'_>, noise: &[Noise]) -> System {
         problem.factor(&[], None, Sweep { noise: Some(noise), ..Sweep::PLAIN }).combine(|_, _| true)
     }
@@ -184,13 +201,3 @@ impl Layout<'_> {
         work(&Problem { rows: &rows, corrections: Vec::new(), contributions: vec![&ready] })
     }
 }
-
-/// Weights of least squares on some of the rows, those that these rows hardly tell held back by what all rows tell of them.
-pub fn solve_held(columns: &[Vec<f64>], all: &[Vec<f64>], y: &[f64]) -> Vec<f64> {
-    let factor = Triangle::of_columns(columns.iter().map(Vec::as_slice).chain([y]));
-    let norms: Vec<f64> = all.iter().map(|c| dot(c, c).sqrt()).collect();
-    damped_step(&factor, &norms, HELD, &vec![(f64::NEG_INFINITY, f64::INFINITY); columns.len()])
-}
-
-/// How much the rows left out count in [`solve_held`].
-const HELD: f64 = 1e-4;

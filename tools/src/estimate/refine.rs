@@ -3,10 +3,10 @@
 use super::assembly::Assembly;
 use super::base::Structure;
 use super::columns::{Mark, Rows};
+use super::heldout::heldout;
 use super::noise::{self, Noise};
 use super::polish::{Polished, polish, project};
 use super::problem::{Problem, Sweep, Tangent};
-use super::select::heldout;
 use super::start::Start;
 use super::{EstimateError, Progress};
 

@@ -1,8 +1,6 @@
 //! Which law, kernel, gate and play: chosen by prediction of rows that took no part in the fit.
 //!
-//! Each recording is cut into contiguous blocks. One pass gives a factor a block; leaving a block out, refitting and predicting it costs no further
-//! pass, because factors add up. Nonlinear parameters are refitted along their derivatives at the optimum of all rows. The memory always runs through all
-//! rows: deflection is an input, only torque is held out. The nuisances of a recording, which no prediction claims to know, are those that suit the whole of it.
+//! How the prediction is done stands in [`heldout`](super::heldout).
 
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
@@ -12,12 +10,11 @@ use rayon::prelude::*;
 use super::assembly::Assembly;
 use super::base::{Play, Structure};
 use super::columns::Rows;
-use super::noise::Noise;
-use super::polish::{polish, project};
-use super::problem::{Problem, Sweep, Tangent};
+use super::heldout::{Heldout, heldout};
+use super::polish::polish;
+use super::problem::{Problem, Sweep};
 use super::swarm::{SwarmOptions, minimise};
-use super::triangle::Triangle;
-use super::{EstimateError, Progress, bounded};
+use super::{EstimateError, Progress};
 
 /// One line of the selection table.
 #[derive(Debug, Clone, serde::Serialize)]
@@ -41,9 +38,6 @@ pub struct Candidate {
     #[serde(skip)]
     fold_errors: Vec<f64>,
 }
-
-/// Blocks that a recording is cut into.
-pub const FOLDS: usize = 8;
 
 /// Widest reversal play that is tried, in rated deflections.
 const WIDEST_PLAY: f64 = 0.1;
@@ -96,103 +90,6 @@ pub fn search(problem: &Problem<'_>, seed: u64, progress: &dyn Progress) -> (Vec
     let best = minimise(&bounds, &options, objective);
     let polished = polish(problem, &best.position, sweep, progress);
     (polished.nonlinear, best.evaluations + polished.evaluations)
-}
-
-/// Errors of a problem on blocks that took no part in its fit.
-#[derive(Debug, Clone)]
-pub struct Heldout {
-    /// Root mean square of all blocks.
-    pub rms: f64,
-    /// Root mean square of the same rows where they take part.
-    pub in_sample_rms: f64,
-    /// Mean square of each block.
-    blocks: Vec<f64>,
-}
-
-/// Left-out rows still count with this weight, so that what only they tell is taken from them, not from rounding.
-const LEFT_OUT: f64 = 1e-2;
-
-/// Held-out errors of a problem at the optimum of its nonlinear parameters, fitted against `noise` where given. The errors themselves are never filtered.
-pub fn heldout(problem: &Problem<'_>, nonlinear: &[f64], noise: Option<&[Noise]>) -> Heldout {
-    let sweep = Sweep { folds: FOLDS, ..Sweep::PLAIN };
-    let infos = problem.nonlinear();
-    // A parameter at the edge of its range stays there.
-    let inside = |k: usize| {
-        let margin = 1e-6 * (infos[k].high - infos[k].low);
-        nonlinear[k] > infos[k].low + margin && nonlinear[k] < infos[k].high - margin
-    };
-    let smooth: Vec<usize> = (0..infos.len()).filter(|&k| infos[k].smooth && inside(k)).collect();
-    let room: Vec<(f64, f64)> =
-        smooth.iter().map(|&k| (infos[k].low - nonlinear[k], infos[k].high - nonlinear[k])).collect();
-    let bounds = problem.bounds();
-    let training = Sweep { noise, ..sweep };
-    let (linear, at_bound, trained) = if smooth.is_empty() {
-        let factors = problem.factor(nonlinear, None, training);
-        let system = factors.combine(|_, _| true);
-        let solution = bounded::solve(&system.shared, &bounds);
-        (system.linear(&solution.coefficients), solution.at_bound, factors)
-    } else {
-        let (linear, solution) = problem.solve(nonlinear, Sweep { noise, ..Sweep::PLAIN });
-        let tangent = Tangent { parameters: &smooth, linear: &linear };
-        let factors = problem.factor(nonlinear, Some(tangent), training);
-        (linear, solution.at_bound, factors)
-    };
-    let unfiltered = noise.map(|_| {
-        let tangent = (!smooth.is_empty()).then_some(Tangent { parameters: &smooth, linear: &linear });
-        problem.factor(nonlinear, tangent, sweep)
-    });
-    let factors = unfiltered.as_ref().unwrap_or(&trained);
-    let whole = factors.combine(|_, _| true);
-    let everything = trained.combine(|_, _| true).shared.scaled(LEFT_OUT);
-    // The nuisances suit the unfiltered rows, in sample as held out.
-    let linear = whole.linear(&linear.gear);
-    let (mut sum, mut rows, mut in_sample) = (0.0, 0, 0.0);
-    let mut blocks = Vec::new();
-    let none = vec![0.0; smooth.len()];
-    for recording in 0..factors.recordings() {
-        for fold in 0..factors.folds() {
-            let mut remaining = trained.combine(|r, f| (r, f) != (recording, fold)).shared;
-            remaining.merge(&everything);
-            let (gear, step) = without_block(&remaining, &bounds, &at_bound, &room);
-            let shared: Vec<f64> = gear.iter().chain(&step).copied().collect();
-            let (error, count) = factors.squared_error(recording, fold, &whole.linear(&shared), &step);
-            if count > 0 {
-                sum += error;
-                rows += count;
-                in_sample += factors.squared_error(recording, fold, &linear, &none).0;
-                blocks.push(error / count as f64);
-            }
-        }
-    }
-    let count = rows.max(1) as f64;
-    Heldout { rms: (sum / count).sqrt(), in_sample_rms: (in_sample / count).sqrt(), blocks }
-}
-
-/// The gear's linear parameters without a block, and how far the nonlinear ones move along their derivatives.
-fn without_block(
-    remaining: &Triangle,
-    bounds: &[bounded::Bound],
-    at_bound: &[bool],
-    room: &[(f64, f64)],
-) -> (Vec<f64>, Vec<f64>) {
-    let derivatives = room.len();
-    if derivatives == 0 {
-        return (bounded::solve(remaining, bounds).coefficients, Vec::new());
-    }
-    let reduced = project(remaining, at_bound, derivatives);
-    let all: Vec<usize> = (0..derivatives).collect();
-    let mut step = bounded::solve_subset(&reduced, &all).coefficients;
-    step.iter_mut().zip(room).for_each(|(step, (low, high))| *step = step.clamp(*low, *high));
-    // The torque less what the step explains, on the gear's columns.
-    let gear = bounds.len();
-    let rest: Vec<Vec<f64>> = (0..remaining.columns())
-        .map(|i| {
-            let at = |j: usize| if j >= i { remaining.get(i, j) } else { 0.0 };
-            let explained: f64 = (0..derivatives).map(|k| at(gear + k) * step[k]).sum();
-            (0..gear).map(at).chain([at(gear + derivatives) - explained]).collect()
-        })
-        .collect();
-    (bounded::solve(&bounded::factor_of_rows(&rest), bounds).coefficients, step)
 }
 
 /// Fits every structure and marks the one that predicts best; the simplest of those that cannot be told from the best.
