@@ -129,8 +129,16 @@ pub fn room(model: &Model, place: Place) -> f64 {
     (low - value).min(0.0)
 }
 
+/// A derivative is taken at least this share of the value away from it, the square root of the resolution: what is less is lost in rounding.
+const LEAST_STEP: f64 = 1.5e-8;
+
 /// How far from the value a derivative is taken on both sides.
 pub fn step(model: &Model, place: Place) -> f64 {
+    usual_step(model, place).max(LEAST_STEP * value(model, place).abs())
+}
+
+/// What would show in the torque of a plausible gear.
+fn usual_step(model: &Model, place: Place) -> f64 {
     let rated = model.gear.rated_deflection_rad.unwrap_or(1.0);
     let stiffness = model.elastic.map_or(1.0, |c| c.c1_nm_per_rad.abs().max(1e-9));
     match place {
@@ -178,4 +186,45 @@ pub fn sides(model: &Model, place: Place) -> (f64, f64) {
         _ => f64::NEG_INFINITY,
     };
     ((value - step).max(low), value + step)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::parse;
+
+    #[test]
+    fn a_derivative_has_two_sides_however_large_the_number_has_become() {
+        let text = r#"format = 1
+            [gear]
+            rated_deflection_rad = 1e-3
+            [elastic]
+            c1_nm_per_rad = 2.4e4
+            c2_nm_per_rad3 = 2.1e9
+            c3_nm_per_rad5 = -6e14
+            [memory]
+            law = "masing"
+            alpha = 2.3e6
+            beta_per_s = 416.0
+            omega_per_s = 200.0
+            [[term]]
+            kind = "stribeck_friction"
+            coulomb_nm = 0.0
+            static_nm = 1.0
+            stribeck_velocity_rad_per_s = 0.05
+            exponent = 2.0
+            damping_nms_per_rad = 0.0
+            smoothing_rad_per_s = 0.004"#;
+        let model = parse("gear.toml", text).unwrap();
+        let places = of_gear(&model).into_iter().chain([Place::Zero]).chain(of_term(&model, 0));
+        for place in places {
+            for size in [1.0, 1e16, 1e28] {
+                let mut grown = model.clone();
+                put(&mut grown, place, size * value(&model, place).max(1.0));
+                let (low, high) = sides(&grown, place);
+                let at = value(&grown, place);
+                assert!(low < high && at < high, "{place:?} {size:e}: {low:e} {at:e} {high:e}");
+            }
+        }
+    }
 }

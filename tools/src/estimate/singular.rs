@@ -17,15 +17,18 @@ pub struct Singular {
 }
 
 impl Singular {
-    /// The columns are measured in `norms`. Directions with a singular value above `tolerance` of the largest are told apart.
+    /// The columns are measured in `norms`. Directions with a singular value above `tolerance` of the largest are told apart; none of a factor that holds what is
+    /// no number.
     pub fn of(factor: &Triangle, norms: &[f64], tolerance: f64) -> Self {
         let count = norms.len();
         let scale = DVector::from_fn(count, |j, _| if factor.norm(j) > 0.0 { norms[j].recip() } else { 0.0 });
         let scaled = DMatrix::from_fn(count, count, |i, j| if j >= i { factor.get(i, j) * scale[j] } else { 0.0 });
         let empty = || DMatrix::zeros(count, count);
-        let (u, values, directions) = match (count > 0).then(|| scaled.svd(true, true)) {
+        let sound = count > 0 && scaled.iter().all(|x| x.is_finite());
+        let decomposed = || scaled.try_svd(true, true, SETTLED, ROUNDS * count);
+        let (u, values, directions) = match sound.then(decomposed).flatten() {
             Some(svd) => (svd.u.unwrap_or_else(empty), svd.singular_values, svd.v_t.unwrap_or_else(empty)),
-            None => (empty(), DVector::zeros(0), empty()),
+            None => (empty(), DVector::zeros(count), empty()),
         };
         let largest = values.iter().copied().fold(0.0, f64::max);
         let is_open = |i: usize| values[i] <= tolerance * largest;
@@ -58,6 +61,12 @@ impl Singular {
     }
 }
 
+/// What of an off-diagonal element beside its neighbours counts as nothing.
+const SETTLED: f64 = 5.0 * f64::EPSILON;
+
+/// Sweeps a column at most; two or three are usual.
+const ROUNDS: usize = 100;
+
 /// A combination with more than this share of its length in an open direction is open.
 const LEAK: f64 = 1e-4;
 
@@ -83,5 +92,12 @@ mod tests {
         assert!(singular.direction(&unit(0)).is_none() && singular.direction(&unit(1)).is_none());
         assert!(singular.direction(&unit(2)).is_some());
         assert!(singular.direction(&(unit(0) + 2.0 * unit(1))).is_some());
+    }
+    #[test]
+    fn of_what_is_no_number_nothing_is_told_apart() {
+        let factor =
+            factor_of_rows(&[vec![1.0, 2.0, f64::NAN, 1.0], vec![0.0, 1.0, 3.0, 2.0], vec![1.0, 0.0, 1.0, 0.0]]);
+        let singular = Singular::of(&factor, &[1.0; 3], 1e-7);
+        assert_eq!((singular.known.ncols(), singular.solve(&factor)), (0, vec![0.0; 3]));
     }
 }
