@@ -58,11 +58,8 @@ struct Way<S> {
     /// The arc, and the t up to which it holds the torque.
     arc: Arc<S>,
     high: S,
-    /// Where the search begins, u, and the gate there.
+    /// Where the search begins, u.
     from: S,
-    g: S,
-    /// The torque that is missing there.
-    missing: S,
 }
 
 /// What the search for the arc goes by.
@@ -73,28 +70,26 @@ struct Search<'a, S> {
 }
 
 impl<S: Scalar> Search<'_, S> {
-    /// Whether the torque is met at a u of the way ahead or before.
+    /// By how much the torque at a u of the way is short of the aim. In fixed point within e·u/2 where the sign is known without the gate.
     #[inline(always)]
-    fn holds(&self, u: S, eta: S) -> bool {
+    fn short(&self, u: S, eta: S) -> S {
         let square = u * u;
-        let excess = self.spring.torque(u, square) + self.law.h * eta - self.torque;
+        let short = self.torque - (self.spring.torque(u, square) + self.law.h * eta);
         let eu = self.law.e * u;
-        // e·u·g lies between 0 and e·u, which often spares fixed point the root.
+        // e·u·g lies between 0 and e·u, which often spares fixed point the square root.
         if !S::SI {
-            if excess > S::ZERO && excess >= eu {
-                return true;
-            }
-            if excess < S::ZERO && excess < eu {
-                return false;
+            let half = S::HALF * eu;
+            if (short + half).abs() > half.abs() {
+                return short + half;
             }
         }
-        excess >= eu * u.cosine(square)
+        short + eu * u.cosine(square)
     }
 
-    /// The same where speed does not count.
+    /// Whether the torque is met at a u of the way or before, where speed does not count.
     #[inline(never)]
-    fn holds_apart(&self, u: S, eta: S) -> bool {
-        self.holds(u, eta)
+    fn holds(&self, u: S, eta: S) -> bool {
+        self.short(u, eta) <= S::ZERO
     }
 }
 
@@ -108,16 +103,30 @@ impl<S: Scalar> Masing<S> {
     /// The way to a torque that lies `missing` above the present one, at the mirrored place `here`.
     #[cold]
     #[inline(never)]
-    fn way<const N: usize>(&self, task: &Task<S>, path: &Path<S, N>, sign: S, here: S, missing: S) -> Way<S> {
-        let Solver { inner_reach: reach, inner_half_tangent: edge, .. } = *task.solver;
-        let search = Search { law: self, spring: &task.solver.spring, torque: task.torque.signed(sign) };
-        let view = View { frame: task.frame, sign };
-        let half_play = task.frame.fraction(self.half_play);
+    fn way<const N: usize>(
+        &self,
+        solver: &Solver<S>,
+        view: View<'_, S>,
+        path: &Path<S, N>,
+        (torque, here, missing): (S, S, S),
+    ) -> Way<S> {
+        let Solver { inner_reach: reach, inner_half_tangent: edge, .. } = *solver;
+        let sign = view.sign;
+        let search = Search { law: self, spring: &solver.spring, torque };
+        let half_play = view.frame.fraction(self.half_play);
         let place = |point: TurningPoint<S>| view.u(point.theta) + half_play;
-        let mut ahead = path.ahead(sign);
-        ahead.close(|target| {
+        // What is missing where the arc is entered.
+        let (mut ahead, mut missing) = (path.ahead(sign), missing);
+        // Over A and T_A, the mean stiffness is about one.
+        let far = here + missing > place(ahead.target);
+        ahead.close(far, |target| {
             let place = place(target);
-            place >= reach || search.holds(place, target.eta.signed(sign))
+            let short = if place < reach { search.short(place, target.eta.signed(sign)) } else { S::ZERO };
+            let closes = short > S::ZERO;
+            if closes {
+                missing = short;
+            }
+            !closes
         });
         let mut low = place(ahead.entry).max(here);
         let mut high = place(ahead.target).min(reach);
@@ -125,23 +134,19 @@ impl<S: Scalar> Masing<S> {
         // The play comes first, η standing still, and the loop may end fully open.
         let (play_end, eta) = (view.u(path.filtered()) + half_play, path.eta().signed(sign));
         let flat_from = arc.flat_from();
-        if play_end > here && (play_end >= reach || search.holds_apart(play_end, eta)) {
+        if play_end > here && search.holds(play_end.min(reach), eta) {
             (arc, low, high) = (Arc::constant(eta), here, play_end.min(reach));
         } else if flat_from < high {
-            if low < flat_from && search.holds_apart(flat_from, arc.eta(flat_from)) {
+            if low < flat_from && search.holds(flat_from, arc.eta(flat_from)) {
                 high = flat_from;
             } else {
                 (arc, low) = (arc.flat(), low.max(flat_from));
             }
         }
-        // Over A and T_A, the mean stiffness is about one.
-        let from = (here + missing).max(low).min(high);
-        let g = from.cosine(from * from);
-        let curve = Loop::new(SingleValued { spring: search.spring, e: self.e }, self.h, &arc);
-        let missing = search.torque - curve.torque(from, from * from, g).0;
+        let from = (low + missing).min(high);
         // Every arc is concave: only ahead may the torque fall along it.
         let high = if high < reach { half_tangent(high) } else { edge };
-        Way { arc, high, from, g, missing }
+        Way { arc, high, from }
     }
 }
 
@@ -157,28 +162,36 @@ impl<S: Scalar> Invertible<S> for Masing<S> {
             return Solution::held(theta);
         }
         let sign = if missing > S::ZERO { S::ONE } else { -S::ONE };
-        let (mut here, mut missing) = (u.signed(sign), missing.abs());
+        let here = u.signed(sign);
+        let (mut begin, mut missing) = (here, missing.abs());
         if outside {
             if here > S::ZERO {
                 return task.edge(sign);
             }
             // The way leads through the lower end of the range, where the torque is not known.
-            (here, missing) = (-*inner_reach, S::TWO);
+            (begin, missing) = (-*inner_reach, S::TWO);
         }
+        let aim = task.torque.signed(sign);
         // Mostly nothing changes on the way, and the least slope tells so.
-        let (arc, high, from, g, missing) = match state.clear(View { frame: task.frame, sign }) {
+        let view = View { frame: task.frame, sign };
+        let Way { arc, high, from } = match state.clear(view) {
             Some((arc, room)) if !outside && self.half_play == S::ZERO && room * *least_slope > missing => {
-                (arc, *inner_half_tangent, here, g, missing)
+                Way { arc, high: *inner_half_tangent, from: here }
             }
-            _ => {
-                let Way { arc, high, from, g, missing } = self.way(&Task { ..*task }, state, sign, here, missing);
-                (arc, high, from, g, missing)
-            }
+            _ => self.way(task.solver, view, state, (aim, begin, missing)),
         };
         let curve = Loop::new(single, self.h, &arc);
+        // Never where the way leads from outside.
+        let (g, missing) = if from == here {
+            (g, missing)
+        } else {
+            let square = from * from;
+            let g = from.cosine(square);
+            (g, aim - curve.torque(from, square, g).0)
+        };
         let bracket = Bracket { low: -*inner_half_tangent, high, edge: *inner_half_tangent };
         let start = (Point::of(from, g), missing, self.e * (from * g));
-        let found = root(&curve, (task.torque.signed(sign), limits), bracket, start);
+        let found = root(&curve, (aim, limits), bracket, start);
         task.solution(&found, sign, theta)
     }
 

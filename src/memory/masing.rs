@@ -181,7 +181,10 @@ impl<S: Scalar, const N: usize> Path<S, N> {
         let (odd, loops) = (self.turning_points.len() % 2, self.turning_points.len() / 2);
         let there = theta.signed(sign);
         let target = |number: usize| self.turning_points.get(odd + 2 * number);
-        let open = open_loops(loops, |number| target(number).is_some_and(|target| target.theta.signed(sign) > there));
+        // Mostly the innermost decides, else the outermost.
+        let open = open_loops::<true>(loops, loops.wrapping_sub(1), |number| {
+            target(number).is_some_and(|target| target.theta.signed(sign) > there)
+        });
         if open == 0 {
             self.turning_points.clear();
             self.merging = false;
@@ -205,7 +208,7 @@ impl<S: Scalar, const N: usize> Path<S, N> {
         }
         let mut ahead = self.ahead(sign);
         let there = theta.signed(sign);
-        ahead.close(|target| target.theta.signed(sign) > there);
+        ahead.close(false, |target| target.theta.signed(sign) > there);
         ahead.branch(frame).eta(frame, theta)
     }
 

@@ -7,11 +7,10 @@ use gmhm::memory::time::Time;
 use gmhm::scalar::{Float, Scalar};
 use gmhm::{Gate, Gear, Inverse, Kernel, Law, Params, State};
 
-use crate::journey::Journey;
+use crate::dearest::{POINTS, dearest, peek, step};
 use crate::platform::gears::{self, RATED_NM, RATED_RAD};
-use crate::{CALLS, counter, report, report_from, say, ticks};
+use crate::{CALLS, report, report_from, say, ticks};
 
-const POINTS: usize = 16;
 const PERIOD_S: f64 = 1e-4;
 
 /// Measures every law in `f32`.
@@ -46,18 +45,6 @@ fn load<S: Scalar>(share: f64) -> S {
     S::from_f64(share * if S::SI { f64::from(RATED_NM) } else { 1.0 })
 }
 
-/// One call as a control loop makes it: the torque alone is wanted.
-#[inline(never)]
-fn step<S: Scalar, L: MemoryLaw<S>>(gear: &Gear<S, L>, state: &mut State<S, POINTS, L>, theta: S) -> S {
-    gear.step(state, theta).torque
-}
-
-/// One call of the inverse: the deflection alone is wanted.
-#[inline(never)]
-fn peek<S: Scalar, L: Invertible<S>>(inverse: &Inverse<S, L>, state: &State<S, POINTS, L>, torque: S) -> S {
-    inverse.peek(state, torque).theta
-}
-
 /// The inverse along a sine of 100 samples, the gear following; the gear's own step is taken off.
 #[inline(never)]
 fn invert_sine<S: Scalar, L: Invertible<S>>(name: &'static str, inverse: &Inverse<S, L>, amplitude: f64) {
@@ -83,28 +70,15 @@ fn invert_sine<S: Scalar, L: Invertible<S>>(name: &'static str, inverse: &Invers
     say!("{} {} {}", both.saturating_sub(steps), CALLS, name);
 }
 
-/// The dearest call of the inverse among many: torques of all sizes, nested loops, jumps across a full stack, the range exceeded.
+/// The dearest call of the inverse among many.
 #[inline(never)]
 fn invert_worst<S: Scalar, L: Invertible<S>>(name: &'static str, inverse: &Inverse<S, L>) {
-    let mut state = after(inverse.gear(), [1.0, -1.0, 0.0]);
-    let mut worst = (0, state.clone(), S::ZERO);
-    let mut journey = Journey::new(1.0);
-    for _ in 0..JOURNEY {
-        let share = journey.next_deflection();
-        let torque = if share.abs() < 2.0 { load(f64::from(share)) } else { S::ZERO };
-        let taken = counter::ticks(FEW, &[torque], |torque| peek(inverse, &state, torque));
-        if taken > worst.0 {
-            worst = (taken, state.clone(), torque);
-        }
-        let theta = peek(inverse, &state, torque);
-        step(inverse.gear(), &mut state, theta);
-    }
-    report(name, &[worst.2], |torque| peek(inverse, &worst.1, torque));
+    let (state, torque) = dearest(inverse, after(inverse.gear(), [1.0, -1.0, 0.0]), JOURNEY, load);
+    report(name, &[torque], |torque| peek(inverse, &state, torque));
 }
 
-/// Torques among which the dearest is sought, and calls of each: some ticks.
+/// Torques among which the dearest is sought here.
 const JOURNEY: u32 = 5000;
-const FEW: u32 = 4;
 
 /// Away from a reversal: a thousand samples from −0.99 A to 0.99 A.
 #[inline(never)]

@@ -4,6 +4,7 @@
 #![no_main]
 
 mod counter;
+mod dearest;
 #[path = "../journey/mod.rs"]
 #[allow(dead_code, reason = "every period here is the same")]
 mod journey;

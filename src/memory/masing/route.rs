@@ -25,13 +25,14 @@ pub(crate) struct Ahead<'a, S> {
 }
 
 impl<S: Scalar> Ahead<'_, S> {
-    /// Goes on across the loops that close, the innermost first; says whether any does.
+    /// Goes on across the loops that close, the innermost first; says whether any does. The innermost is asked first, or the middle one if the way is `far`.
     #[inline]
-    pub(crate) fn close(&mut self, stays_open: impl Fn(TurningPoint<S>) -> bool) -> bool {
+    pub(crate) fn close(&mut self, far: bool, mut stays_open: impl FnMut(TurningPoint<S>) -> bool) -> bool {
         let innermost = self.target;
         let target = |number: usize| self.outer.get(number).map_or(innermost, |&[target, _]| target);
         let loops = self.outer.len() + 1;
-        let open = open_loops(loops, |number| stays_open(target(number)));
+        let first = if far { self.outer.len() / 2 } else { self.outer.len() };
+        let open = open_loops::<false>(loops, first, |number| stays_open(target(number)));
         if open == loops {
             return false;
         }
@@ -52,19 +53,24 @@ impl<S: Scalar> Ahead<'_, S> {
     }
 }
 
-/// How many of some loops stay open, the innermost, which has the highest number, closing first.
+/// How many of some loops stay open, the innermost, which has the highest number, closing first. The one of number `first` is asked first, then, if that is the
+/// innermost and closes, perhaps the outermost.
 #[inline]
-pub(super) fn open_loops(loops: usize, stays_open: impl Fn(usize) -> bool) -> usize {
-    // Those below `open` are known to be open, those from `closed` on to be closed. Mostly the innermost decides, else the outermost.
+pub(super) fn open_loops<const OUTERMOST_NEXT: bool>(
+    loops: usize,
+    first: usize,
+    mut stays_open: impl FnMut(usize) -> bool,
+) -> usize {
+    // Those below `open` are known to be open, those from `closed` on to be closed.
     let (mut open, mut closed) = (0, loops);
-    let mut number = closed.wrapping_sub(1);
+    let mut number = first;
     while open < closed {
         if stays_open(number) {
             open = number + 1;
         } else {
             closed = number;
         }
-        number = if open == 0 && closed + 1 == loops { 0 } else { (open + closed) / 2 };
+        number = if OUTERMOST_NEXT && open == 0 && closed + 1 == loops { 0 } else { (open + closed) / 2 };
     }
     open
 }

@@ -32,12 +32,15 @@ struct Image {
     limits: &'static [(&'static str, f64)],
 }
 
+/// The image whose one line is of a call among too many to be traced: no cycles are estimated for it.
+const DEAREST: &str = "dearest";
+
 const IMAGES: [Image; 2] = [
     Image { machine: machine::M4F, place: "Cortex-M4F in `f32`", limits: &LIMITS },
     Image { machine: machine::M0, place: "Cortex-M0 in fixed point", limits: &FIXED_LIMITS },
 ];
 
-const LIMITS: [(&str, f64); 12] = [
+const LIMITS: [(&str, f64); 13] = [
     ("law `masing`, away from a reversal", 60.0),
     ("law `masing`, reversal", 250.0),
     ("law `masing`, reversal with a full stack", 250.0),
@@ -46,19 +49,21 @@ const LIMITS: [(&str, f64); 12] = [
     ("inverse of law `masing`, mean of a sine", 350.0),
     ("inverse of law `masing`, across a full stack", 700.0),
     ("inverse of law `masing`, the dearest of 5000", 700.0),
+    ("inverse of law `masing`, the dearest of 300 000", 700.0),
     ("law `phase`, away from a reversal", 250.0),
     ("law `phase`, reversal by a large step", 250.0),
     ("law `time`, kernel `deflection`, gate `cycle`", 60.0),
     ("law `time`, kernel `rate`, gate `none`", 60.0),
 ];
 
-const FIXED_LIMITS: [(&str, f64); 6] = [
+const FIXED_LIMITS: [(&str, f64); 7] = [
     ("law `masing`, away from a reversal", 400.0),
     ("law `masing`, reversal with a full stack", 1000.0),
     ("law `masing`, full stack wiped out", 1000.0),
     ("law `masing`, reversal that wipes out a full stack", 1000.0),
     ("inverse of law `masing`, across a full stack", 5000.0),
     ("inverse of law `masing`, the dearest of 5000", 5000.0),
+    ("inverse of law `masing`, the dearest of 300 000", 5000.0),
 ];
 
 /// What law `masing` must beat, however it is computed.
@@ -111,9 +116,9 @@ fn count(shell: &Shell, machine: Machine, place: &str) -> Result<Vec<Call>> {
     let counted = emulator::lines(&image, machine, Clock::Instructions)?;
     let estimated = if machine.has_floats() { cycles::lines(shell, &image, machine)? } else { String::new() };
     let mut estimated = estimated.lines();
-    let calls = counted.lines().map(|counted| {
-        let (name, ticks) = measurement(counted)?;
-        let (same_name, cycles) = estimated.next().map(measurement).transpose()?.unzip();
+    let call = |line, estimated: Option<&str>| {
+        let (name, ticks) = measurement(line)?;
+        let (same_name, cycles) = estimated.map(measurement).transpose()?.unzip();
         ensure!(
             same_name.is_none_or(|same| same == name),
             "the image `cost` printed another line than `{name}` in its second run"
@@ -127,8 +132,12 @@ fn count(shell: &Shell, machine: Machine, place: &str) -> Result<Vec<Call>> {
             instructions: (ticks * machine.instructions_per_tick).round(),
             cycles: cycles.map(f64::round),
         })
-    });
-    calls.collect()
+    };
+    let mut calls = counted.lines().map(|line| call(line, estimated.next())).collect::<Result<Vec<_>>>()?;
+    let dearest = emulator::lines(&machine.build(shell, DEAREST)?, machine, Clock::Instructions)?;
+    let after = calls.iter().rposition(|call| call.name.contains("the dearest of")).map_or(calls.len(), |at| at + 1);
+    calls.insert(after, call(dearest.trim_end(), None)?);
+    Ok(calls)
 }
 
 /// The name and the ticks a call of a line.
@@ -152,21 +161,23 @@ fn table(calls: &[Call], accuracy: &Accuracy) -> Result<String> {
          a model, whatever its call: every call of law `masing`, forward or inverse, has the 0.1 N·m of its first row. An inverse by operators errs as its model does.\n\
          The closed form is that of one steady cycle: on the recording's other paths it stands on that cycle's curves. No error is stated for what `gmhm compare`\n\
          does not fit: laws `phase` and `time`, which it fits only where the recording asks for them, and terms, which that gear has not.\n\n\
-         The dearest of 5000 inverses is not the dearest there is: of 300 000 calls along a longer journey one took 759 instructions in `f32`, with four evaluations of the\n\
-         torque across loops and a second step, which happens to one call of twelve thousand.\n",
+         The dearest of 300 000 inverses is sought along a journey of strokes of all sizes, nested loops that fill the stack and merge, jumps across it, and torques beyond\n\
+         the range. No bound is proved: a call evaluates the torque at most four times to find its branch (of the eight that sixteen turning points leave), and the steps\n\
+         of the root beyond the second are rare, not impossible. Of three million calls along the same journey the dearest takes 675 in `f32` and 5164 in fixed point.\n",
     );
-    let mut place = "";
+    let (mut place, mut estimated) = ("", false);
     for call in calls {
-        let estimated = call.cycles.is_some();
         if call.place != place {
-            place = &call.place;
+            (place, estimated) = (&call.place, call.cycles.is_some());
             let (more, line) =
                 if estimated { (" cycles (estimate) | held-out error, N·m |", "---:|---:|") } else { ("", "") };
             write!(text, "\n{HEADING}{place}\n\n| call | instructions |{more}\n|---|---:|{line}\n")?;
         }
         write!(text, "| {} | {} |", call.name, call.instructions)?;
-        if let Some(cycles) = call.cycles {
-            let error = accuracy.of(&call.name).map_or_else(|| "–".to_owned(), |error| format!("{error:.3}"));
+        if estimated {
+            let or_none = |number: Option<String>| number.unwrap_or_else(|| "–".to_owned());
+            let cycles = or_none(call.cycles.map(|cycles| cycles.to_string()));
+            let error = or_none(accuracy.of(&call.name).map(|error| format!("{error:.3}")));
             write!(text, " {cycles} | {error} |")?;
         }
         text.push('\n');

@@ -25,7 +25,7 @@ struct Path {
     joint_limit: u64,
 }
 
-const PATHS: [Path; 5] = [
+const PATHS: [Path; 6] = [
     Path {
         image: "core_path",
         machine: machine::M0,
@@ -55,6 +55,13 @@ const PATHS: [Path; 5] = [
         joint_limit: 512,
     },
     Path {
+        image: "varying_path",
+        machine: machine::M4F,
+        title: "law chosen at run time, forward and inverse, samples at uneven periods",
+        code_limit: 12_288,
+        joint_limit: 256,
+    },
+    Path {
         image: "terms_path",
         machine: machine::M4F,
         title: "law `masing`, forward, with room for eight terms of every kind",
@@ -80,9 +87,11 @@ struct Weight {
 pub fn run(shell: &Shell, overwrite: bool) -> Result<()> {
     let mut table = String::from(
         "# Size of the control path\n\n\
-         Bytes on a Cortex-M4F in `f32` unless said otherwise, start-up code included. Written by `cargo xtask size --overwrite`; the command fails where\n\
-         they change, and on any panic or double-precision arithmetic left in an image, in fixed point on any floating-point arithmetic or wide multiplication.\n\n\
-         | control path of a joint | code and constants, flash | coefficients of a gear | state of a joint, RAM |\n|---|---:|---:|---:|\n",
+         Bytes on a Cortex-M4F in `f32` unless said otherwise, start-up code included. Written by `cargo xtask size --overwrite`; the command fails on\n\
+         any panic or double-precision arithmetic left in an image, in fixed point on any floating-point arithmetic or wide multiplication, where more is taken than is\n\
+         allowed, and where a number changes. Flash and stack may change by one in a hundred, or by eight bytes: so much is for another patch version of the\n\
+         compiler to move. Law `masing` alone, forward and inverse, is nearer than that to what it is allowed: it bears the difference and no more.\n\n\
+         | control path of a joint | code and constants, flash | allowed | coefficients of a gear | state of a joint, RAM |\n|---|---:|---:|---:|---:|\n",
     );
     for path in PATHS {
         let Weight { code, gear, joint } = weigh(shell, &path)?;
@@ -92,7 +101,7 @@ pub fn run(shell: &Shell, overwrite: bool) -> Result<()> {
             joint <= joint_limit,
             "a joint of `{image}` takes {joint} B of RAM, and at most {joint_limit} are allowed"
         );
-        writeln!(table, "| {title} | {code} | {gear} | {joint} |")?;
+        writeln!(table, "| {title} | {code} | {code_limit} | {gear} | {joint} |")?;
     }
     table.push_str(
         "\nStack below the caller, at its deepest along paths that leave nothing out, found by painting it.\n\n\
@@ -108,7 +117,31 @@ pub fn run(shell: &Shell, overwrite: bool) -> Result<()> {
         writeln!(table, "| {name} | {bytes} |")?;
     }
     print!("{table}");
-    golden::check(&shell.current_dir().join(TABLE), &table, overwrite)
+    let file = shell.current_dir().join(TABLE);
+    let golden = if overwrite { None } else { shell.read_file(&file).ok() };
+    if golden.is_some_and(|golden| table != golden && is_close(&table, &golden)) {
+        println!(
+            "size: {TABLE} says a little else, as after another version of the compiler: take this over with --overwrite"
+        );
+        return Ok(());
+    }
+    golden::check(&file, &table, overwrite)
+}
+
+/// Whether two tables differ in flash and stack alone, and there by little.
+fn is_close(table: &str, golden: &str) -> bool {
+    let close = |now: &str, then: &str| {
+        let [Ok(now), Ok(then)] = [now, then].map(str::parse::<u64>) else { return false };
+        now.abs_diff(then) <= (then / 100).max(8)
+    };
+    // The second cell of a row, behind its name.
+    let same_row = |(now, then): (&str, &str)| {
+        let cells = |row: &str| row.split('|').map(|cell| cell.trim().to_owned()).collect::<Vec<_>>();
+        let (now, then) = (cells(now), cells(then));
+        let same = |(place, (now, then)): (usize, (&String, &String))| now == then || place == 2 && close(now, then);
+        now.len() == then.len() && now.iter().zip(&then).enumerate().all(same)
+    };
+    table.lines().count() == golden.lines().count() && table.lines().zip(golden.lines()).all(same_row)
 }
 
 /// Reads the sections and symbols of an image; refuses it if something is in it that must not be.
@@ -161,4 +194,26 @@ fn is_double(name: &str) -> bool {
     name.starts_with("__aeabi_d")
         || matches!(name, "__aeabi_f2d" | "__aeabi_i2d" | "__aeabi_ui2d" | "__aeabi_l2d" | "__aeabi_ul2d")
         || (name.starts_with("__") && name.contains("df") && name.ends_with(|c: char| c.is_ascii_digit()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_close;
+
+    #[test]
+    fn another_compiler_may_move_a_little_flash_and_nothing_else() {
+        let golden = "# Size\n| a path | 4000 | 112 | 196 |\n| a call | 288 |\n";
+        assert!(is_close(golden, golden));
+        assert!(is_close("# Size\n| a path | 4040 | 112 | 196 |\n| a call | 296 |\n", golden));
+        for other in [
+            "# Size\n| a path | 4041 | 112 | 196 |\n| a call | 288 |\n",
+            "# Size\n| a path | 4000 | 116 | 196 |\n| a call | 288 |\n",
+            "# Size\n| a path | 4000 | 112 | 200 |\n| a call | 288 |\n",
+            "# Size\n| a path | 4000 | 112 | 196 |\n| a call | 297 |\n",
+            "# Size\n| another path | 4000 | 112 | 196 |\n| a call | 288 |\n",
+            "# Size\n| a path | 4000 | 112 | 196 |\n",
+        ] {
+            assert!(!is_close(other, golden), "{other}");
+        }
+    }
 }
