@@ -17,15 +17,16 @@ use gmhm_tools::recording::Recording;
 const A: f64 = 1.168e-3;
 
 #[test]
-fn standard_deviations_agree_with_the_scatter_of_500_refits() {
+fn standard_deviations_agree_with_the_scatter_of_refits() {
     for case in scatter_cases() {
-        let fits = refits(A, &case, 500).unwrap();
+        // 500 leave 3 % unsure.
+        let count = if case.steps.1 > 0.0 { 2000 } else { 500 };
+        let fits = refits(A, &case, count).unwrap();
         for name in case.names {
             let ratio = scatter_over_reported(&fits, name);
             let told = format!("{case}: {name}: scatter/reported {ratio:.3}");
             println!("{told}");
-            // What the counts of a deflection leave near the tips is not in the noise.
-            assert!((ratio - 1.0).abs() < case.within, "{told}");
+            assert!((ratio - 1.0).abs() < 0.15, "{told}");
         }
     }
 }
@@ -111,6 +112,7 @@ fn without_a_noise_model_the_scatter_of_blocks_gives_standard_deviations() {
                 torque: recording.torque.as_deref().unwrap().into(),
                 marks: vec![Mark::Used; count],
                 past: Past::Rest,
+                counts: None,
             }];
             let problem = Problem { rows: &rows, corrections: Vec::new(), contributions: vec![&Offset, &waves] };
             let known = of_columns(&problem, &[], None, "");

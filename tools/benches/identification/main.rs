@@ -1,6 +1,6 @@
 //! Every number of the README's table of identification: `cargo bench -p gmhm-tools --bench identification [-- PART…] [COUNT]`.
 //!
-//! Parts: `speed`, `uncertainty`, `peers`, `natures`; all without any. COUNT: refits of `uncertainty` (500) and seeds of `peers` (20). All data are synthetic and
+//! Parts: `speed`, `uncertainty`, `peers`, `natures`; all without any. COUNT: refits of `uncertainty` (2000) and seeds of `peers` (20). All data are synthetic and
 //! seeded, but for the friction damper, whose recordings are read where they lie beside the checkout.
 
 #[path = "../../tests/gears/mod.rs"]
@@ -12,6 +12,9 @@ mod uncertainty;
 
 /// Rated deflection of the published gear, rad.
 const A: f64 = 1.168e-3;
+
+/// A count of an output encoder of some 20 bits, rad.
+const COUNT_RAD: f64 = 8e-6;
 
 /// A line of the README's table.
 struct Line {
@@ -37,7 +40,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         lines.extend(speed::measure()?);
     }
     if asked("uncertainty") {
-        lines.extend(uncertainty::measure(count.unwrap_or(500))?);
+        lines.extend(uncertainty::measure(count.unwrap_or(2000))?);
     }
     if asked("peers") {
         peers::measure(count.unwrap_or(20))?;

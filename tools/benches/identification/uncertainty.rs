@@ -9,10 +9,7 @@ use gmhm_tools::estimate::{EstimateError, Fit, fit};
 use gmhm_tools::recording::Recording;
 
 use super::gears::{Path, cycle, given, published, record, refits, scatter_cases, scatter_over_reported};
-use super::{A, Line};
-
-/// A count of an output encoder of some 20 bits, rad.
-const COUNT_RAD: f64 = 8e-6;
+use super::{A, COUNT_RAD, Line};
 
 /// e by least squares where counts are taken for deflections.
 fn e_of_counts(recording: &Recording) -> Result<f64, EstimateError> {
@@ -22,6 +19,7 @@ fn e_of_counts(recording: &Recording) -> Result<f64, EstimateError> {
         torque: recording.torque.as_deref().unwrap_or_default().into(),
         marks: vec![Mark::Used; recording.len()],
         past: Past::Rest,
+        counts: None,
     }];
     let assembly = Assembly::new(Structure::MASING, A, &rows, &[true])?;
     let (linear, _) = assembly.problem(&rows).solve(&[], Sweep::PLAIN);

@@ -39,7 +39,7 @@ pub(super) fn fit(fit: &Fit) -> String {
         lines.push("Plain least squares: what is left is physics more than noise; standard deviations from the scatter of blocks".to_owned());
     }
     if let Some(rated) = fit.model.gear.rated_deflection_rad.filter(|_| fit.rated_is_largest_seen) {
-        lines.push(format!("Rated deflection {rated:.6e} rad, the largest seen: e and c1 to c3 hang on it, --rated-deflection gives the gear's"));
+        lines.push(format!("Rated deflection {rated:.6e} rad, the largest seen: e and c1 to c3 hang on it, their ± holds what may lie between its samples; --rated-deflection gives the gear's"));
     }
     let width = fit.uncertainty.parameters.iter().map(|p| p.name.len()).max().unwrap_or(0);
     lines.extend(fit.uncertainty.parameters.iter().map(|p| parameter(p, width)));

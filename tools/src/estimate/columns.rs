@@ -16,6 +16,7 @@ use std::borrow::Cow;
 use std::ops::Range;
 
 use super::bounded::Bound;
+use super::counts::Counts;
 use super::triangle::Block;
 use crate::recording::Recording;
 
@@ -39,7 +40,7 @@ pub enum Mark {
 pub struct Rows<'a> {
     /// All its columns.
     pub recording: &'a Recording,
-    /// Deflection as recorded, rad.
+    /// Deflection as recorded, or the motion behind its counts, rad.
     pub deflection_rad: Cow<'a, [f64]>,
     /// Torque to be explained, N·m or A.
     pub torque: Cow<'a, [f64]>,
@@ -47,6 +48,8 @@ pub struct Rows<'a> {
     pub marks: Vec<Mark>,
     /// Where the gear came from before the first row; law `masing`.
     pub past: Past,
+    /// What was recorded, where the deflection is the motion behind counts.
+    pub counts: Option<Counts<'a>>,
 }
 
 /// What a gear did before its recording began, as law `masing` remembers it.
@@ -70,6 +73,12 @@ impl Rows<'_> {
     /// True without rows.
     pub fn is_empty(&self) -> bool {
         self.marks.is_empty()
+    }
+
+    /// Takes a zero off the deflection.
+    pub fn shift(&mut self, by_rad: f64) {
+        self.deflection_rad.to_mut().iter_mut().for_each(|theta| *theta -= by_rad);
+        self.counts.iter_mut().for_each(|counts| counts.shift(by_rad));
     }
 
     /// Time since the row before, s; 0 for the first.

@@ -7,8 +7,7 @@
 use std::borrow::Cow;
 use std::ops::Range;
 
-use rayon::prelude::*;
-
+use super::graduation::{Graduation, Pace, unround};
 use super::noise::quantisation_step;
 use crate::physics::signals::rate;
 use crate::recording::Recording;
@@ -126,7 +125,7 @@ fn smoothed(x: &[f64], time_s: &[f64]) -> Option<Vec<f64>> {
 }
 
 /// Rows between two gaps in time are smoothed apart, and at least so many of them.
-const FEWEST_ROWS: usize = 32;
+pub(super) const FEWEST_ROWS: usize = 32;
 
 /// The smoothest signal that differs from the recorded one by no more than its noise: Whittaker's graduation with third differences (1923), its weight by
 /// Morozov's discrepancy principle, of the noise only what the graduation takes out. For angles and speeds, whose derivatives count and whose corners are of no consequence.
@@ -142,7 +141,7 @@ fn whittaker(x: &[f64], time_s: &[f64]) -> Option<Vec<f64>> {
     for piece in pieces(time_s).into_iter().filter(|piece| piece.len() >= FEWEST_ROWS) {
         let (rows, out) = (&x[piece.clone()], &mut smooth[piece]);
         match resolution {
-            Some(step) => unround(rows, 0.5 * step, sd, out),
+            Some(step) => unround(rows, 0.5 * step, sd, &Pace::PLAIN, out),
             None => graduate(rows, sd, out),
         }
     }
@@ -150,7 +149,7 @@ fn whittaker(x: &[f64], time_s: &[f64]) -> Option<Vec<f64>> {
 }
 
 /// The rows between gaps in time.
-fn pieces(time_s: &[f64]) -> Vec<Range<usize>> {
+pub(super) fn pieces(time_s: &[f64]) -> Vec<Range<usize>> {
     let mut periods: Vec<f64> = time_s.windows(2).map(|w| w[1] - w[0]).collect();
     let middle = periods.len() / 2;
     let usual = *periods.select_nth_unstable_by(middle, f64::total_cmp).1;
@@ -162,38 +161,9 @@ fn pieces(time_s: &[f64]) -> Vec<Range<usize>> {
 
 fn graduate(x: &[f64], sd: f64, out: &mut [f64]) {
     let mean = x.iter().sum::<f64>() / x.len() as f64;
-    let centred: Vec<f64> = x.iter().map(|x| x - mean).collect();
-    let chance = 1.0 + (2.0 / x.len() as f64).sqrt();
-    let weight = discrepant_weight(&centred, |weight| sd * (chance * noise_left(weight)).sqrt());
-    for (out, smooth) in out.iter_mut().zip(Graduation::new(x.len(), weight).smooth(&centred)) {
-        *out = mean + smooth;
-    }
-}
-
-/// Which part of the variance of white noise a graduation takes out of a record: the mean of (1 − H)² over all frequencies.
-fn noise_left(weight: f64) -> f64 {
-    const FREQUENCIES: usize = 512;
-    let left = (0..FREQUENCIES).map(|k| {
-        let w = std::f64::consts::PI * (k as f64 + 0.5) / FREQUENCIES as f64;
-        let kept = 1.0 / (1.0 + weight * (2.0 * (0.5 * w).sin()).powi(6));
-        (1.0 - kept) * (1.0 - kept)
-    });
-    left.sum::<f64>() / FREQUENCIES as f64
-}
-
-/// The highest weight at which a graduation differs from the record by no more than `misfit` of that weight.
-fn discrepant_weight(centred: &[f64], misfit: impl Fn(f64) -> f64) -> f64 {
-    let rms = |smooth: &[f64]| {
-        (smooth.iter().zip(centred).map(|(a, b)| (a - b).powi(2)).sum::<f64>() / centred.len() as f64).sqrt()
-    };
-    let (mut low, mut high) = (-2.0_f64, 12.0_f64);
-    for _ in 0..18 {
-        let middle = 0.5 * (low + high);
-        let weight = 10.0_f64.powf(middle);
-        let smooth = Graduation::new(centred.len(), weight).smooth(centred);
-        if rms(&smooth) > misfit(weight) { high = middle } else { low = middle }
-    }
-    10.0_f64.powf(low)
+    out.iter_mut().zip(x).for_each(|(out, x)| *out = x - mean);
+    Graduation::of_noise(out, sd).smooth(out);
+    out.iter_mut().for_each(|x| *x += mean);
 }
 
 /// Whether a smoothed signal differs from the record by white noise, nowhere by more.
@@ -207,101 +177,6 @@ fn only_noise(x: &[f64], smooth: &[f64], sd: f64) -> bool {
 
 /// Standard deviations that one of ten thousand sums of noise may be away.
 const FARTHEST: f64 = 4.8;
-
-/// Steps of the method of multipliers.
-const ROUNDS: usize = 150;
-
-/// The smoothest signal that rounds to the recorded one: least Σ (Δ³s)² with abs(s − x) ≤ half a count, by the alternating direction method of multipliers
-/// (Boyd and others 2011). Standstill stays standstill, and corners stay within half a count.
-fn unround(x: &[f64], half: f64, sd: f64, out: &mut [f64]) {
-    let mean = x.iter().sum::<f64>() / x.len() as f64;
-    let centred: Vec<f64> = x.iter().map(|x| x - mean).collect();
-    let graduation = Graduation::new(x.len(), discrepant_weight(&centred, |_| sd));
-    let mut inside = centred.clone();
-    let mut multiplier = vec![0.0; x.len()];
-    let mut smooth = centred.clone();
-    for _ in 0..ROUNDS {
-        let aim: Vec<f64> = inside.iter().zip(&multiplier).map(|(z, u)| z - u).collect();
-        smooth = graduation.smooth(&aim);
-        for (((z, u), s), x) in inside.iter_mut().zip(&mut multiplier).zip(&smooth).zip(&centred) {
-            *z = (s + *u).clamp(x - half, x + half);
-            *u += s - *z;
-        }
-    }
-    out.iter_mut().zip(&smooth).for_each(|(out, s)| *out = mean + s);
-}
-
-/// Rows that are unrounded together, and rows on both sides that only lead in and out.
-const BLOCK: usize = 4096;
-const LEAD: usize = 64;
-
-/// A deflection that was counted in steps, as the smoothest motion that rounds to it; `None` where it was not, or where its steps are below `finest`.
-pub fn unrounded(x: &[f64], time_s: &[f64], finest: f64) -> Option<Vec<f64>> {
-    let step = quantisation_step(x).filter(|step| *step > finest)?;
-    let runs = pieces(time_s);
-    let blocks = runs.into_iter().flat_map(|run| {
-        let count = run.len().div_ceil(BLOCK);
-        (0..count)
-            .map(move |k| (run.clone(), run.start + run.len() * k / count..run.start + run.len() * (k + 1) / count))
-    });
-    let blocks: Vec<(Range<usize>, Range<usize>)> = blocks.collect();
-    let smooth = |(run, block): &(Range<usize>, Range<usize>)| {
-        let wide = block.start.saturating_sub(LEAD).max(run.start)..(block.end + LEAD).min(run.end);
-        let mut out = x[wide.clone()].to_vec();
-        if wide.len() >= FEWEST_ROWS {
-            unround(&x[wide.clone()], 0.5 * step, step / 12.0_f64.sqrt(), &mut out);
-        }
-        out[block.start - wide.start..][..block.len()].to_vec()
-    };
-    Some(blocks.par_iter().flat_map_iter(smooth).collect())
-}
-
-/// Minimises Σ (s − x)² + weight·Σ (Δ³s)²: a system of seven diagonals, by Cholesky.
-struct Graduation {
-    /// Lower band of the factor: `band[i][k]` is the element (i, i − k).
-    band: Vec<[f64; 4]>,
-}
-
-impl Graduation {
-    fn new(n: usize, weight: f64) -> Self {
-        const DIFFERENCE: [f64; 4] = [-1.0, 3.0, -3.0, 1.0];
-        let mut band = vec![[1.0, 0.0, 0.0, 0.0]; n];
-        for row in 0..n.saturating_sub(3) {
-            for a in 0..4 {
-                for b in 0..=a {
-                    band[row + a][a - b] += weight * DIFFERENCE[a] * DIFFERENCE[b];
-                }
-            }
-        }
-        for i in 0..n {
-            for k in (1..=3.min(i)).rev() {
-                let known: f64 = (k + 1..=3.min(i)).map(|l| band[i][l] * band[i - k][l - k]).sum();
-                band[i][k] = (band[i][k] - known) / band[i - k][0];
-            }
-            let squares: f64 = (1..=3.min(i)).map(|k| band[i][k] * band[i][k]).sum();
-            band[i][0] = (band[i][0] - squares).max(1e-300).sqrt();
-        }
-        Self { band }
-    }
-
-    fn smooth(&self, x: &[f64]) -> Vec<f64> {
-        let mut y = x.to_vec();
-        let mut before = [0.0; 3];
-        for (y, [own, first, second, third]) in y.iter_mut().zip(&self.band) {
-            let [a, b, c] = before;
-            *y = (*y - (first * a + second * b + third * c)) / own;
-            before = [*y, a, b];
-        }
-        let zero = [1.0, 0.0, 0.0, 0.0];
-        let mut after = [(0.0, zero); 3];
-        for (y, band) in y.iter_mut().zip(&self.band).rev() {
-            let [(a, below), (b, second), (c, third)] = after;
-            *y = (*y - (below[1] * a + second[2] * b + third[3] * c)) / band[0];
-            after = [(*y, *band), (a, below), (b, second)];
-        }
-        y
-    }
-}
 
 /// Whether samples are evenly spaced.
 fn even(time_s: &[f64]) -> bool {
@@ -338,37 +213,6 @@ mod tests {
                 |p: i32| -> f64 { weights.iter().enumerate().map(|(i, w)| w * (i as f64 - half as f64).powi(p)).sum() };
             assert!((moment(0) - 1.0).abs() < 1e-12 && moment(2).abs() < 1e-9);
         }
-    }
-
-    #[test]
-    fn graduation_solves_its_equations_and_keeps_parabolas() {
-        let x: Vec<f64> = (0..40).map(|k| ((k * 37) % 17) as f64).collect();
-        let s = Graduation::new(40, 7.0).smooth(&x);
-        let third = |k: usize| s[k + 3] - 3.0 * s[k + 2] + 3.0 * s[k + 1] - s[k];
-        for i in 0..40_usize {
-            let gradient: f64 = (0..4)
-                .filter_map(|a| i.checked_sub(a).filter(|k| k + 3 < 40).map(|k| [-1.0, 3.0, -3.0, 1.0][a] * third(k)))
-                .sum();
-            assert!((s[i] - x[i] + 7.0 * gradient).abs() < 1e-9);
-        }
-        let parabola: Vec<f64> = (0..40).map(|k| 0.5 * (k * k) as f64 - 3.0).collect();
-        let kept = Graduation::new(40, 1e6).smooth(&parabola);
-        assert!(kept.iter().zip(&parabola).all(|(a, b)| (a - b).abs() < 1e-4));
-    }
-
-    #[test]
-    fn a_counted_motion_is_found_within_its_counts() {
-        let rows = 10_000;
-        let time: Vec<f64> = (0..rows).map(|k| 0.01 * k as f64).collect();
-        let motion: Vec<f64> = time.iter().map(|t| t.sin() + 0.3 * (0.31 * t).cos()).collect();
-        let step = 0.007;
-        let counts: Vec<f64> = motion.iter().map(|x| (x / step).round() * step).collect();
-        let found = unrounded(&counts, &time, 1e-4).unwrap_or_default();
-        let rms = |x: &[f64]| (x.iter().zip(&motion).map(|(a, b)| (a - b).powi(2)).sum::<f64>() / rows as f64).sqrt();
-        assert!(rms(&found) < 0.15 * rms(&counts), "{:e} of {:e}", rms(&found), rms(&counts));
-        assert!(found.iter().zip(&counts).all(|(a, b)| (a - b).abs() < 0.6 * step));
-        assert_eq!(unrounded(&motion, &time, 1e-4), None);
-        assert_eq!(unrounded(&counts, &time, 0.01), None);
     }
 
     #[test]

@@ -10,10 +10,11 @@
 //! | `start` | scale and zero of the deflection, the memory at the first row |
 //! | `invertible` | the parameters held where feed-forward has an inverse |
 //! | [`joint`] | joint logs: gravity, inertia, friction |
-//! | [`noise`], `whitening`, `denoise` | colour, outliers; angles freed of noise and counts |
+//! | [`noise`], `whitening`, `denoise`, `graduation` | colour, outliers; angles freed of noise |
+//! | [`counts`] | the motion behind a deflection in counts, and how far it may be from it |
 //! | [`select`] | law, kernel, gate and play by held-out prediction |
 //! | [`heldout`] | blocks predicted by a fit to the others |
-//! | [`uncertainty`], [`singular`] | standard deviations, and what the recordings cannot tell |
+//! | [`uncertainty`], `spread`, [`singular`], `changes` | standard deviations, and what the recordings cannot tell |
 //! | [`coverage`], [`judge`] | what the recordings exercise, and whether the fit is good enough for the drive |
 //! | [`pso`] | the paper's own identification |
 //! | [`rivals`] | foreign models, as yardsticks |
@@ -29,11 +30,14 @@ pub mod assembly;
 pub mod base;
 pub mod basis;
 pub mod bounded;
+mod changes;
 pub mod columns;
+pub mod counts;
 pub mod coverage;
 pub(crate) mod denoise;
 pub mod descent;
 pub mod factors;
+mod graduation;
 pub mod heldout;
 mod invertible;
 pub mod joint;
@@ -49,6 +53,7 @@ mod refine;
 pub mod rivals;
 pub mod select;
 pub mod singular;
+mod spread;
 mod start;
 pub mod swarm;
 pub mod triangle;
@@ -200,7 +205,8 @@ pub struct Fit {
     /// Parameters with standard deviations, and the correlations.
     #[serde(flatten)]
     pub uncertainty: Uncertainty,
-    /// Whether the rated deflection was not given, and is the largest deflection seen. A hundredth of a per cent of it moves e of the published gear by 4 %, c1 by 0.6 %.
+    /// Whether the rated deflection was not given, and is the largest deflection seen. A hundredth of a per cent of it moves e of the published gear by 4 %, c1 by 0.6 %: what may lie between its samples is in the
+    /// standard deviations.
     pub rated_is_largest_seen: bool,
     /// Structures tried, the chosen one marked. One line where the model gave the structure.
     pub selection: Vec<Candidate>,
@@ -324,6 +330,8 @@ pub fn fit(recordings: &[Recording], options: &FitOptions, progress: &dyn Progre
         stored_zero_rad: gear.deflection_zero_rad,
         searched_play: matches!(structure.play, Play::UpTo(_)),
         torque_nm,
+        seed: options.seed,
+        rated_sd_rad: if rated_is_largest_seen { start::tip_sd_rad(&rows) } else { 0.0 },
     };
     let mut uncertainty = uncertainty::assess(&fitted, &rows, weights)?;
     uncertainty.per(recordings[0].torque_unit);

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use super::EstimateError;
 use super::columns::{Mark, Past, Rows};
-use super::denoise::unrounded;
+use super::counts::Counts;
 use crate::model::GearSection;
 use crate::recording::{Recording, TorqueUnit};
 
@@ -13,18 +13,19 @@ const FEWEST_ROWS: usize = 12;
 
 /// The rows of each recording, its deflection relative to the gear's deflection zero.
 pub fn rows<'a>(recordings: &'a [Recording], gear: &GearSection) -> Result<Vec<Rows<'a>>, EstimateError> {
-    with_deflection(recordings, |recording| {
-        let mut deflection_rad = deflection(recording, gear)?;
-        let (low, high) = range(deflection_rad.iter());
+    let mut rows = with_deflection(recordings, |recording| {
+        let recorded = deflection(recording, gear)?;
+        let (low, high) = range(recorded.iter());
         // Where the torque is steepest and the motion slowest, near the tips, a count weighs most, and many rows share it.
-        if let Some(motion) = unrounded(&deflection_rad, &recording.time_s, FINEST * (high - low)) {
-            deflection_rad = Cow::Owned(motion);
-        }
-        if gear.deflection_zero_rad != 0.0 {
-            deflection_rad.to_mut().iter_mut().for_each(|theta| *theta -= gear.deflection_zero_rad);
-        }
-        Ok(deflection_rad)
-    })
+        Ok(match Counts::found(recorded, &recording.time_s, FINEST * (high - low)) {
+            Ok((motion, counts)) => (Cow::Owned(motion), Some(counts)),
+            Err(recorded) => (recorded, None),
+        })
+    })?;
+    if gear.deflection_zero_rad != 0.0 {
+        rows.iter_mut().for_each(|rows| rows.shift(gear.deflection_zero_rad));
+    }
+    Ok(rows)
 }
 
 /// Counts below this share of the range are as good as none.
@@ -32,12 +33,12 @@ const FINEST: f64 = 1e-4;
 
 /// The rows of joint logs, which have no deflection.
 pub fn joint_rows(recordings: &[Recording]) -> Result<Vec<Rows<'_>>, EstimateError> {
-    with_deflection(recordings, |_| Ok(Cow::Borrowed(&[])))
+    with_deflection(recordings, |_| Ok((Cow::Borrowed(&[]), None)))
 }
 
 fn with_deflection<'a>(
     recordings: &'a [Recording],
-    deflection: impl Fn(&'a Recording) -> Result<Cow<'a, [f64]>, EstimateError>,
+    deflection: impl Fn(&'a Recording) -> Result<(Cow<'a, [f64]>, Option<Counts<'a>>), EstimateError>,
 ) -> Result<Vec<Rows<'a>>, EstimateError> {
     let first = recordings.first().ok_or(EstimateError::NoRecording)?;
     recordings
@@ -55,12 +56,14 @@ fn with_deflection<'a>(
                 });
             }
             let torque = recording.torque.as_deref().ok_or_else(|| EstimateError::NoTorque { recording: name() })?;
+            let (deflection_rad, counts) = deflection(recording)?;
             Ok(Rows {
                 recording,
-                deflection_rad: deflection(recording)?,
+                deflection_rad,
                 torque: Cow::Borrowed(torque),
                 marks: gaps(&recording.time_s),
                 past: Past::Rest,
+                counts,
             })
         })
         .collect()
@@ -164,6 +167,7 @@ pub fn beginning<'a>(rows: &'a [Rows<'a>], most_rows: usize) -> Vec<Rows<'a>> {
                 torque: Cow::Borrowed(&r.torque[..count]),
                 marks: r.marks[..count].to_vec(),
                 past: r.past,
+                counts: r.counts.as_ref().map(|counts| counts.beginning(count)),
             }
         })
         .collect()

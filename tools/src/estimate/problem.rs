@@ -65,6 +65,11 @@ const BLOCK: usize = 256;
 const RELATIVE_STEP: f64 = 1e-5;
 
 impl<'a> Problem<'a> {
+    /// The same on other rows.
+    pub fn on<'b>(&'b self, rows: &'b [Rows<'b>]) -> Problem<'b> {
+        Problem { rows, corrections: self.corrections.clone(), contributions: self.contributions.clone() }
+    }
+
     /// All nonlinear parameters: those of the corrections, then those of the contributions.
     pub fn nonlinear(&self) -> Vec<&Nonlinear> {
         let corrections = self.corrections.iter().flat_map(|c| c.nonlinear());

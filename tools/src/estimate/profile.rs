@@ -196,6 +196,7 @@ impl Layout<'_> {
                 torque: Cow::Borrowed(&y[self.spans[index].clone()]),
                 marks: self.marks[index].clone(),
                 past: Past::Rest,
+                counts: None,
             })
             .collect();
         work(&Problem { rows: &rows, corrections: Vec::new(), contributions: vec![&ready] })

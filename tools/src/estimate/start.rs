@@ -5,6 +5,7 @@ use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 use super::assembly::Assembly;
 use super::base::Structure;
 use super::columns::{Mark, Past, Rows};
+use super::counts::Counts;
 use super::problem::Sweep;
 use super::{EstimateError, SELECTION_ROWS, bounded, prepare};
 use crate::model::GearSection;
@@ -26,7 +27,7 @@ pub(super) fn settle_scale(
         return Ok(rated(0.0));
     }
     let shift = |rows: &mut [Rows<'_>], by: f64| {
-        rows.iter_mut().for_each(|r| r.deflection_rad.to_mut().iter_mut().for_each(|theta| *theta -= by));
+        rows.iter_mut().for_each(|r| r.shift(by));
     };
     let misfit = |rows: &[Rows<'_>], rated: f64| -> Result<f64, EstimateError> {
         let beginning = prepare::beginning(rows, SELECTION_ROWS);
@@ -41,6 +42,25 @@ pub(super) fn settle_scale(
     }
     shift(rows, -middle);
     Ok(rated(0.0))
+}
+
+/// How far the tip of the motion may be beyond the largest deflection seen, as a standard deviation, rad: the most that a parabola through that sample and its neighbours
+/// rises above it, and a tenth of a count, which the motion behind counts is unsure by there.
+pub(super) fn tip_sd_rad(rows: &[Rows<'_>]) -> f64 {
+    let largest = |r: &Rows<'_>| {
+        (0..r.len()).max_by(|&a, &b| r.deflection_rad[a].abs().total_cmp(&r.deflection_rad[b].abs())).unwrap_or(0)
+    };
+    let tips = rows.iter().map(|r| (r, largest(r)));
+    let Some((rows, row)) =
+        tips.max_by(|(r, a), (s, b)| r.deflection_rad[*a].abs().total_cmp(&s.deflection_rad[*b].abs()))
+    else {
+        return 0.0;
+    };
+    let bend = match rows.deflection_rad.get(row.wrapping_sub(1)..row + 2) {
+        Some(&[before, tip, after]) => (2.0 * tip - before - after).abs(),
+        _ => 0.0,
+    };
+    (bend / 8.0).hypot(0.1 * rows.counts.as_ref().map_or(0.0, Counts::step_rad))
 }
 
 /// How each recording starts.

@@ -7,17 +7,18 @@
 use std::borrow::Cow;
 
 use gmhm::{Elastic, Gear, Kernel, Law, Memory, Params, State};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
 use super::EstimateError;
 use super::base::TURNING_POINTS;
-use super::bounded::{Bound, Solution};
+use super::bounded::Bound;
 use super::columns::{
     Column, Columns, Contribution, Correction, DeflectionZero, Evaluate, Nonlinear, Offset, Past, Rows, Stretch,
 };
 use super::noise::Noise;
-use super::problem::{Linear, Problem, Sweep, Tangent};
-use super::singular::Singular;
+use super::problem::Problem;
+use super::spread::Spread;
+use super::{changes, counts};
 use crate::model::key_per;
 use crate::recording::TorqueUnit;
 
@@ -188,6 +189,10 @@ pub struct Fitted<'f> {
     pub searched_play: bool,
     /// Scale of the torque, N·m.
     pub torque_nm: f64,
+    /// Seed of every random choice.
+    pub seed: u64,
+    /// How unsure A is, rad.
+    pub rated_sd_rad: f64,
 }
 
 /// Standard deviations and notes of a fit against `noise`, or without.
@@ -210,7 +215,21 @@ pub fn assess(fitted: &Fitted<'_>, rows: &[Rows<'_>], noise: Option<&[Noise]>) -
     let held: Vec<bool> = (0..all.len()).map(|k| k >= zeros + 3 && nonlinear[k] == 0.0).collect();
     let free: Vec<usize> = all.iter().copied().filter(|&k| !held[k]).collect();
     let count = free.len();
-    let spread = Spread::of(&problem, &nonlinear, noise, |_| free.iter().map(|k| 1 + k).collect()).0;
+    let places: Vec<usize> = free.iter().map(|k| 1 + k).collect();
+    let (mut spread, linear) = Spread::of(&problem, &nonlinear, noise, |_| places.clone());
+    // Without a noise model the residual says what the counts do, too.
+    if let Some(scores) = noise.and_then(|noise| counts::scores(&problem, &nonlinear, &linear, noise, fitted.seed)) {
+        spread.widen(&scores.select_rows(&places));
+    }
+
+    if fitted.rated_sd_rad > 0.0 {
+        let rated = fitted.rated_deflection_rad + fitted.rated_sd_rad;
+        let other = WholeGear::new(rated, fitted.elastic, fitted.memory, fitted.known_start, fitted.torque_nm);
+        let of_other = Problem { contributions: vec![&Offset, &other], ..problem.on(rows) };
+        let residuals = |problem: &Problem<'_>| problem.residuals(&nonlinear, &linear);
+        let change = changes::between(&residuals(&problem), residuals(&of_other));
+        spread.widen(&changes::scores(&problem, &nonlinear, &linear, noise, &[change]).select_rows(&places));
+    }
 
     let place = |k: usize| free.iter().position(|&f| f == zeros + k);
     let unit_vector = |k: usize| place(k).map(|p| DVector::from_fn(count, |i, _| if i == p { 1.0 } else { 0.0 }));
@@ -261,7 +280,7 @@ pub fn of_columns(problem: &Problem<'_>, nonlinear: &[f64], noise: Option<&[Nois
         let direction = place.and_then(|place| {
             spread.direction(&DVector::from_fn(free.len(), |i, _| if i == place { 1.0 } else { 0.0 }))
         });
-        let sd = direction.as_ref().map(|d| d.norm() * spread.variance.sqrt());
+        let sd = direction.as_ref().map(|d| spread.sd(d));
         let vague = sd.is_some_and(|sd| 2.0 * sd >= value.abs());
         let note = match (place, sd) {
             (None, _) => Some("at its bound 0: the recordings ask for none".to_owned()),
@@ -279,55 +298,6 @@ pub fn of_columns(problem: &Problem<'_>, nonlinear: &[f64], noise: Option<&[Nois
     correlated(lines)
 }
 
-/// Covariance with the directions that the data leave open.
-struct Spread {
-    /// Its `known` is a factor of the covariance over `variance`.
-    directions: Singular,
-    variance: f64,
-}
-
-/// Blocks into which the recordings are cut, all together, where the noise has no model.
-const SCORES: usize = 32;
-
-impl Spread {
-    /// The spread of those columns of a problem (the gear's linear parameters, then the nonlinear ones) that `choose` says are free, and the optimum.
-    ///
-    /// Against a noise model: σ²(JᵀJ)⁻¹ of the filtered rows. Without: (JᵀJ)⁻¹ (Σ g gᵀ) (JᵀJ)⁻¹ with the scores g = Jᵀr of contiguous blocks, which holds whatever
-    /// the residual is made of (Liang, Zeger, *Biometrika* 73, 1986).
-    fn of(
-        problem: &Problem<'_>,
-        nonlinear: &[f64],
-        noise: Option<&[Noise]>,
-        choose: impl FnOnce(&Solution) -> Vec<usize>,
-    ) -> (Self, Linear) {
-        let folds = if noise.is_some() { 1 } else { SCORES.div_ceil(problem.rows.len()).max(2) };
-        let (linear, solution) = problem.solve(nonlinear, Sweep { noise, ..Sweep::PLAIN });
-        let free = choose(&solution);
-        let all: Vec<usize> = (0..nonlinear.len()).collect();
-        let tangent = Tangent { parameters: &all, linear: &linear };
-        let factors = problem.factor(nonlinear, Some(tangent), Sweep { noise, folds, stride: 1 });
-        let system = factors.combine(|_, _| true);
-        let torque = system.shared.columns() - 1;
-        let chosen: Vec<usize> = free.iter().copied().chain([torque]).collect();
-        let norms: Vec<f64> = free.iter().map(|&k| system.norms[k]).collect();
-        let mut directions = Singular::of(&system.shared.select(&chosen), &norms, SINGULAR);
-        let freedom = system.rows.saturating_sub(free.len() + system.nuisances).max(1);
-        let mut variance = solution.rss / freedom as f64;
-        if noise.is_none() {
-            let scores = factors.scores(&system, &linear);
-            let scaled = DMatrix::from_fn(free.len(), scores.len(), |i, b| scores[b][free[i]] * directions.scale[i]);
-            directions.known = &directions.known * directions.known.tr_mul(&scaled);
-            variance = scores.len() as f64 / (scores.len() - 1) as f64;
-        }
-        (Self { directions, variance }, linear)
-    }
-
-    /// A combination of parameters; `None` where the data leave it open.
-    fn direction(&self, gradient: &DVector<f64>) -> Option<DVector<f64>> {
-        self.directions.direction(gradient)
-    }
-}
-
 struct Report<'s> {
     law: Law,
     kernel: Kernel,
@@ -340,7 +310,7 @@ impl Report<'_> {
     fn push(&mut self, name: &'static str, unit: &'static str, value: f64, gradient: Option<DVector<f64>>) {
         let at_bound = gradient.is_none();
         let direction = gradient.and_then(|g| self.spread.direction(&g));
-        let sd = direction.as_ref().map(|d| d.norm() * self.spread.variance.sqrt());
+        let sd = direction.as_ref().map(|d| self.spread.sd(d));
         let vague = sd.is_some_and(|sd| 2.0 * sd >= value.abs());
         let open = !at_bound && sd.is_none();
         let note = if at_bound {

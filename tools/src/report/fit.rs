@@ -336,7 +336,7 @@ fn exercised(coverage: &Coverage, fit: &Fit) -> Section {
     };
     let mut notes = Vec::new();
     if fit.rated_is_largest_seen {
-        notes.push("The rated deflection A was not given and is the largest seen. e and c1 to c3 hang on it: give the gear's by --rated-deflection.".to_owned());
+        notes.push("The rated deflection A was not given and is the largest seen. e and c1 to c3 hang on it, and their intervals hold what may lie between its samples: give the gear's by --rated-deflection.".to_owned());
     }
     if coverage.inner_reversals == 0 {
         notes.push("No reversal lies inside the extremes: how the gear behaves on minor loops is the law's word, not the recordings'.".to_owned());

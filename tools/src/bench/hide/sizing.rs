@@ -142,6 +142,7 @@ impl Refit {
             torque: Cow::Owned(torque),
             marks: vec![Mark::Used; recording.len()],
             past: Past::default(),
+            counts: None,
         }]
     }
 }
