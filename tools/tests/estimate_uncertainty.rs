@@ -9,9 +9,9 @@ use gears::{
 use gmhm::Memory;
 use gmhm_tools::estimate::bounded::Bound;
 use gmhm_tools::estimate::columns::{Column, Columns, Contribution, Evaluate, Mark, Offset, Past, Rows, Stretch};
-use gmhm_tools::estimate::fit;
 use gmhm_tools::estimate::problem::Problem;
 use gmhm_tools::estimate::uncertainty::of_columns;
+use gmhm_tools::estimate::{FitOptions, fit};
 use gmhm_tools::recording::Recording;
 
 const A: f64 = 1.168e-3;
@@ -45,6 +45,25 @@ fn a_quasi_static_loop_gives_no_error_to_what_it_does_not_fix() {
     }
     let c3 = found.parameter("c3_nm_per_rad5").unwrap();
     assert!(c3.undetermined && c3.note.as_deref().is_some_and(|n| n.contains("several amplitudes")), "{c3:?}");
+}
+
+#[test]
+fn a_rated_deflection_taken_from_the_samples_is_as_unsure_as_its_tip() {
+    let (elastic, memory) = published();
+    let options = || FitOptions { rated_deflection_rad: None, ..FitOptions::default() };
+    let mut beyond = 0;
+    for seed in 0..20_u64 {
+        // Samples miss the tips by another part of a period each time.
+        let cycles = 2.0 + 0.02 * (0.618 * seed as f64).fract();
+        let recording = record(A, elastic, memory, &Path { theta: cycle(A, 200, cycles), period_s: 1e-2 }, 0.05, seed);
+        let recordings = [recording];
+        let found = fit(&recordings, &options(), &()).unwrap();
+        let given = fit(&recordings, &FitOptions { rated_deflection_rad: Some(A), ..options() }, &()).unwrap();
+        let [e, known] = [&found, &given].map(|fit| fit.parameter("e").unwrap().clone());
+        assert!(found.rated_is_largest_seen && e.sd > known.sd, "{e:?} {known:?}");
+        beyond += usize::from((e.value - memory.e()).abs() > 2.0 * e.sd.unwrap());
+    }
+    assert!(beyond <= 2, "{beyond} of 20 beyond two standard deviations");
 }
 
 #[test]
