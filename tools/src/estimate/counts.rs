@@ -15,7 +15,7 @@ use rayon::prelude::*;
 use super::changes;
 use super::columns::Rows;
 use super::denoise::{FEWEST_ROWS, pieces};
-use super::graduation::{Graduation, Pace, unround, weight_of_counts};
+use super::graduation::{Graduation, unround, weight_of_counts};
 use super::noise::{Noise, quantisation_step};
 use super::prepare::beginning;
 use super::problem::{Linear, Problem};
@@ -60,7 +60,7 @@ impl<'a> Counts<'a> {
         let counts = Self { recorded_rad, step_rad, zero_rad: 0.0 };
         let smooth = |(own, wide): (Range<usize>, Range<usize>)| {
             let mut motion = vec![0.0; wide.len()];
-            unround(&counts.recorded_rad[wide.clone()], 0.5 * step_rad, counts.sd_rad(), &Pace::LONG, &mut motion);
+            unround(&counts.recorded_rad[wide.clone()], 0.5 * step_rad, counts.sd_rad(), &mut motion);
             (own.start, motion[own.start - wide.start..][..own.len()].to_vec())
         };
         let found: Vec<(usize, Vec<f64>)> = blocks(time_s).into_par_iter().map(smooth).collect();

@@ -7,7 +7,7 @@
 use std::borrow::Cow;
 use std::ops::Range;
 
-use super::graduation::{Graduation, Pace, unround};
+use super::graduation::{Graduation, unround};
 use super::noise::quantisation_step;
 use crate::physics::signals::rate;
 use crate::recording::Recording;
@@ -141,7 +141,7 @@ fn whittaker(x: &[f64], time_s: &[f64]) -> Option<Vec<f64>> {
     for piece in pieces(time_s).into_iter().filter(|piece| piece.len() >= FEWEST_ROWS) {
         let (rows, out) = (&x[piece.clone()], &mut smooth[piece]);
         match resolution {
-            Some(step) => unround(rows, 0.5 * step, sd, &Pace::PLAIN, out),
+            Some(step) => unround(rows, 0.5 * step, sd, out),
             None => graduate(rows, sd, out),
         }
     }

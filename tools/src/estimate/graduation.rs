@@ -122,36 +122,26 @@ fn noise_left(weight: f64) -> f64 {
     left.sum::<f64>() / FREQUENCIES as f64
 }
 
-/// How the method of multipliers goes.
-pub struct Pace {
-    rounds: usize,
-    /// How far beyond each step it looks; 1 is the step itself.
-    relaxation: f64,
-    /// The highest weight of its graduation.
-    heaviest: f64,
-}
+/// Steps of the method of multipliers, and its relaxation: longer strides end nearer in fewer steps.
+const ROUNDS: usize = 100;
+const RELAXATION: f64 = 1.6;
 
-impl Pace {
-    /// For angles, whose rates count. The diagnosis is proved with it.
-    pub const PLAIN: Self = Self { rounds: 150, relaxation: 1.0, heaviest: f64::INFINITY };
-
-    /// For a deflection, whose tips count: longer strides end nearer in fewer rounds, and beyond that weight the end is far away and rounding shows.
-    pub const LONG: Self = Self { rounds: 100, relaxation: 1.6, heaviest: 1e9 };
-}
+/// The highest weight of its graduation: beyond, its end is far away and rounding shows.
+const HEAVIEST: f64 = 1e9;
 
 /// The smoothest signal that rounds to the recorded one: least Σ (Δ³s)² with abs(s − x) ≤ half a count, by the alternating direction method of multipliers
 /// (Boyd and others 2011). Standstill stays standstill, and corners stay within half a count.
-pub fn unround(x: &[f64], half: f64, sd: f64, pace: &Pace, out: &mut [f64]) {
+pub fn unround(x: &[f64], half: f64, sd: f64, out: &mut [f64]) {
     let mean = x.iter().sum::<f64>() / x.len() as f64;
     let centred: Vec<f64> = x.iter().map(|x| x - mean).collect();
-    let graduation = Graduation::new(x.len(), weight_of_counts(&centred, sd).min(pace.heaviest));
+    let graduation = Graduation::new(x.len(), weight_of_counts(&centred, sd).min(HEAVIEST));
     let mut multiplier = vec![0.0; x.len()];
     let mut inside = centred.clone();
-    for _ in 0..pace.rounds {
+    for _ in 0..ROUNDS {
         out.iter_mut().zip(&inside).zip(&multiplier).for_each(|((aim, z), u)| *aim = z - u);
         graduation.smooth(out);
         for (((z, u), s), x) in inside.iter_mut().zip(&mut multiplier).zip(&*out).zip(&centred) {
-            let reached = pace.relaxation * s + (1.0 - pace.relaxation) * *z + *u;
+            let reached = RELAXATION * s + (1.0 - RELAXATION) * *z + *u;
             *z = reached.clamp(x - half, x + half);
             *u = reached - *z;
         }
