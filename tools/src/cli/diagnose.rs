@@ -62,6 +62,7 @@ impl DiagnoseArgs {
         let progress = Progress::new("Diagnosing", Progress::WHOLE, session.quiet);
         let finding = diagnose(&recordings, &model, &holdout, &options, &progress)?;
         drop(progress);
+        finding.remarks.iter().for_each(|remark| session.note(&remark.to_string()));
         let mut outputs = Outputs::new();
         outputs.add_text(&self.output, &finding.model.to_toml())?;
         if let Some(path) = &self.json {

@@ -89,6 +89,9 @@ impl Failure {
             | Failure::Assess(AssessError::Predict(e))
             | Failure::Discover(DiscoverError::Predict(e)) => e.mend(),
             Failure::Invert(e) => e.mend(),
+            Failure::Discover(DiscoverError::Implausible(e)) | Failure::Estimate(EstimateError::Implausible(e)) => {
+                Some(e.mend())
+            }
             Failure::NoRealNoise { .. } => {
                 Some("name their folder with --recordings FOLDER, or prove other blocks".to_owned())
             }

@@ -10,7 +10,7 @@ use super::failure::Failure;
 use super::progress::Progress;
 use super::tables;
 use crate::estimate::judge::Assessment;
-use crate::estimate::{self, Fit, FitOptions};
+use crate::estimate::{self, Fit, FitOptions, plausible};
 use crate::model;
 use crate::output::Outputs;
 use crate::recording::Needs;
@@ -79,6 +79,7 @@ impl FitArgs {
             rated_deflection_rad: self.reading.rated_deflection,
             evaluations: None,
         };
+        plausible::repeated(&recordings, &[]).iter().for_each(|remark| session.note(&remark.to_string()));
         let progress = Progress::new("Fitting", Progress::WHOLE, session.quiet);
         let mut fit = estimate::fit(&recordings, &options, &progress)?;
         if self.model.is_none() {

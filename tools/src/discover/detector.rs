@@ -1,8 +1,8 @@
 //! The diagnosis as the proof of `gmhm prove` sees it.
 
 use super::diagnose::{Options, diagnose};
+use crate::estimate::recorded::predict;
 use crate::model::Model;
-use crate::physics::predict;
 use crate::prove::{Detector, Found};
 use crate::recording::Recording;
 

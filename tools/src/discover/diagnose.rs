@@ -18,6 +18,7 @@ use crate::diagnosis::{
 use crate::estimate::Progress;
 use crate::estimate::columns::Mark;
 use crate::estimate::noise::mark_outliers;
+use crate::estimate::plausible::{self, Remark};
 use crate::estimate::triangle::dot;
 use crate::model::{Model, Term, TermValue};
 use crate::recording::{Recording, TorqueUnit};
@@ -50,6 +51,8 @@ pub struct Finding {
     pub judgement: Judgement,
     /// Rows and spectra for figures.
     pub scene: Scene,
+    /// What is odd about the recordings beside the model given.
+    pub remarks: Vec<Remark>,
 }
 
 /// Diagnoses recordings of one gear or joint against a model.
@@ -67,6 +70,7 @@ pub fn diagnose(
         return Err(DiscoverError::NoRecording);
     }
     let model = prepared(model, recordings, options)?;
+    let remarks = plausible::examine(recordings, holdout, &model)?;
     let rows: usize = recordings.iter().map(Recording::len).sum();
     let whole: Vec<Recording>;
     let recordings = if rows > MOST_ROWS {
@@ -154,7 +158,7 @@ pub fn diagnose(
     extended.terms.retain(|t| t.kind != "unknown" || judgement.mismatch);
     progress.report("done", 1.0);
     let scene = Scene::new(&subject, &judgement)?;
-    Ok(Finding { diagnosis, model: extended, judgement, scene })
+    Ok(Finding { diagnosis, model: extended, judgement, scene, remarks })
 }
 
 /// The model as the search uses it: canonical signs, a rated deflection.

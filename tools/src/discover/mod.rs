@@ -41,6 +41,7 @@ pub use detector::Diagnostician;
 pub use diagnose::{Finding, Options, diagnose};
 
 use crate::estimate::EstimateError;
+use crate::estimate::plausible::Implausible;
 use crate::physics::PredictError;
 
 /// Why nothing was diagnosed.
@@ -76,6 +77,9 @@ pub enum DiscoverError {
     /// The model cannot be evaluated.
     #[error(transparent)]
     Predict(#[from] PredictError),
+    /// Recordings and model cannot be of one gear.
+    #[error(transparent)]
+    Implausible(#[from] Implausible),
     /// The recordings cannot be prepared.
     #[error(transparent)]
     Estimate(#[from] EstimateError),

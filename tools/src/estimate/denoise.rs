@@ -9,6 +9,8 @@ use std::ops::Range;
 
 use super::graduation::{Graduation, unround};
 use super::noise::quantisation_step;
+use crate::model::{GearSection, TorqueSide};
+use crate::physics::Signals;
 use crate::physics::signals::rate;
 use crate::recording::Recording;
 
@@ -54,6 +56,26 @@ pub fn denoised(recording: &Recording, ratio: Option<f64>) -> Cow<'_, Recording>
     Cow::Owned(clean)
 }
 
+/// The acceleration of the motion freed of its noise; `None` where the signal that it follows from has none. Noise is what third differences hold as much of as
+/// sixth ones do: those of a movement without noise fall from order to order.
+pub fn smoothed_acceleration(recording: &Recording, gear: &GearSection) -> Option<Vec<f64>> {
+    let (input, output) = (&recording.theta_in_rad, &recording.theta_out_rad);
+    let source = match gear.torque_side {
+        TorqueSide::Motor if input.is_some() => input,
+        _ => [&recording.velocity_out_rad_per_s, output, input].into_iter().find(|x| x.is_some())?,
+    };
+    let source = source.as_deref()?;
+    let largest = source.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+    let third = sd_by(3, source);
+    if third <= 1e-9 * largest || sd_by(6, source) <= 0.5 * third {
+        return None;
+    }
+    match denoised(recording, gear.ratio) {
+        Cow::Owned(clean) => Signals::new(&clean, gear).acceleration_rad_per_s2,
+        Cow::Borrowed(_) => None,
+    }
+}
+
 /// The output angle that goes with the smoothed deflection, where the recorded one differs from it by noise alone: two smoothings of one sensor would look like two signals.
 fn consistent(
     recording: &Recording,
@@ -71,20 +93,31 @@ fn consistent(
 
 /// The standard deviation of white noise on a smooth signal, from third differences and their median; 0 where there is none.
 pub fn noise_sd(x: &[f64]) -> f64 {
-    let mut thirds: Vec<f64> =
-        x.windows(4).map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs()).filter(|d| *d > 0.0).collect();
-    if thirds.len() < 32 {
+    sd_by(3, x)
+}
+
+/// The same from differences of any order.
+fn sd_by(order: usize, x: &[f64]) -> f64 {
+    let mut weights = vec![1.0];
+    let mut gain = 1.0;
+    for k in 1..=order {
+        weights.push(-weights[k - 1] * (order + 1 - k) as f64 / k as f64);
+        gain *= (order + k) as f64 / k as f64;
+    }
+    let difference = |w: &[f64]| w.iter().rev().zip(&weights).map(|(x, c)| c * x).sum::<f64>().abs();
+    let mut differences: Vec<f64> = x.windows(order + 1).map(difference).filter(|d| *d > 0.0).collect();
+    if differences.len() < 32 {
         return 0.0;
     }
-    let middle = thirds.len() / 2;
-    let median = *thirds.select_nth_unstable_by(middle, f64::total_cmp).1;
-    let moving = thirds.len() as f64 / x.len() as f64;
-    // Var = (1 + 9 + 9 + 1) σ²; the median of abs(N(0, 1)) is 0.6745.
-    moving * median / (0.6745 * 20.0_f64.sqrt())
+    let middle = differences.len() / 2;
+    let median = *differences.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let moving = differences.len() as f64 / x.len() as f64;
+    // The variance of a difference is σ² times the sum of its squared weights; the median of abs(N(0, 1)) is 0.6745.
+    moving * median / (0.6745 * gain.sqrt())
 }
 
 /// The standard deviation of a channel's noise, that of its resolution included.
-fn channel_sd(x: &[f64]) -> f64 {
+pub(super) fn channel_sd(x: &[f64]) -> f64 {
     let resolution = quantisation_step(x).unwrap_or(0.0) / 12.0_f64.sqrt();
     noise_sd(x).max(resolution)
 }

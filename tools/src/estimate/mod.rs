@@ -10,8 +10,10 @@
 //! | `start` | scale and zero of the deflection, the memory at the first row |
 //! | `invertible` | the parameters held where feed-forward has an inverse |
 //! | [`joint`] | joint logs: gravity, inertia, friction |
+//! | [`plausible`] | units, signs, zeros and dead channels, before anything is concluded |
 //! | [`noise`], `whitening`, `denoise`, `graduation` | colour, outliers; angles freed of noise |
 //! | [`counts`] | the motion behind a deflection in counts, and how far it may be from it |
+//! | [`recorded`] | a prediction for a motion that was recorded with noise |
 //! | [`select`] | law, kernel, gate and play by held-out prediction |
 //! | [`heldout`] | blocks predicted by a fit to the others |
 //! | [`uncertainty`], `spread`, [`singular`], `changes` | standard deviations, and what the recordings cannot tell |
@@ -43,12 +45,14 @@ mod invertible;
 pub mod joint;
 pub mod judge;
 pub mod noise;
+pub mod plausible;
 pub mod polish;
 pub(crate) mod prepare;
 pub mod problem;
 pub mod profile;
 pub mod pso;
 pub mod ready;
+pub mod recorded;
 mod refine;
 pub mod rivals;
 pub mod select;
@@ -182,6 +186,9 @@ pub enum EstimateError {
         /// Why.
         why: String,
     },
+    /// A recording and the model given cannot be of one gear.
+    #[error(transparent)]
+    Implausible(#[from] plausible::Implausible),
     /// The core refused the gear.
     #[error("the fitted gear is none: {0}")]
     Refused(#[from] ParamError),
@@ -272,6 +279,11 @@ const SELECTION_ROWS: usize = 20_000;
 /// # Errors
 /// When a recording lacks what is needed, or `progress` cancels.
 pub fn fit(recordings: &[Recording], options: &FitOptions, progress: &dyn Progress) -> Result<Fit, EstimateError> {
+    if let Some(model) = &options.start {
+        let mut model = model.clone();
+        model.gear.rated_deflection_rad = options.rated_deflection_rad.or(model.gear.rated_deflection_rad);
+        recordings.iter().try_for_each(|recording| plausible::units(recording, &model))?;
+    }
     if options.method == Method::Auto && !recordings.is_empty() && recordings.iter().all(Recording::is_joint_log) {
         return joint::fit(recordings, options, progress);
     }

@@ -35,7 +35,20 @@ pub struct Prediction {
 /// # Errors
 /// [`PredictError`].
 pub fn predict(model: &Model, asked_rad: Option<f64>, recording: &Recording) -> Result<Prediction, PredictError> {
-    let scene = scene(model, asked_rad, recording)?;
+    predict_along(model, asked_rad, recording, Signals::new(recording, &model.gear))
+}
+
+/// [`predict`] for signals that are at hand.
+///
+/// # Errors
+/// [`PredictError`].
+pub fn predict_along(
+    model: &Model,
+    asked_rad: Option<f64>,
+    recording: &Recording,
+    signals: Signals<'_>,
+) -> Result<Prediction, PredictError> {
+    let scene = scene_of(model, asked_rad, recording, signals)?;
     let mut terms = no_terms(model);
     let uncorrected = scene.follow(&terms)?;
     let rows = recording.len();
@@ -82,7 +95,15 @@ pub fn predict(model: &Model, asked_rad: Option<f64>, recording: &Recording) -> 
 /// # Errors
 /// A model that predicts nothing, parameters that are refused, a gear without a deflection.
 pub fn scene<'a>(model: &Model, asked_rad: Option<f64>, recording: &'a Recording) -> Result<Scene<'a>, PredictError> {
-    let signals = Signals::new(recording, &model.gear);
+    scene_of(model, asked_rad, recording, Signals::new(recording, &model.gear))
+}
+
+fn scene_of<'a>(
+    model: &Model,
+    asked_rad: Option<f64>,
+    recording: &'a Recording,
+    signals: Signals<'a>,
+) -> Result<Scene<'a>, PredictError> {
     let seen = || signals.deflection_rad.as_ref().map(|theta| theta.iter().fold(0.0, |a: f64, x| a.max(x.abs())));
     let rated = asked_rad.or(model.gear.rated_deflection_rad).or_else(seen).unwrap_or(f64::NAN);
     let params = model.params(rated);

@@ -20,6 +20,10 @@ pub fn page(finding: &Finding, provenance: Provenance) -> Page {
         sections.push(bias(finding));
     }
     sections.push(open(&finding.diagnosis));
+    if !finding.remarks.is_empty() {
+        let remarks = finding.remarks.iter().map(ToString::to_string);
+        sections.insert(0, Section::new("Before all else").notes(remarks));
+    }
     Page {
         title: format!("Diagnosis of {}", finding.model.name),
         verdict: verdict(&finding.diagnosis),
