@@ -117,7 +117,7 @@ fn law_time_follows_the_time_stamps() {
 #[test]
 fn malformed_recordings_are_refused_at_their_place() {
     let head = "time_s,deflection_rad,torque_nm\n";
-    let cases: [(String, &[&str]); 20] = [
+    let cases: [(String, &[&str]); 21] = [
         (String::new(), &["is empty"]),
         (head.into(), &["no row"]),
         (format!("{head}0,0,0\n"), &["a single row"]),
@@ -125,6 +125,7 @@ fn malformed_recordings_are_refused_at_their_place() {
         ("time_s,torque_nm\n0,0\n1,0\n".into(), &["line 1", "`deflection_rad`", "`torque_nm`", "--map"]),
         ("t,deflection_rad\n0,0\n1,0\n".into(), &["`time_s`", "--map time_s=t"]),
         (format!("{head}0,0,0\n1,x1,0\n"), &["line 3", "column 2 `deflection_rad`", "`x1` is no number"]),
+        (format!("{head}s,rad,Nm\n0,0,0\n1,0,0\n"), &["line 2", "`s` is no number", "row of units"]),
         (format!("{head}0,0,0\n1,,0\n"), &["line 3", "`deflection_rad`", "empty"]),
         (format!("{head}0,nan,0\n1,0,0\n"), &["line 2", "`deflection_rad`", "`nan`"]),
         (format!("{head}0,inf,0\n1,0,0\n"), &["line 2", "`inf`"]),

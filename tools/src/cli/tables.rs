@@ -96,12 +96,31 @@ pub(super) fn diagnosis(found: &Diagnosis) -> String {
     lines.push(row("held out", &found.heldout.rms));
     if !found.undecidable.is_empty() {
         let names: Vec<&str> = found.undecidable.iter().map(|u| u.name.as_str()).collect();
-        lines.push(format!("These recordings could not have shown: {}", names.join(", ")));
+        lines.push("These recordings could not have shown:".to_owned());
+        lines.extend(wrapped(&names));
     }
     if !found.next_experiment.is_empty() {
         lines.push(format!("Next: {}", found.next_experiment));
     }
     lines.join("\n") + "\n"
+}
+
+/// Columns of the terminal that a list fills.
+const WIDTH: usize = 100;
+
+/// Names after each other, indented, as many a line as there is room for.
+fn wrapped(names: &[&str]) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for name in names {
+        match lines.last_mut() {
+            Some(line) if line.len() + name.len() + 3 <= WIDTH => *line += &format!(", {name}"),
+            last => {
+                last.into_iter().for_each(|line| line.push(','));
+                lines.push(format!("    {name}"));
+            }
+        }
+    }
+    lines
 }
 
 fn percent(share: f64) -> String {

@@ -185,6 +185,9 @@ impl RecordingProblem {
             RecordingProblem::NotANumber(text) if text.contains(':') => {
                 "write times as seconds, such as 12.345, counted from any origin"
             }
+            RecordingProblem::NotANumber(text) if is_unit(text) => {
+                "this looks like a row of units: remove it, and say the units in the names, such as time_s, torque_nm, deflection_mrad"
+            }
             RecordingProblem::NotANumber(_) => "write a number such as -1.5e-3, or remove the row",
             RecordingProblem::NotFinite(_) => "remove the row, or fill it by a measured value",
             RecordingProblem::Thousands(_) => "export without thousands separators",
@@ -208,6 +211,16 @@ impl RecordingProblem {
         };
         Some(text.to_owned())
     }
+}
+
+/// Whether a field is what exports write in a row of units.
+fn is_unit(text: &str) -> bool {
+    const UNITS: [&str; 28] = [
+        "s", "sec", "ms", "us", "µs", "rad", "mrad", "urad", "µrad", "deg", "°", "arcmin", "nm", "n·m", "n*m", "n.m",
+        "n m", "mnm", "nmm", "knm", "a", "ma", "°c", "degc", "rad/s", "deg/s", "°/s", "rpm",
+    ];
+    let bare = text.trim().trim_start_matches(['[', '(']).trim_end_matches([']', ')']).to_lowercase();
+    UNITS.contains(&bare.as_str())
 }
 
 fn suffix_words(suffix: &str) -> String {
