@@ -84,8 +84,11 @@ pub fn diagnose(
     let search = Search { removed: &options.removed, only: None, base_terms: model.terms.len(), zero: false };
     let given = subject.about_means(&subject.total(&model)?);
     progress.report("refitting the base model", 0.05);
-    let plain = subject.fit(&model, &subject.places(&model, search), None, 2)?;
+    let mut plain = subject.fit(&model, &subject.places(&model, search), None, 2)?;
     subject.mark_outliers(&plain);
+    if subject.allow_any_past(&plain)? {
+        plain = subject.fit(&model, &subject.places(&model, search), None, 2)?;
+    }
     let check = || if progress.cancelled() { Err(DiscoverError::Cancelled) } else { Ok(()) };
     check()?;
     progress.report("searching", 0.15);
@@ -212,9 +215,9 @@ impl Subject<'_> {
         for ((span, marks), recording) in self.spans.iter().zip(&mut self.marks).zip(&self.recordings) {
             let before = marks.clone();
             mark_outliers(&fit.residual[span.clone()], marks);
-            // What stands out where the motion turns is physics, not a fault of a sample.
-            let motion = recording.deflection_rad.as_deref().or(recording.theta_out_rad.as_deref());
-            for row in motion.map(turns).unwrap_or_default() {
+            // What stands out where a motion turns is physics, not a fault of a sample.
+            let motions = [&recording.deflection_rad, &recording.theta_out_rad, &recording.theta_in_rad];
+            for row in motions.into_iter().flatten().flat_map(|motion| turns(motion)) {
                 let near = row.saturating_sub(3)..(row + 4).min(marks.len());
                 marks[near.clone()].copy_from_slice(&before[near]);
             }
@@ -341,14 +344,20 @@ impl Subject<'_> {
     }
 }
 
-/// Rows at which a signal turns round or its slope breaks.
+/// Rows about which a signal turns round or its slope breaks; none where it does little else, as noise at rest does.
 fn turns(x: &[f64]) -> Vec<usize> {
-    let mut breaks: Vec<f64> = x.windows(3).map(|w| (w[2] - 2.0 * w[1] + w[0]).abs()).collect();
-    let middle = breaks.len() / 2;
-    let usual = breaks.select_nth_unstable_by(middle, f64::total_cmp).1.max(f64::MIN_POSITIVE);
-    let turned = |w: &[f64]| (w[2] - w[1]) * (w[1] - w[0]) <= 0.0 || (w[2] - 2.0 * w[1] + w[0]).abs() > 8.0 * usual;
-    x.windows(3).enumerate().filter(|(_, w)| turned(w)).map(|(row, _)| row + 1).collect()
+    let bend = |w: &[f64]| (w[2 * LAG] - 2.0 * w[LAG] + w[0]).abs();
+    let mut bends: Vec<f64> = x.windows(2 * LAG + 1).map(bend).collect();
+    let middle = bends.len() / 2;
+    let usual = bends.select_nth_unstable_by(middle, f64::total_cmp).1.max(f64::MIN_POSITIVE);
+    let turned = |w: &[f64]| (w[2 * LAG] - w[LAG]) * (w[LAG] - w[0]) <= 0.0 || bend(w) > 8.0 * usual;
+    let rows: Vec<usize> =
+        x.windows(2 * LAG + 1).enumerate().filter(|(_, w)| turned(w)).map(|(row, _)| row + LAG).collect();
+    if 2 * rows.len() > x.len() { Vec::new() } else { rows }
 }
+
+/// Over so many rows before and after a signal is seen to turn.
+const LAG: usize = 4;
 
 /// What is seen at a place, in words.
 fn detail(effect: &Judged, coordinate: &str, judgement: &Judgement) -> String {

@@ -60,7 +60,9 @@ const WORTH_POLISHING: f64 = 0.35;
 /// A term may raise the plain squared residual by this factor at most.
 const DEARER: f64 = 1.3;
 /// A shape of a kind that gains less than this share of the best shape's on the grid is not polished beside it, unless it is near.
-const SHAPELY: f64 = 0.85;
+const SHAPELY: f64 = 0.75;
+/// One of which most numbers still move gains on the grid but a fraction of what it gains polished.
+const RICH: f64 = 0.2;
 /// A gain of the deviance that is always near.
 const NEAR: f64 = 60.0;
 
@@ -103,12 +105,16 @@ impl Subject<'_> {
         };
         let mut found: Vec<Alternative> = tried.par_iter().filter_map(polish).collect();
         found.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-        let mut kinds: Vec<(&str, Option<usize>)> = Vec::new();
-        found.retain(|a| {
-            let known = kinds.contains(&(a.kind, a.extends));
-            kinds.push((a.kind, a.extends));
-            !known
-        });
+        // Of each kind the shape that is worth its numbers most.
+        let net = |a: &Alternative| a.gain - self.penalty(a.parameters);
+        let mut best: Vec<(&str, Option<usize>, f64)> = Vec::new();
+        for a in &found {
+            match best.iter_mut().find(|(kind, extends, _)| (*kind, *extends) == (a.kind, a.extends)) {
+                Some((.., most)) => *most = most.max(net(a)),
+                None => best.push((a.kind, a.extends, net(a))),
+            }
+        }
+        found.retain(|a| best.contains(&(a.kind, a.extends, net(a))));
         Ok(found)
     }
 
@@ -180,7 +186,8 @@ impl Subject<'_> {
             let best = kept.iter().find(|((k, e, _), _)| (*k, *e) == (kind, extends)).map_or(t.gain, |(_, gain)| *gain);
             let known = kept.iter().any(|(form, _)| *form == (kind, extends, shape));
             kept.push(((kind, extends, shape), t.gain));
-            !known && t.gain > (SHAPELY * best).min(best - NEAR)
+            let share = if t.proposal.parameters() > t.proposal.keys.len() + 2 { RICH } else { SHAPELY };
+            !known && t.gain > (share * best).min(best - NEAR)
         });
         tried
     }

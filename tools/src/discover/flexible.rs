@@ -4,6 +4,7 @@
 use rayon::prelude::*;
 
 use super::fit::Fitted;
+use super::jumps;
 use super::spectrum;
 use super::subject::Subject;
 use super::tones::tones;
@@ -326,6 +327,11 @@ pub fn curves(subject: &Subject<'_>, see: &Coordinates, fit: &Fitted) -> Vec<Cur
         along("temperature", temperature, 4);
     }
     along("time", &see.time, 9);
+    let steps = jumps::steps(subject, fit);
+    if !steps.is_empty() {
+        let picked = steps.len();
+        curves.push(Curve { coordinate: "time", columns: steps, picked, coherent: false });
+    }
     curves.extend(tones(subject, see, fit));
     curves
 }

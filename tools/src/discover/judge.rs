@@ -11,6 +11,8 @@ use super::kinds;
 use super::search::{Outcome, part};
 use super::subject::Subject;
 use crate::diagnosis::UNKNOWN;
+use crate::estimate::basis::Basis;
+use crate::estimate::triangle::dot;
 use crate::model::{Model, Term, TermValue};
 
 /// One effect as it is reported.
@@ -142,17 +144,20 @@ impl Subject<'_> {
                 .map(|(k, w)| if equivalents.iter().any(|e| e == k) { 0.0 } else { w })
                 .sum();
             // A curve that lessens the residual much less follows the noise of an angle, not the effect.
-            let alike = places
+            let mut alike: Vec<&Curve> = places
                 .iter()
-                .filter(|c| !c.coherent && c.part > ALIKE * own_part && !kinds::softens(&kind, c.coordinate));
-            let best = alike.max_by(|a, b| a.net().total_cmp(&b.net()));
-            let unexplained = best.map_or(0.0, |c| c.net() - effect.gain + 2.0 * own_parameters as f64);
-            let free_gain = best.map_or(0.0, Curve::net);
-            let left_to_curve = best.map_or(Vec::new(), |c| self.gain_of_columns(&extended, &c.basis, &extended.noise));
-            let curve_gain = best.map_or(0.0, |c| c.gain);
-            let predicted = usual(&left_to_curve) > PREDICTED * effect.gain
-                || (unexplained > MUCH * curve_gain && predictive(&left_to_curve));
-            let followed = unexplained > STRUCTURE.max(LEFT * curve_gain) && predicted;
+                .filter(|c| !c.coherent && c.part > ALIKE * own_part && !kinds::softens(&kind, c.coordinate))
+                .collect();
+            alike.sort_by(|a, b| b.net().total_cmp(&a.net()));
+            let free_gain = alike.first().map_or(0.0, |c| c.net());
+            let follows = |curve: &&Curve| {
+                let unexplained = curve.net() - effect.gain + 2.0 * own_parameters as f64;
+                unexplained > STRUCTURE.max(LEFT * curve.gain) && {
+                    let left = self.gain_of_columns(&extended, &curve.basis, &extended.noise);
+                    usual(&left) > PREDICTED * effect.gain || (unexplained > MUCH * curve.gain && predictive(&left))
+                }
+            };
+            let followed = alike.iter().take(CURVES).any(follows);
             let named = !followed && self.is_marked(&extended, &rest, effect.term, effect.gain, search)?;
             judged.push(Judged {
                 name: if named { kind.clone() } else { UNKNOWN.to_owned() },
@@ -222,12 +227,45 @@ impl Subject<'_> {
                 effect.equivalents.clear();
             }
         }
+        self.share_out(&base, &extended, &mut judged)?;
         judged.sort_by(|a, b| b.share.total_cmp(&a.share));
+        // Two terms of a kind are one effect, told by the larger.
+        let mut effects: Vec<Judged> = Vec::new();
+        for effect in judged {
+            match effects.iter_mut().find(|e| e.name != UNKNOWN && e.name == effect.name) {
+                Some(first) => first.share = (first.share + effect.share).min(1.0),
+                None => effects.push(effect),
+            }
+        }
         let rejected = rejected.into_iter().map(|a| (a.kind.to_owned(), a.gain, a.parameters)).collect();
-        Ok(Judgement { mismatch: !judged.is_empty(), base, extended, effects: judged, places, rejected })
+        Ok(Judgement { mismatch: !effects.is_empty(), base, extended, effects, places, rejected })
     }
 
-    /// Whether what makes a term its kind is there: whether it explains more than the special cases of it together do.
+    /// What part of the structure each term of the extended model explains. Where terms overlap they share what they explain together: a part is the mean product of
+    /// the structure with what the term adds to the torque beyond what the base model follows, over the mean square of the structure.
+    fn share_out(&self, base: &Fitted, extended: &Fitted, judged: &mut [Judged]) -> Result<(), DiscoverError> {
+        let mut followed = Basis::default();
+        for column in &base.columns {
+            followed.add(&self.layout().masked(column));
+        }
+        let structure: Vec<f64> = base.residual.iter().zip(&extended.residual).map(|(b, e)| b - e).collect();
+        let structure = self.layout().masked(&structure);
+        let whole = dot(&structure, &structure);
+        let total = self.total(&extended.model)?;
+        for effect in judged.iter_mut() {
+            let Some(at) = effect.term else { continue };
+            let mut without = extended.model.clone();
+            without.terms.remove(at);
+            let added: Vec<f64> =
+                total.iter().zip(self.total(&without)?).map(|(with, without)| with - without).collect();
+            let mut added = self.layout().masked(&added);
+            followed.reduce(&mut added);
+            effect.share = (dot(&added, &structure) / whole.max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+        }
+        Ok(())
+    }
+
+    /// Whether what makes a term its kind is there: whether it explains more than special cases of it do.
     fn is_marked(
         &self,
         extended: &Fitted,
@@ -236,15 +274,19 @@ impl Subject<'_> {
         gain: f64,
         search: Search<'_>,
     ) -> Result<bool, DiscoverError> {
-        let Some(special) = kinds::special_case(&extended.model.terms[term]) else { return Ok(true) };
-        let mut model = extended.model.clone();
-        let own = term..term + special.len();
-        model.terms.splice(term..=term, special);
-        let places = self.places(&model, search);
-        let fitted = self.fit(&model, &places, Some(&extended.noise), 6)?;
-        let special_gain = rest.minus_two_log_likelihood - fitted.minus_two_log_likelihood;
-        let sound = fitted.model.terms[own].iter().all(|t| t.check().is_ok() && kinds::is_of_its_kind(t));
-        Ok(!sound || special_gain < gain - CLASS)
+        for special in kinds::special_cases(&extended.model.terms[term]) {
+            let mut model = extended.model.clone();
+            let own = term..term + special.len();
+            model.terms.splice(term..=term, special);
+            let places = self.places(&model, search);
+            let fitted = self.fit(&model, &places, Some(&extended.noise), 6)?;
+            let special_gain = rest.minus_two_log_likelihood - fitted.minus_two_log_likelihood;
+            let sound = fitted.model.terms[own].iter().all(|t| t.check().is_ok() && kinds::is_of_its_kind(t));
+            if sound && special_gain > gain - CLASS {
+                return Ok(false);
+            }
+        }
+        Ok(true)
     }
 
     /// The coordinate of what a fit leaves: the curve that gains most, but not one over time where another predicts half as much.

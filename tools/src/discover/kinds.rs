@@ -3,6 +3,7 @@
 use gmhm::terms::{KeyInfo, Range};
 
 use crate::model::{Term, TermValue};
+use crate::physics::columns::set;
 
 /// Whether one kind holds another as a special case.
 pub fn generalises(kind: &str, special: &str) -> bool {
@@ -14,19 +15,52 @@ pub fn softens(kind: &str, coordinate: &str) -> bool {
     kind == "backlash" && coordinate == "torque"
 }
 
-/// The special cases that a term is made of where what makes it its kind is not there; none where it is no more than its kind.
-pub fn special_case(own: &Term) -> Option<Vec<Term>> {
+/// Whether a number of a kind only sets the scale that its others are told in: what a catalogue's stiffnesses take away are differences from K3.
+pub fn is_scale(key: &KeyInfo) -> bool {
+    key.name == "k3_nm_per_rad"
+}
+
+/// A term that has grown from nothing by so much, in the number that it grows with. A catalogue's K1 falls below K3, K2 half as far, and the kinks stay.
+pub fn grown(term: &Term, key: &'static KeyInfo, weight: f64) -> Term {
+    if key.name != "k1_nm_per_rad" {
+        return set(term, key, None, weight);
+    }
+    let number = |key: &str| if let Some(TermValue::Number(x)) = term.values.get(key) { *x } else { 0.0 };
+    let (k3, t1, t2) = (number("k3_nm_per_rad"), number("t1_nm"), number("t2_nm"));
+    let drop = weight.clamp(-MOST_DROP * k3, MOST_DROP * k3);
+    let (k1, k2) = (k3 - drop, k3 - 0.5 * drop);
+    let first = t1 / k3 * k1;
+    let values =
+        [("k1_nm_per_rad", k1), ("k2_nm_per_rad", k2), ("t1_nm", first), ("t2_nm", first + (t2 - t1) / k3 * k2)];
+    let mut term = term.clone();
+    term.values.extend(values.map(|(key, value)| (key.to_owned(), TermValue::Number(value))));
+    term
+}
+
+/// A spring about zero keeps at least a tenth of its stiffness.
+const MOST_DROP: f64 = 0.9;
+
+/// Whether windup is soft: K1 and K2 below K3.
+pub fn is_soft(term: &Term) -> bool {
+    let number = |key: &str| if let Some(TermValue::Number(x)) = term.values.get(key) { *x } else { 0.0 };
+    number("k1_nm_per_rad").max(number("k2_nm_per_rad")) <= number("k3_nm_per_rad")
+}
+
+/// The special cases that a term may be made of where what makes it its kind is not there; none where it is no more than its kind.
+pub fn special_cases(own: &Term) -> Vec<Vec<Term>> {
     let value = |key: &str| own.values.get(key).cloned();
     let at_rest = |key: &str| matches!(own.values.get(key), None | Some(TermValue::Number(0.0)));
     let smoothing = value("smoothing_rad_per_s").unwrap_or(TermValue::Number(0.0));
     let coulomb = |torque| term("coulomb_friction", &[("torque_nm", torque), ("smoothing_rad_per_s", smoothing)]);
     match own.kind.as_str() {
         "stribeck_friction" if !at_rest("coulomb_nm") => {
+            let dry = value("coulomb_nm").map(coulomb);
             let viscous = value("damping_nms_per_rad").map(|b| term("viscous_friction", &[("damping_nms_per_rad", b)]));
-            Some([Some(coulomb(value("coulomb_nm")?)), viscous].into_iter().flatten().collect())
+            let both = dry.clone().zip(viscous.clone()).map(|(dry, viscous)| vec![dry, viscous]);
+            [both, dry.map(|t| vec![t]), viscous.map(|t| vec![t])].into_iter().flatten().collect()
         }
-        "position_dependent_friction" => Some(vec![coulomb(TermValue::Number(0.0))]),
-        _ => None,
+        "position_dependent_friction" => vec![vec![coulomb(TermValue::Number(0.0))]],
+        _ => Vec::new(),
     }
 }
 

@@ -1,6 +1,6 @@
 //! What could have been left out: every kind of the core's registry with its shapes over a grid, as columns beside a fitted model.
 
-use gmhm::terms::{KINDS, KeyInfo, KindInfo};
+use gmhm::terms::{KINDS, KeyInfo, KindInfo, Role};
 use rayon::prelude::*;
 
 use super::explain::Search;
@@ -28,6 +28,8 @@ pub struct Proposal {
     pub columns: Vec<Vec<f64>>,
     /// The largest velocity of the recordings, rad/s.
     fastest_rad_per_s: f64,
+    /// When they begin and end, s.
+    time_s: [f64; 2],
 }
 
 /// Kinds whose terms hold lists that grow by an element.
@@ -41,6 +43,9 @@ fn growth(term: &Term, info: &'static KindInfo, ranges: &Ranges) -> Option<(&'st
         "backlash" => ("half_gap_rad", 2e-3 * ranges.rated_rad),
         "time_skew" => ("delay_s", 0.25 * ranges.period_s),
         "thermal_friction" => ("per_k", 1e-3),
+        "soft_windup" if term.values.contains_key("k1_nm_per_rad") => {
+            ("k1_nm_per_rad", 1e-2 * ranges.torque_nm / ranges.rated_rad)
+        }
         _ => return None,
     };
     Some((info.key(name)?, step))
@@ -93,6 +98,7 @@ pub fn proposals(
             keys,
             columns,
             fastest_rad_per_s: ranges.velocity_rad_per_s,
+            time_s: [ranges.start_s, ranges.end_s],
         })
     });
     made.collect()
@@ -113,14 +119,14 @@ fn columns(
     if let Some((key, step)) = growth(term, info, ranges) {
         let mut column = Vec::new();
         for evaluation in evaluations {
-            let change = evaluation.change(&set(term, key, None, step)).ok()?;
+            let change = evaluation.change(&kinds::grown(term, key, step)).ok()?;
             column.extend(subject.looked_at(&change).map(|x| x / step));
         }
         return Some((vec![(key, None)], vec![column]));
     }
     let mut full = term.clone();
     let length = full.values.values().find_map(|v| if let TermValue::List(l) = v { Some(l.len()) } else { None });
-    for key in info.keys.iter().filter(|k| k.role == gmhm::terms::Role::Linear) {
+    for key in info.keys.iter().filter(|k| k.role == Role::Linear) {
         // Beside friction in the model, only what differs from it.
         if info.name == "stribeck_friction" && key.name != "static_nm" && base_friction(model) {
             let value = if key.optional { None } else { Some(TermValue::Number(0.0)) };
@@ -167,9 +173,10 @@ impl Proposal {
     /// How many numbers it adds: linear ones and shapes.
     pub fn parameters(&self) -> usize {
         let shapes = self.info.keys.iter().filter(|key| {
-            key.role == gmhm::terms::Role::Nonlinear
+            key.role == Role::Nonlinear
                 && self.term.values.contains_key(key.name)
                 && !self.keys.iter().any(|(k, _)| k.name == key.name)
+                && !kinds::is_scale(key)
         });
         let orders = usize::from(self.term.values.contains_key("orders"));
         self.keys.len() + shapes.count() + orders
@@ -196,7 +203,12 @@ impl Proposal {
         // Friction that does not saturate within the recordings is viscous friction; without a dip it is no Stribeck friction.
         let saturates = number("smoothing_rad_per_s") <= kinds::SATURATES * self.fastest_rad_per_s;
         let dips = self.info.name != "stribeck_friction" || number("static_nm") > number("coulomb_nm");
-        self.keys.iter().all(fits) && saturates && dips && term.check().is_ok()
+        // Wear that began long before is stiffness.
+        let [from, to] = self.time_s;
+        let slack = 0.1 * (to - from);
+        let begins = self.info.name != "wear"
+            || (number("start_s") >= from - slack && number("duration_s") <= to - from + 2.0 * slack);
+        self.keys.iter().all(fits) && begins && saturates && dips && kinds::is_soft(term) && term.check().is_ok()
     }
 
     /// The model with the term in it, its linear numbers as given.
@@ -209,7 +221,11 @@ impl Proposal {
             }
         }
         for ((key, index), weight) in self.keys.iter().zip(weights) {
-            term = set(&term, key, *index, *weight);
+            term = if index.is_some() || key.role == Role::Linear {
+                set(&term, key, *index, *weight)
+            } else {
+                kinds::grown(&term, key, *weight)
+            };
         }
         if self.info.name == "stribeck_friction" {
             term.values.entry("coulomb_nm".to_owned()).or_insert(TermValue::Number(0.0));

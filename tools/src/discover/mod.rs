@@ -25,6 +25,7 @@ pub mod fit;
 pub mod flexible;
 mod heldout;
 pub mod judge;
+mod jumps;
 mod kinds;
 pub mod library;
 pub mod parameters;

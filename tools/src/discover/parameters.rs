@@ -3,6 +3,7 @@
 use gmhm::Law;
 use gmhm::terms::{Form, KeyInfo, Range, Role};
 
+use super::kinds;
 use crate::estimate::assembly::from_cycle;
 use crate::model::{Model, TermValue};
 use crate::physics::columns::{get, set};
@@ -54,7 +55,7 @@ pub fn of_term(model: &Model, term: usize) -> Vec<Place> {
     let free = |key: &&'static KeyInfo| {
         let is_number = !matches!(key.form, Form::Choice(_)) && (key.role != Role::Structure || key.name == ORDERS);
         // An optional number that was left out stays 0.
-        is_number && key.belongs_to(shape) && model.terms[term].values.contains_key(key.name)
+        is_number && !kinds::is_scale(key) && key.belongs_to(shape) && model.terms[term].values.contains_key(key.name)
     };
     // A whole order is that of a mechanism, not a number to be fitted.
     let whole = |place: &Place| match place {
@@ -113,6 +114,13 @@ pub fn put(model: &mut Model, place: Place, value: f64) {
         Place::Zero => model.gear.deflection_zero_rad = value,
         Place::Term { term, key, index } => {
             let (low, high) = bounds(key, get(&model.terms[term], key, index));
+            // The kinks of a catalogue stay in their order.
+            let (low, high) =
+                match (key.name, model.terms[term].values.get("t1_nm"), model.terms[term].values.get("t2_nm")) {
+                    ("t1_nm", _, Some(TermValue::Number(t2))) => (low.min(*t2), high.min(*t2)),
+                    ("t2_nm", Some(TermValue::Number(t1)), _) => (low.max(*t1), high.max(*t1)),
+                    _ => (low, high),
+                };
             model.terms[term] = set(&model.terms[term], key, index, value.clamp(low, high));
         }
     }

@@ -77,7 +77,9 @@ pub fn prototypes(kind: &str, ranges: &Ranges, model: &Model) -> Vec<Term> {
             let both = |shape: &'static str| {
                 widths.map(|w| term(kind, &[("shape", text(shape)), ("width_rad", number(w))])).to_vec()
             };
-            shapes.into_iter().flat_map(both).collect()
+            let kinks = [(0.05, 0.13), (0.08, 0.3), (0.13, 0.5), (0.2, 0.4), (0.2, 0.7), (0.35, 0.75)];
+            let catalogue = kinks.map(|(first, second)| kinked(first * a, second * a, ranges));
+            shapes.into_iter().flat_map(both).chain(catalogue).collect()
         }
         "stiffness_asymmetry" => ["square", "abs"].map(|s| term(kind, &[("shape", text(s))])).to_vec(),
         "backlash" if a > 0.0 => {
@@ -125,6 +127,15 @@ pub fn prototypes(kind: &str, ranges: &Ranges, model: &Model) -> Vec<Term> {
         }
         _ => Vec::new(),
     }
+}
+
+/// Soft windup of a catalogue, K1 to T1, K2 to T2, K3 beyond, as yet without softness: its kinks lie where they are told. Only differences from K3 count, so that is
+/// chosen higher than any of them.
+fn kinked(first_rad: f64, second_rad: f64, ranges: &Ranges) -> Term {
+    let k3 = 3.0 * ranges.torque_nm / ranges.rated_rad;
+    let slopes = ["k1_nm_per_rad", "k2_nm_per_rad", "k3_nm_per_rad"].map(|key| (key, number(k3)));
+    let kinks = [("shape", text("piecewise")), ("t1_nm", number(k3 * first_rad)), ("t2_nm", number(k3 * second_rad))];
+    term("soft_windup", &[&slopes[..], &kinks[..]].concat())
 }
 
 fn term(kind: &str, values: &[(&str, TermValue)]) -> Term {

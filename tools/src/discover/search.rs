@@ -66,6 +66,11 @@ impl Subject<'_> {
         Ok(if gain > best + SWAP { (zeroed, free) } else { (base, search) })
     }
 
+    /// Whether a fit that gains so much lessens the squared residual enough to be believed.
+    fn lessens(&self, better: &Fitted, worse: &Fitted, net: f64) -> bool {
+        part(better, worse) > if net > SURE * self.counted() as f64 { 0.0 } else { LEAST_PART }
+    }
+
     /// An alternative, all its numbers refitted together.
     fn adopted(&self, tried: &Fitted) -> Result<Fitted, DiscoverError> {
         self.fit(&tried.model, &tried.places, Some(&tried.noise), 6)
@@ -85,7 +90,7 @@ impl Subject<'_> {
             let net = |a: &Alternative| a.gain - self.penalty(a.parameters);
             let believed = |a: &Alternative| {
                 let predicted = self.gain_of_blocks(&a.fit, &extended, &a.fit.noise);
-                lessens(&a.fit, &extended, net(a)) && (net(a) < MARGIN || predictive(&predicted))
+                self.lessens(&a.fit, &extended, net(a)) && (net(a) < MARGIN || predictive(&predicted))
             };
             let able: Vec<(usize, &Alternative)> = tried.iter().enumerate().filter(|(_, a)| believed(a)).collect();
             let able = || able.iter().copied();
@@ -106,7 +111,8 @@ impl Subject<'_> {
             };
             let grows = alternative.extends.is_some();
             let so_far = base.minus_two_log_likelihood - extended.minus_two_log_likelihood;
-            if net(alternative) < MARGIN.max(LEAST_SHARE * so_far) || (found >= MOST_EFFECTS && !grows) {
+            let least = if part(&alternative.fit, &extended) > LARGE_PART { 0.0 } else { LEAST_SHARE * so_far };
+            if net(alternative) < MARGIN.max(least) || (found >= MOST_EFFECTS && !grows) {
                 rejected = tried;
                 break;
             }
@@ -128,7 +134,7 @@ impl Subject<'_> {
             let net = gain - self.penalty(parameters);
             let predicted = |fit: &Fitted| self.gain_of_blocks(fit, &rest, &extended.noise);
             let held_out = predicted(&extended);
-            let enough = net > MARGIN && lessens(&extended, &rest, net);
+            let enough = net > MARGIN && self.lessens(&extended, &rest, net);
             let last = extended.model.terms.len() == search.base_terms + 1;
             if !predictive(&held_out) || !(enough || last) {
                 extended = rest;
@@ -144,7 +150,7 @@ impl Subject<'_> {
                 let sum = |gains: &[f64]| gains.iter().sum::<f64>();
                 a.extends.is_none()
                     && other > net + SWAP + shape
-                    && lessens(&a.fit, &rest, other)
+                    && self.lessens(&a.fit, &rest, other)
                     && (net < RIVAL * other || sum(&predicted(&a.fit)) > sum(&held_out))
                     && (a.kind != extended.model.terms[term].kind || a.parameters >= parameters)
             });
@@ -163,22 +169,20 @@ impl Subject<'_> {
 }
 
 /// A further effect has to gain at least this share of what those before it gained: what a shape of theirs does not follow to the last is no effect of
-/// its own.
+/// its own,
 const LEAST_SHARE: f64 = 0.04;
+
+/// unless it explains this part of the squared residual that they leave.
+const LARGE_PART: f64 = 0.4;
 
 /// What is named explains at least this part of the squared residual. Noise of an angle leaves less, and looks like inertia, damping or slip.
 const LEAST_PART: f64 = 0.05;
 
-/// Noise of an angle gains no more than half of this.
-const SURE: f64 = 400.0;
+/// Or it gains so much a row, which takes two fifths of the variance of what the noise brings anew.
+const SURE: f64 = 0.5;
 
 /// Of kinds whose gains differ by less than this factor the one that predicts held-out blocks best is taken: noise of an angle favours what follows it.
 const RIVAL: f64 = 0.75;
-
-/// Whether a fit that gains so much lessens the squared residual enough to be believed.
-fn lessens(better: &Fitted, worse: &Fitted, net: f64) -> bool {
-    part(better, worse) > if net > SURE { 0.0 } else { LEAST_PART }
-}
 
 /// Which part of what one fit leaves another does not.
 pub fn part(better: &Fitted, worse: &Fitted) -> f64 {

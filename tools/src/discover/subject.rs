@@ -6,6 +6,9 @@ use std::ops::Range;
 use gmhm::Law;
 
 use super::DiscoverError;
+use super::fit::Fitted;
+use super::flexible;
+use super::search::MARGIN;
 use crate::estimate::columns::Mark;
 use crate::estimate::denoise::denoised;
 use crate::estimate::prepare;
@@ -128,6 +131,38 @@ impl<'a> Subject<'a> {
         bridged
     }
 
+    /// Lets each recording remember any past whatever, where that explains more than the polynomial past does: reversals of old leave kinks. Highest and lowest
+    /// deflection so far move one way only, so what the past adds is a function of how far they have come together. Tells whether any does.
+    ///
+    /// # Errors
+    /// A model that cannot be evaluated.
+    pub fn allow_any_past(&mut self, fit: &Fitted) -> Result<bool, DiscoverError> {
+        let mut admitted = Vec::new();
+        for (recording, span) in self.recordings.iter().zip(&self.spans) {
+            let Some(room) = untouched(recording, &fit.model)? else { continue };
+            let come: Vec<f64> = room.iter().map(|(above, below)| -(above + below)).collect();
+            let (from, to) = (come[0], come[come.len() - 1]);
+            let knots: Vec<f64> = (0..=PAST_HATS).map(|k| from + (to - from) * k as f64 / PAST_HATS as f64).collect();
+            if knots.windows(2).any(|w| w[1] <= w[0]) {
+                continue;
+            }
+            let mut columns = flexible::hats(&come, &knots);
+            columns.pop();
+            let mut own = vec![vec![0.0; self.len()]; columns.len()];
+            own.iter_mut().zip(&columns).for_each(|(line, column)| line[span.clone()].copy_from_slice(column));
+            let mut columns = fit.of_places();
+            columns.extend(own.iter().map(Vec::as_slice));
+            let with = self.layout().best_profile(&columns, &fit.residual, &fit.noise);
+            let gain = fit.minus_two_log_likelihood - with.minus_two_log_likelihood;
+            if gain > self.penalty(own.len()) + MARGIN {
+                admitted.extend(own);
+            }
+        }
+        let any = !admitted.is_empty();
+        self.nuisances.extend(admitted);
+        Ok(any)
+    }
+
     /// What the torque is measured in.
     pub fn torque_unit(&self) -> TorqueUnit {
         self.recordings.first().map_or_else(TorqueUnit::default, |r| r.torque_unit)
@@ -203,6 +238,9 @@ fn means(values: &[f64], stride: usize) -> impl Iterator<Item = f64> {
     values.chunks(stride).map(|part| part.iter().sum::<f64>() / part.len() as f64)
 }
 
+/// Pieces of which what any past adds is made.
+const PAST_HATS: usize = 8;
+
 /// Fewest rows of a recording.
 const FEWEST_ROWS: usize = 64;
 
@@ -222,19 +260,27 @@ fn nuisances(
         let mut ones = vec![0.0; rows];
         ones[span.clone()].fill(1.0);
         columns.push(ones);
-        let masing = model.memory.is_some_and(|m| m.law == Law::Masing);
-        let Some(rated) = model.gear.rated_deflection_rad.filter(|_| masing) else { continue };
-        let evaluation = Evaluation::new(model, None, recording)?;
-        let theta = evaluation.followed().deflection_rad.as_slice();
-        let (mut highest, mut lowest) = (theta[0], theta[0]);
+        let Some(room) = untouched(recording, model)? else { continue };
         let mut own = vec![vec![0.0; rows]; 4];
-        for (row, theta) in span.clone().zip(theta) {
-            (highest, lowest) = (highest.max(*theta), lowest.min(*theta));
-            let (above, below) = ((1.0 - highest / rated).max(0.0), (1.0 + lowest / rated).max(0.0));
+        for (row, (above, below)) in span.clone().zip(room) {
             let powers = [above * below, above * above * below, above * below * below, (above * below).powi(2)];
             own.iter_mut().zip(powers).for_each(|(column, power)| column[row] = power);
         }
         columns.extend(own);
     }
     Ok(columns)
+}
+
+/// Row by row the parts of the rated deflection that lie above the highest and below the lowest one so far, where law `masing` remembers.
+fn untouched(recording: &Recording, model: &Model) -> Result<Option<Vec<(f64, f64)>>, DiscoverError> {
+    let masing = model.memory.is_some_and(|m| m.law == Law::Masing);
+    let Some(rated) = model.gear.rated_deflection_rad.filter(|_| masing) else { return Ok(None) };
+    let evaluation = Evaluation::new(model, None, recording)?;
+    let theta = evaluation.followed().deflection_rad.as_slice();
+    let (mut highest, mut lowest) = (theta[0], theta[0]);
+    let room = theta.iter().map(|theta| {
+        (highest, lowest) = (highest.max(*theta), lowest.min(*theta));
+        ((1.0 - highest / rated).max(0.0), (1.0 + lowest / rated).max(0.0))
+    });
+    Ok(Some(room.collect()))
 }

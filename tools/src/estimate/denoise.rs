@@ -15,7 +15,7 @@ use crate::physics::signals::rate;
 use crate::recording::Recording;
 
 /// Half-widths of the windows, samples.
-const HALF_WIDTHS: [usize; 8] = [1, 2, 3, 4, 6, 8, 11, 15];
+const HALF_WIDTHS: [usize; 7] = [2, 3, 4, 6, 8, 11, 15];
 /// How many standard deviations the confidence intervals reach.
 const REACH: f64 = 2.2;
 
