@@ -118,7 +118,7 @@ const DRAWS: usize = 32;
 /// averages out.
 const DRAWN_ROWS: usize = 10_000;
 
-/// What other motions that round to the same counts would make of the parameters, as [`changes::scores`] of each. `None` without counted deflections.
+/// What other motions that round to the same counts would make of the parameters, as `changes::scores` of each. `None` without counted deflections.
 pub fn scores(
     problem: &Problem<'_>,
     nonlinear: &[f64],
