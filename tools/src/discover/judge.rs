@@ -242,14 +242,15 @@ impl Subject<'_> {
     }
 
     /// What part of the structure each term of the extended model explains. Where terms overlap they share what they explain together: a part is the mean product of
-    /// the structure with what the term adds to the torque beyond what the base model follows, over the mean square of the structure.
+    /// the structure with what the term adds to the torque, both beyond what the base model follows, over the mean square of the structure.
     fn share_out(&self, base: &Fitted, extended: &Fitted, judged: &mut [Judged]) -> Result<(), DiscoverError> {
         let mut followed = Basis::default();
         for column in &base.columns {
             followed.add(&self.layout().masked(column));
         }
         let structure: Vec<f64> = base.residual.iter().zip(&extended.residual).map(|(b, e)| b - e).collect();
-        let structure = self.layout().masked(&structure);
+        let mut structure = self.layout().masked(&structure);
+        followed.reduce(&mut structure);
         let whole = dot(&structure, &structure);
         let total = self.total(&extended.model)?;
         for effect in judged.iter_mut() {
