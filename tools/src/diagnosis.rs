@@ -136,6 +136,13 @@ impl Effect {
     pub fn class(&self) -> impl Iterator<Item = &str> {
         std::iter::once(self.name.as_str()).chain(self.equivalents.iter().map(String::as_str))
     }
+
+    /// The empirical curve that stands in for an unknown effect, in words; its knots and values stand in the model file.
+    pub fn curve(&self) -> Option<String> {
+        let ParameterValue::Text(coordinate) = &self.parameters.get("coordinate")?.value else { return None };
+        let knots = self.parameters.get("knots")?.value.numbers().len();
+        Some(format!("over {}, {knots} knots, in the model file", coordinate.replace('_', " ")))
+    }
 }
 
 /// What kind of a fault an effect is.

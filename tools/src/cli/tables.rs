@@ -66,7 +66,8 @@ pub(super) fn diagnosis(found: &Diagnosis) -> String {
         let share = percent(effect.share);
         lines.push(format!("{}{class}: {share} of the structure, confidence {:.2}", effect.name, effect.confidence));
         lines.push(format!("    {}", effect.why));
-        for (name, parameter) in &effect.parameters {
+        lines.extend(effect.curve().map(|curve| format!("    curve                        {curve}")));
+        for (name, parameter) in effect.parameters.iter().filter(|_| effect.curve().is_none()) {
             let number = |x: f64, sd: Option<&f64>| match sd {
                 Some(sd) => format!("{x:.4e} ± {sd:.1e}"),
                 None => format!("{x:.6}"),

@@ -143,7 +143,7 @@ pub fn diagnose(
         TorqueUnit::NewtonMetre => Unit::NewtonMetre,
         TorqueUnit::Ampere => Unit::Ampere,
     };
-    let noise_rms = rms.extended;
+    let noise_rms = rms.extended * judgement.noise_part;
     let next_experiment = experiment::next(&judgement, &undecidable);
     let diagnosis = Diagnosis {
         mismatch: judgement.mismatch,

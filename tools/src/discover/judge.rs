@@ -53,6 +53,8 @@ pub struct Judgement {
     pub places: Vec<Curve>,
     /// What was tried beside the final model, and found wanting: kind, gain, numbers.
     pub rejected: Vec<(String, f64, usize)>,
+    /// The part of the rms that the extended model leaves of which no curve predicts any: noise, as far as can be told.
+    pub noise_part: f64,
 }
 
 /// Kinds within this of the best's −2 ln L are not told apart: the wrong one of two looks better by more than this once in a thousand.
@@ -237,8 +239,11 @@ impl Subject<'_> {
                 None => effects.push(effect),
             }
         }
+        let left = self.places_of(&extended)?;
+        let foreseen = left.iter().filter(|c| !c.coherent && c.is_structure(STRUCTURE) && self.predicts(&extended, c));
+        let noise_part = (1.0 - foreseen.map(|c| c.part).fold(0.0, f64::max)).sqrt();
         let rejected = rejected.into_iter().map(|a| (a.kind.to_owned(), a.gain, a.parameters)).collect();
-        Ok(Judgement { mismatch: !effects.is_empty(), base, extended, effects, places, rejected })
+        Ok(Judgement { mismatch: !effects.is_empty(), base, extended, effects, places, rejected, noise_part })
     }
 
     /// What part of the structure each term of the extended model explains. Where terms overlap they share what they explain together: a part is the mean product of

@@ -115,14 +115,25 @@ fn axis(coordinate: &str) -> &str {
     }
 }
 
+/// From where to where a coordinate is drawn: all of it, but not the far ends of which a row in a hundred makes a picture of nothing.
+fn drawn_range(x: impl Iterator<Item = f64>) -> (f64, f64) {
+    let mut sorted: Vec<f64> = x.filter(|x| x.is_finite()).collect();
+    sorted.sort_unstable_by(f64::total_cmp);
+    let Some(last) = sorted.len().checked_sub(1) else { return (0.0, 0.0) };
+    let (whole, core) = ((sorted[0], sorted[last]), (sorted[last / 200], sorted[last - last / 200]));
+    if whole.1 - whole.0 > FAR * (core.1 - core.0) && core.1 > core.0 { core } else { whole }
+}
+
+/// Ends that stretch a coordinate by more than this are not drawn.
+const FAR: f64 = 3.0;
+
 /// Means of a residual over bins of a coordinate, with their standard errors.
 fn binned(x: &[f64], y: &[f64], keep: impl Fn(usize) -> bool) -> (Vec<(f64, f64)>, Vec<f64>) {
     let rows: Vec<usize> = (0..x.len()).filter(|&i| keep(i)).collect();
-    let low = rows.iter().map(|&i| x[i]).fold(f64::INFINITY, f64::min);
-    let high = rows.iter().map(|&i| x[i]).fold(f64::NEG_INFINITY, f64::max);
+    let (low, high) = drawn_range(rows.iter().map(|&i| x[i]));
     let width = ((high - low) / BINS as f64).max(f64::MIN_POSITIVE);
     let mut sums = vec![(0.0, 0.0, 0.0); BINS];
-    for i in rows {
+    for i in rows.into_iter().filter(|&i| (low..=high).contains(&x[i])) {
         let bin = (((x[i] - low) / width) as usize).min(BINS - 1);
         let (n, sum, squares) = &mut sums[bin];
         (*n, *sum, *squares) = (*n + 1.0, *sum + y[i], *squares + y[i] * y[i]);
@@ -214,9 +225,11 @@ fn gain(finding: &Finding, unit: TorqueUnit) -> Section {
         rows: vec![row("fitted", &found.rms), row("held out", &found.heldout.rms)],
     };
     Section::new("What is gained").table(table).text(format!(
-        "Held out: {from}. Estimated noise: {} {} rms.",
+        "Held out: {from}. Estimated noise: {} {} rms, which is {} of what the {} model leaves.",
         four(found.noise_rms),
-        unit.symbol()
+        unit.symbol(),
+        percent(found.noise_rms / found.rms.extended.max(f64::MIN_POSITIVE)),
+        if found.mismatch { "extended" } else { "refitted" }
     ))
 }
 
@@ -235,7 +248,10 @@ fn effects(found: &Diagnosis) -> Section {
             ])
             .chosen(true),
         );
-        for (name, parameter) in &effect.parameters {
+        if let Some(curve) = effect.curve() {
+            rows.push(TableRow::new(["– curve".to_owned(), curve, String::new(), String::new()]));
+        }
+        for (name, parameter) in effect.parameters.iter().filter(|_| effect.curve().is_none()) {
             let sds = parameter.sd.as_ref().map_or(&[][..], ParameterValue::numbers);
             let value = match &parameter.value {
                 ParameterValue::Text(text) => text.clone(),
@@ -332,16 +348,13 @@ const PROMINENT: f64 = 8.0;
 
 fn heat(finding: &Finding, horizontal: &str, vertical: &str, unit: TorqueUnit) -> Option<Drawing> {
     let ((x, x_label), (y, y_label)) = (along(&finding.scene, horizontal)?, along(&finding.scene, vertical)?);
-    let range = |v: &[f64]| {
-        let low = v.iter().copied().fold(f64::INFINITY, f64::min);
-        (low, v.iter().copied().fold(f64::NEG_INFINITY, f64::max))
-    };
-    let ((x0, x1), (y0, y1)) = (range(&x), range(&y));
+    let ((x0, x1), (y0, y1)) = (drawn_range(x.iter().copied()), drawn_range(y.iter().copied()));
     if x1 <= x0 || y1 <= y0 {
         return None;
     }
     let mut sums = vec![vec![(0.0, 0.0); CELLS.0]; CELLS.1];
-    for (i, r) in finding.judgement.base.residual.iter().enumerate() {
+    let drawn = |i: usize| (x0..=x1).contains(&x[i]) && (y0..=y1).contains(&y[i]);
+    for (i, r) in finding.judgement.base.residual.iter().enumerate().filter(|(i, _)| drawn(*i)) {
         let column = (((x[i] - x0) / (x1 - x0) * CELLS.0 as f64) as usize).min(CELLS.0 - 1);
         let row = (((y[i] - y0) / (y1 - y0) * CELLS.1 as f64) as usize).min(CELLS.1 - 1);
         sums[row][column].0 += 1.0;
