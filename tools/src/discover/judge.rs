@@ -61,6 +61,8 @@ pub struct Judgement {
 const CLASS: f64 = 11.0;
 /// A richer kind stays in the class of a simpler one that explains almost as much when noise alone would give it less than this (χ², 1 %).
 const RICHER: f64 = 13.0;
+/// One that holds the simpler as its special case stays from this on, if what it has beyond it is there to see: the recordings do not deny it.
+const MAYBE: f64 = 4.0;
 /// A flexible curve has to gain this much, net of what its columns gain from noise, to be structure.
 pub const STRUCTURE: f64 = 45.0;
 /// A curve that shows the same as a term lessens the squared residual by at least this share of what the term does.
@@ -129,10 +131,11 @@ impl Subject<'_> {
                 let shows = part(&a.fit, &rest) > ALIKE * own_part;
                 let extra = a.parameters as f64 - own_parameters as f64;
                 let richer = extra > 1.0;
-                a.kind != kind
-                    && a.polished
-                    && shows
-                    && if richer { a.gain - own > RICHER } else { own - a.gain < CLASS }
+                let more = a.gain - own;
+                let maybe = kinds::generalises(a.kind, &kind)
+                    && more > MAYBE
+                    && a.fit.model.terms.last().is_some_and(kinds::dips);
+                a.kind != kind && a.polished && shows && if richer { maybe || more > RICHER } else { -more < CLASS }
             };
             let mut equivalents: Vec<String> = tried.iter().filter(equivalent).map(|a| a.kind.to_owned()).collect();
             equivalents.dedup();

@@ -2,12 +2,18 @@
 
 use gmhm::terms::{KeyInfo, Range};
 
-use crate::model::{Term, TermValue};
+use crate::model::{Model, Term, TermValue};
 use crate::physics::columns::set;
 
 /// Whether one kind holds another as a special case.
 pub fn generalises(kind: &str, special: &str) -> bool {
     matches!((kind, special), ("stribeck_friction", "coulomb_friction" | "viscous_friction"))
+}
+
+/// Whether what a kind has beyond its special case is there to see, however sure: friction dips by a seventh of itself or more.
+pub fn dips(term: &Term) -> bool {
+    let number = |key: &str| if let Some(TermValue::Number(x)) = term.values.get(key) { *x } else { 0.0 };
+    number("static_nm") > 1.17 * number("coulomb_nm")
 }
 
 /// Whether a curve over a coordinate shows no more of a kind than how soft its edge is: a gap is crossed where the torque changes its sign.
@@ -18,6 +24,13 @@ pub fn softens(kind: &str, coordinate: &str) -> bool {
 /// Whether a number of a kind only sets the scale that its others are told in: what a catalogue's stiffnesses take away are differences from K3.
 pub fn is_scale(key: &KeyInfo) -> bool {
     key.name == "k3_nm_per_rad"
+}
+
+/// Whether a number of a term says again what another term of the model says: Coulomb friction beside Coulomb friction. The two share it, and neither drives.
+pub fn repeats(model: &Model, term: &Term, key: &KeyInfo) -> bool {
+    term.kind == "stribeck_friction"
+        && key.name == "coulomb_nm"
+        && model.terms.iter().any(|t| t.kind == "coulomb_friction")
 }
 
 /// A term that has grown from nothing by so much, in the number that it grows with. A catalogue's K1 falls below K3, K2 half as far, and the kinks stay.

@@ -113,14 +113,7 @@ pub fn put(model: &mut Model, place: Place, value: f64) {
         }
         Place::Zero => model.gear.deflection_zero_rad = value,
         Place::Term { term, key, index } => {
-            let (low, high) = bounds(key, get(&model.terms[term], key, index));
-            // The kinks of a catalogue stay in their order.
-            let (low, high) =
-                match (key.name, model.terms[term].values.get("t1_nm"), model.terms[term].values.get("t2_nm")) {
-                    ("t1_nm", _, Some(TermValue::Number(t2))) => (low.min(*t2), high.min(*t2)),
-                    ("t2_nm", Some(TermValue::Number(t1)), _) => (low.max(*t1), high.max(*t1)),
-                    _ => (low, high),
-                };
+            let (low, high) = bounds(model, term, key, index);
             model.terms[term] = set(&model.terms[term], key, index, value.clamp(low, high));
         }
     }
@@ -131,7 +124,7 @@ pub fn room(model: &Model, place: Place) -> f64 {
     let value = value(model, place);
     let low = match place {
         Place::Memory(_) => 0.0,
-        Place::Term { key, .. } => bounds(key, value).0,
+        Place::Term { term, key, index } => bounds(model, term, key, index).0,
         _ => f64::NEG_INFINITY,
     };
     (low - value).min(0.0)
@@ -170,18 +163,27 @@ fn usual_step(model: &Model, place: Place) -> f64 {
 }
 
 /// What a place accepts. A shape stays near what gears of its kind have, and is at most divided or multiplied by three at a time.
-fn bounds(key: &KeyInfo, value: f64) -> (f64, f64) {
+fn bounds(model: &Model, term: usize, key: &KeyInfo, index: Option<usize>) -> (f64, f64) {
+    let own = &model.terms[term];
+    let value = get(own, key, index);
     let low = match key.range {
         // A memory shorter than creep is damping.
         Range::Positive if key.unit == "s" => key.plausible.0,
         Range::Positive => (0.3 * value).max(0.01 * key.plausible.0),
         range => range.lowest(),
     };
-    match key.role {
+    let (low, high) = match key.role {
         Role::Nonlinear if key.unit == "1" && key.name != ORDERS => (key.plausible.0, key.plausible.1),
         Role::Nonlinear if key.range == Range::Positive => (low, (3.0 * value).max(key.plausible.0)),
         Role::Nonlinear if key.range == Range::AtLeastZero => (low, key.plausible.1.max(value)),
         _ => (low, f64::INFINITY),
+    };
+    // The kinks of a catalogue stay in their order.
+    match (key.name, own.values.get("t1_nm"), own.values.get("t2_nm")) {
+        ("t1_nm", _, Some(TermValue::Number(t2))) => (low.min(*t2), high.min(*t2)),
+        ("t2_nm", Some(TermValue::Number(t1)), _) => (low.max(*t1), high.max(*t1)),
+        _ if kinds::repeats(model, own, key) => (low.max(0.0), high),
+        _ => (low, high),
     }
 }
 
@@ -190,7 +192,7 @@ pub fn sides(model: &Model, place: Place) -> (f64, f64) {
     let (value, step) = (value(model, place), step(model, place));
     let low = match place {
         Place::Memory(_) => 0.0,
-        Place::Term { key, .. } => bounds(key, value).0,
+        Place::Term { term, key, index } => bounds(model, term, key, index).0,
         _ => f64::NEG_INFINITY,
     };
     ((value - step).max(low), value + step)
