@@ -4,8 +4,9 @@
 #![no_std]
 #![no_main]
 
+mod path;
+
 use core::hint::black_box;
-use core::mem::MaybeUninit;
 
 use gmhm::memory::masing::Masing;
 use gmhm::{Inverse, State};
@@ -18,28 +19,10 @@ type Number = gmhm::scalar::Fixed;
 type Gear = Inverse<Number, Masing<Number>>;
 type Joint = State<Number, 16, Masing<Number>>;
 
-/// Coefficients that something else has written, as a loader does from a parameter block.
-#[unsafe(link_section = ".uninit")]
-static mut GEAR: MaybeUninit<Gear> = MaybeUninit::uninit();
-
-/// The path of one joint.
-#[unsafe(link_section = ".uninit")]
-static mut JOINT: MaybeUninit<Joint> = MaybeUninit::uninit();
-
-/// Never linked: an image that holds it is refused.
-#[panic_handler]
-fn panic(_: &core::panic::PanicInfo) -> ! {
-    loop {}
-}
-
-#[cortex_m_rt::entry]
-fn main() -> ! {
-    // SAFETY: this image is measured and never run; nothing else touches the two places.
-    let (gear, joint) = unsafe { ((*black_box(&raw const GEAR)).assume_init_ref(), &mut *black_box(&raw mut JOINT)) };
-    let state = joint.write(gear.gear().start(black_box(Number::default())));
-    loop {
-        black_box(step(gear, state, invert(gear, state, black_box(Number::default()))));
-    }
+path::image! {
+    gear: Gear, state: Joint,
+    start gear.gear().start(black_box(Number::default())),
+    tick black_box(step(gear, state, invert(gear, state, black_box(Number::default()))))
 }
 
 /// The control tick, from deflection to torque.

@@ -3,8 +3,9 @@
 #![no_std]
 #![no_main]
 
+mod path;
+
 use core::hint::black_box;
-use core::mem::MaybeUninit;
 
 use gmhm::feedforward::{Controls, Demand, FeedForward, FeedForwardState, MotorSide};
 use gmhm::memory::masing::Masing;
@@ -12,28 +13,10 @@ use gmhm::memory::masing::Masing;
 type Gear = (FeedForward<f32, Masing<f32>>, MotorSide<f32>);
 type Joint = FeedForwardState<f32, 16, Masing<f32>>;
 
-/// Coefficients that something else has written, as a loader does from a parameter block.
-#[unsafe(link_section = ".uninit")]
-static mut GEAR: MaybeUninit<Gear> = MaybeUninit::uninit();
-
-/// What the feed-forward of one joint remembers.
-#[unsafe(link_section = ".uninit")]
-static mut JOINT: MaybeUninit<Joint> = MaybeUninit::uninit();
-
-/// Never linked: an image that holds it is refused.
-#[panic_handler]
-fn panic(_: &core::panic::PanicInfo) -> ! {
-    loop {}
-}
-
-#[cortex_m_rt::entry]
-fn main() -> ! {
-    // SAFETY: this image is measured and never run; nothing else touches the two places.
-    let (gear, joint) = unsafe { ((*black_box(&raw const GEAR)).assume_init_ref(), &mut *black_box(&raw mut JOINT)) };
-    let state = joint.write(gear.0.start(black_box(0.0)));
-    loop {
-        black_box(position(gear, state, &black_box(Controls::default()), &black_box(Demand::default()), black_box(0)));
-    }
+path::image! {
+    gear: Gear, state: Joint,
+    start gear.0.start(black_box(0.0)),
+    tick black_box(position(gear, state, &black_box(Controls::default()), &black_box(Demand::default()), black_box(0)))
 }
 
 /// The control period, from the reference of the output to the position of the motor.

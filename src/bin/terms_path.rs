@@ -3,8 +3,9 @@
 #![no_std]
 #![no_main]
 
+mod path;
+
 use core::hint::black_box;
-use core::mem::MaybeUninit;
 
 use gmhm::memory::masing::Masing;
 use gmhm::terms::compensated::CompensatedState;
@@ -13,28 +14,10 @@ use gmhm::terms::{Compensated, Sample};
 type Joint = Compensated<f32, Masing<f32>>;
 type JointState = CompensatedState<f32, 16, Masing<f32>>;
 
-/// Coefficients that something else has written, as a loader does from a parameter block.
-#[unsafe(link_section = ".uninit")]
-static mut GEAR: MaybeUninit<Joint> = MaybeUninit::uninit();
-
-/// The path of one joint.
-#[unsafe(link_section = ".uninit")]
-static mut JOINT: MaybeUninit<JointState> = MaybeUninit::uninit();
-
-/// Never linked: an image that holds it is refused.
-#[panic_handler]
-fn panic(_: &core::panic::PanicInfo) -> ! {
-    loop {}
-}
-
-#[cortex_m_rt::entry]
-fn main() -> ! {
-    // SAFETY: this image is measured and never run; nothing else touches the two places.
-    let (gear, joint) = unsafe { ((*black_box(&raw const GEAR)).assume_init_ref(), &mut *black_box(&raw mut JOINT)) };
-    let state = joint.write(gear.start(&black_box(Sample::default())));
-    loop {
-        black_box(step(gear, state, &black_box(Sample::default())));
-    }
+path::image! {
+    gear: Joint, state: JointState,
+    start gear.start(&black_box(Sample::default())),
+    tick black_box(step(gear, state, &black_box(Sample::default())))
 }
 
 /// The control tick.

@@ -3,33 +3,18 @@
 #![no_std]
 #![no_main]
 
+mod path;
+
 use core::hint::black_box;
-use core::mem::MaybeUninit;
 
 use gmhm::{Inverse, State};
 
 type Joint = State<f32, 16>;
 
-/// Coefficients that something else has written, as a loader does from a parameter block.
-#[unsafe(link_section = ".uninit")]
-static mut GEAR: MaybeUninit<Inverse<f32>> = MaybeUninit::uninit();
-
-/// The path of one joint.
-#[unsafe(link_section = ".uninit")]
-static mut JOINT: MaybeUninit<Joint> = MaybeUninit::uninit();
-
-/// Never linked: an image that holds it is refused.
-#[panic_handler]
-fn panic(_: &core::panic::PanicInfo) -> ! {
-    loop {}
-}
-
-#[cortex_m_rt::entry]
-fn main() -> ! {
-    // SAFETY: this image is measured and never run; nothing else touches the two places.
-    let (gear, joint) = unsafe { ((*black_box(&raw const GEAR)).assume_init_ref(), &mut *black_box(&raw mut JOINT)) };
-    let state = joint.write(gear.gear().start(black_box(0.0)));
-    loop {
+path::image! {
+    gear: Inverse<f32>, state: Joint,
+    start gear.gear().start(black_box(0.0)),
+    tick {
         let period_s = black_box(0.0);
         black_box(step(gear, state, invert(gear, state, black_box(0.0), period_s), period_s));
         black_box(peek(gear, state, black_box(0.0), period_s));
