@@ -11,7 +11,6 @@ use super::kinds;
 use super::search::{Outcome, part};
 use super::subject::Subject;
 use crate::diagnosis::UNKNOWN;
-use crate::estimate::basis::Basis;
 use crate::estimate::triangle::dot;
 use crate::model::{Model, Term, TermValue};
 
@@ -170,7 +169,8 @@ impl Subject<'_> {
                 confidence: 1.0 / (1.0 + others),
                 term: Some(effect.term),
                 gain: effect.gain,
-                share: ((power(&rest.residual) - left_power) / structured).clamp(0.0, 1.0),
+                // Told once all effects are known.
+                share: 0.0,
                 places,
                 tried: tried.iter().map(|a| (a.kind.to_owned(), a.gain, a.parameters)).collect(),
                 free_gain,
@@ -190,13 +190,12 @@ impl Subject<'_> {
         }
         // What an approximation leaves is no further stranger.
         let known = |e: &Judged| e.name != UNKNOWN || (e.closest.is_none() && e.term.is_some());
+        let mut left = self.places_of(&extended)?;
         while judged.iter().all(known) && judged.iter().filter(|e| e.name == UNKNOWN).count() < STRANGERS {
-            let left = self.places_of(&extended)?;
             let total = base.minus_two_log_likelihood - extended.minus_two_log_likelihood;
             let Some(stranger) = self.stranger(&extended, &left, STRUCTURE.max(LEFT * total)) else { break };
-            let left = by_first(left, stranger);
+            left = by_first(left, stranger);
             let further = judged.iter().any(|e| e.name == UNKNOWN);
-            let before = power(&extended.residual);
             let gain = left[0].gain;
             let end = extended.model.terms.len();
             let curve = self.with_curve(&extended, &extended.model, end, &left, search)?;
@@ -205,7 +204,7 @@ impl Subject<'_> {
             }
             let term = curve.is_some().then_some(end);
             extended = curve.unwrap_or(extended);
-            let after = before - left[0].contribution.iter().map(|c| c * c).sum::<f64>();
+            let explained = dot(&left[0].contribution, &left[0].contribution);
             judged.push(Judged {
                 name: UNKNOWN.to_owned(),
                 equivalents: Vec::new(),
@@ -216,11 +215,12 @@ impl Subject<'_> {
                 },
                 term,
                 gain,
-                share: ((before - after) / (structured.max(before - after))).clamp(0.0, 1.0),
+                share: explained / structured.max(explained),
                 tried: rejected.iter().map(|a| (a.kind.to_owned(), a.gain, a.parameters)).collect(),
                 free_gain: 0.0,
                 closest: None,
             });
+            left = self.places_of(&extended)?;
         }
         // What a curve still shows in a kind's own coordinate the kind has not explained.
         let strange = judged.iter().filter(|e| e.name == UNKNOWN && e.closest.is_none());
@@ -242,36 +242,10 @@ impl Subject<'_> {
                 None => effects.push(effect),
             }
         }
-        let left = self.places_of(&extended)?;
         let foreseen = left.iter().filter(|c| !c.coherent && c.is_structure(STRUCTURE) && self.predicts(&extended, c));
         let noise_part = (1.0 - foreseen.map(|c| c.part).fold(0.0, f64::max)).sqrt();
         let rejected = rejected.into_iter().map(|a| (a.kind.to_owned(), a.gain, a.parameters)).collect();
         Ok(Judgement { mismatch: !effects.is_empty(), base, extended, effects, places, rejected, noise_part })
-    }
-
-    /// What part of the structure each term of the extended model explains. Where terms overlap they share what they explain together: a part is the mean product of
-    /// the structure with what the term adds to the torque, both beyond what the base model follows, over the mean square of the structure.
-    fn share_out(&self, base: &Fitted, extended: &Fitted, judged: &mut [Judged]) -> Result<(), DiscoverError> {
-        let mut followed = Basis::default();
-        for column in &base.columns {
-            followed.add(&self.layout().masked(column));
-        }
-        let structure: Vec<f64> = base.residual.iter().zip(&extended.residual).map(|(b, e)| b - e).collect();
-        let mut structure = self.layout().masked(&structure);
-        followed.reduce(&mut structure);
-        let whole = dot(&structure, &structure);
-        let total = self.total(&extended.model)?;
-        for effect in judged.iter_mut() {
-            let Some(at) = effect.term else { continue };
-            let mut without = extended.model.clone();
-            without.terms.remove(at);
-            let added: Vec<f64> =
-                total.iter().zip(self.total(&without)?).map(|(with, without)| with - without).collect();
-            let mut added = self.layout().masked(&added);
-            followed.reduce(&mut added);
-            effect.share = (dot(&added, &structure) / whole.max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
-        }
-        Ok(())
     }
 
     /// Whether what makes a term its kind is there: whether it explains more than special cases of it do.

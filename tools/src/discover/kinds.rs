@@ -5,6 +5,11 @@ use gmhm::terms::{KeyInfo, Range};
 use crate::model::{Model, Term, TermValue};
 use crate::physics::columns::set;
 
+/// A number of a term; 0 where it has none of that key.
+pub fn number(term: &Term, key: &str) -> f64 {
+    if let Some(TermValue::Number(x)) = term.values.get(key) { *x } else { 0.0 }
+}
+
 /// Whether one kind holds another as a special case.
 pub fn generalises(kind: &str, special: &str) -> bool {
     matches!((kind, special), ("stribeck_friction", "coulomb_friction" | "viscous_friction"))
@@ -12,8 +17,7 @@ pub fn generalises(kind: &str, special: &str) -> bool {
 
 /// Whether what a kind has beyond its special case is there to see, however sure: friction dips by a seventh of itself or more.
 pub fn dips(term: &Term) -> bool {
-    let number = |key: &str| if let Some(TermValue::Number(x)) = term.values.get(key) { *x } else { 0.0 };
-    number("static_nm") > 1.17 * number("coulomb_nm")
+    number(term, "static_nm") > 1.17 * number(term, "coulomb_nm")
 }
 
 /// Whether a curve over a coordinate shows no more of a kind than how soft its edge is: a gap is crossed where the torque changes its sign.
@@ -38,8 +42,7 @@ pub fn grown(term: &Term, key: &'static KeyInfo, weight: f64) -> Term {
     if key.name != "k1_nm_per_rad" {
         return set(term, key, None, weight);
     }
-    let number = |key: &str| if let Some(TermValue::Number(x)) = term.values.get(key) { *x } else { 0.0 };
-    let (k3, t1, t2) = (number("k3_nm_per_rad"), number("t1_nm"), number("t2_nm"));
+    let (k3, t1, t2) = (number(term, "k3_nm_per_rad"), number(term, "t1_nm"), number(term, "t2_nm"));
     let drop = weight.clamp(-MOST_DROP * k3, MOST_DROP * k3);
     let (k1, k2) = (k3 - drop, k3 - 0.5 * drop);
     let first = t1 / k3 * k1;
@@ -55,8 +58,7 @@ const MOST_DROP: f64 = 0.9;
 
 /// Whether windup is soft: K1 and K2 below K3.
 pub fn is_soft(term: &Term) -> bool {
-    let number = |key: &str| if let Some(TermValue::Number(x)) = term.values.get(key) { *x } else { 0.0 };
-    number("k1_nm_per_rad").max(number("k2_nm_per_rad")) <= number("k3_nm_per_rad")
+    number(term, "k1_nm_per_rad").max(number(term, "k2_nm_per_rad")) <= number(term, "k3_nm_per_rad")
 }
 
 /// The special cases that a term may be made of where what makes it its kind is not there; none where it is no more than its kind.

@@ -199,7 +199,7 @@ impl Proposal {
         let fits = |(key, _): &(&'static KeyInfo, Option<usize>)| {
             values(key).iter().all(|x| x.is_finite() && (!kinds::positive(self.info.name, key) || *x > 0.0))
         };
-        let number = |key: &str| if let Some(TermValue::Number(x)) = term.values.get(key) { *x } else { 0.0 };
+        let number = |key: &str| kinds::number(term, key);
         // Friction that does not saturate within the recordings is viscous friction; without a dip it is no Stribeck friction.
         let saturates = number("smoothing_rad_per_s") <= kinds::SATURATES * self.fastest_rad_per_s;
         let dips = self.info.name != "stribeck_friction" || number("static_nm") > number("coulomb_nm");

@@ -34,6 +34,7 @@ mod prototypes;
 mod ranges;
 pub mod scene;
 pub mod search;
+mod shares;
 pub mod spectrum;
 pub mod subject;
 mod tones;

@@ -1,5 +1,6 @@
 //! The report of a diagnosis: the finding in a sentence, the picture that convinces, then the evidence and what was rejected.
 
+use super::bins::{BINS, binned, drawn_range};
 use super::figures;
 use super::number;
 use super::page::{Page, Provenance, Section, Table, TableRow, Tone, Verdict};
@@ -79,9 +80,6 @@ fn four(value: f64) -> String {
     number::number(value, 4)
 }
 
-/// Bins of a curve over a coordinate.
-const BINS: usize = 60;
-
 /// A coordinate of every row with its label; angles within a turn.
 fn along<'s>(scene: &'s Scene, coordinate: &str) -> Option<(std::borrow::Cow<'s, [f64]>, &'static str)> {
     let see = &scene.coordinates;
@@ -115,45 +113,12 @@ fn axis(coordinate: &str) -> &str {
     }
 }
 
-/// From where to where a coordinate is drawn: all of it, but not the far ends of which a row in a hundred makes a picture of nothing.
-fn drawn_range(x: impl Iterator<Item = f64>) -> (f64, f64) {
-    let mut sorted: Vec<f64> = x.filter(|x| x.is_finite()).collect();
-    sorted.sort_unstable_by(f64::total_cmp);
-    let Some(last) = sorted.len().checked_sub(1) else { return (0.0, 0.0) };
-    let (whole, core) = ((sorted[0], sorted[last]), (sorted[last / 200], sorted[last - last / 200]));
-    if whole.1 - whole.0 > FAR * (core.1 - core.0) && core.1 > core.0 { core } else { whole }
-}
-
-/// Ends that stretch a coordinate by more than this are not drawn.
-const FAR: f64 = 3.0;
-
-/// Means of a residual over bins of a coordinate, with their standard errors.
-fn binned(x: &[f64], y: &[f64], keep: impl Fn(usize) -> bool) -> (Vec<(f64, f64)>, Vec<f64>) {
-    let rows: Vec<usize> = (0..x.len()).filter(|&i| keep(i)).collect();
-    let (low, high) = drawn_range(rows.iter().map(|&i| x[i]));
-    let width = ((high - low) / BINS as f64).max(f64::MIN_POSITIVE);
-    let mut sums = vec![(0.0, 0.0, 0.0); BINS];
-    for i in rows.into_iter().filter(|&i| (low..=high).contains(&x[i])) {
-        let bin = (((x[i] - low) / width) as usize).min(BINS - 1);
-        let (n, sum, squares) = &mut sums[bin];
-        (*n, *sum, *squares) = (*n + 1.0, *sum + y[i], *squares + y[i] * y[i]);
-    }
-    let filled = sums.iter().enumerate().filter(|(_, (n, ..))| *n >= 8.0);
-    filled
-        .map(|(bin, (n, sum, squares))| {
-            let mean = sum / n;
-            let sd = (squares / n - mean * mean).max(0.0).sqrt();
-            ((low + (bin as f64 + 0.5) * width, mean), sd / n.sqrt())
-        })
-        .unzip()
-}
-
 /// What is left along a coordinate, before and after.
 fn before_and_after(finding: &Finding, coordinate: &str, unit: TorqueUnit) -> Option<Drawing> {
     let (x, label) = along(&finding.scene, coordinate)?;
     let judgement = &finding.judgement;
     let curve = |name: &str, role, residual: &[f64]| {
-        let (points, error) = binned(&x, residual, |_| true);
+        let (points, error) = binned(&x, residual);
         Curve { label: name.into(), points, role, style: Style::Dots, error }
     };
     let mut curves = vec![curve("base model refitted", Role::Second, &judgement.base.residual)];
@@ -348,7 +313,7 @@ const PROMINENT: f64 = 8.0;
 
 fn heat(finding: &Finding, horizontal: &str, vertical: &str, unit: TorqueUnit) -> Option<Drawing> {
     let ((x, x_label), (y, y_label)) = (along(&finding.scene, horizontal)?, along(&finding.scene, vertical)?);
-    let ((x0, x1), (y0, y1)) = (drawn_range(x.iter().copied()), drawn_range(y.iter().copied()));
+    let ((x0, x1), (y0, y1)) = (drawn_range(&x), drawn_range(&y));
     if x1 <= x0 || y1 <= y0 {
         return None;
     }
@@ -457,18 +422,4 @@ fn open(found: &Diagnosis) -> Section {
     };
     let next = found.next_experiment.clone();
     section.notes((!next.is_empty()).then(|| format!("Next experiment: {next}.")))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn means_over_bins_average_noise_away() {
-        let x: Vec<f64> = (0..6000).map(|i| f64::from(i % 60)).collect();
-        let y: Vec<f64> = x.iter().enumerate().map(|(i, x)| x + if (i / 60) % 2 == 0 { 1.0 } else { -1.0 }).collect();
-        let (points, _) = binned(&x, &y, |_| true);
-        assert!(points.len() > 50);
-        assert!(points.iter().all(|(x, y)| (x - y).abs() < 0.6));
-    }
 }

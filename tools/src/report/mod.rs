@@ -8,6 +8,7 @@
 //! | [`number`] | numbers as people write them |
 //! | [`plot`] | curves, bars and heat maps as SVG |
 
+mod bins;
 pub mod diagnosis;
 pub mod figures;
 pub mod fit;
