@@ -6,7 +6,8 @@ use std::f64::consts::PI;
 
 use common::{PUBLISHED, WorkDir};
 use gmhm_tools::discover::{DiscoverError, Options, diagnose};
-use gmhm_tools::estimate::plausible::{Channel, Implausible, Remark, examine};
+use gmhm_tools::estimate::conversion::Channel;
+use gmhm_tools::estimate::plausible::{Implausible, Remark, examine};
 use gmhm_tools::estimate::{EstimateError, FitOptions, fit};
 use gmhm_tools::model::{Model, parse};
 use gmhm_tools::physics::predict;

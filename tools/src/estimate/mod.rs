@@ -34,6 +34,7 @@ pub mod basis;
 pub mod bounded;
 mod changes;
 pub mod columns;
+pub mod conversion;
 pub mod counts;
 pub mod coverage;
 pub(crate) mod denoise;
