@@ -13,7 +13,9 @@ use super::polish::polish;
 use super::problem::{Problem, Sweep};
 use super::refine::Weighted;
 use super::swarm::Stop;
-use super::{EstimateError, Fit, FitOptions, Method, Progress, left, noise, prepare, refine, select, uncertainty};
+use super::{
+    EstimateError, Fit, FitOptions, Method, Progress, left, noise, prepare, recorded, refine, select, uncertainty,
+};
 use crate::model::{GearSection, Model, Term, TermValue, TorqueSide};
 use crate::physics::{Evaluation, PredictError};
 use crate::recording::{Recording, TorqueUnit};
@@ -144,7 +146,8 @@ impl<'a> Base<'a> {
         let mut fastest = 0.0_f64;
         let mut ready = Vec::new();
         for recording in recordings {
-            let evaluation = Evaluation::new(&bare, None, recording).map_err(told)?;
+            let evaluation =
+                Evaluation::along(&bare, None, recording, recorded::signals(recording, gear)).map_err(told)?;
             let mut fixed = Vec::new();
             for kind in BASE {
                 let units = evaluation.columns(&empty(kind, 0.0)).map_err(told)?;

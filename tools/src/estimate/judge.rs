@@ -5,9 +5,10 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::coverage::Coverage;
+use super::recorded::predict;
 use super::rivals::{Comparison, compare};
 use super::{EstimateError, Fit, FitOptions, Progress};
-use crate::physics::{PredictError, Prediction, predict};
+use crate::physics::{PredictError, Prediction};
 use crate::recording::Recording;
 
 /// How far a fit may be trusted.

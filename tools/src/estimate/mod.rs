@@ -13,7 +13,7 @@
 //! | [`plausible`] | units, signs, zeros and dead channels, before anything is concluded |
 //! | [`noise`], `whitening`, `denoise`, `graduation` | colour, outliers; angles freed of noise |
 //! | [`counts`] | the motion behind a deflection in counts, and how far it may be from it |
-//! | [`recorded`] | a prediction for a motion that was recorded with noise |
+//! | [`recorded`] | a motion recorded with noise, as a model sees it |
 //! | [`select`] | law, kernel, gate and play by held-out prediction |
 //! | [`heldout`] | blocks predicted by a fit to the others |
 //! | [`uncertainty`], `spread`, [`singular`], `changes` | standard deviations, and what the recordings cannot tell |

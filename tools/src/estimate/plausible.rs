@@ -6,8 +6,9 @@ use std::fmt;
 
 use super::conversion::{Channel, Conversion, conversions};
 use super::denoise::channel_sd;
+use super::recorded::evaluate;
 use crate::model::Model;
-use crate::physics::{Evaluation, Signals};
+use crate::physics::Signals;
 use crate::recording::{Recording, TorqueUnit};
 
 /// Why a recording and a model cannot be of one gear, as they stand.
@@ -273,7 +274,7 @@ pub fn units(recording: &Recording, model: &Model) -> Result<(), Implausible> {
 /// The rms that a model misses, as a share of the torque's, both about their means; infinite where it cannot be evaluated.
 fn share_missed(recording: &Recording, model: &Model) -> f64 {
     let Some(torque) = recording.torque.as_deref() else { return f64::INFINITY };
-    let Ok(evaluation) = Evaluation::new(model, None, recording) else { return f64::INFINITY };
+    let Ok(evaluation) = evaluate(model, recording) else { return f64::INFINITY };
     let left: Vec<f64> = torque.iter().zip(evaluation.total()).map(|(t, m)| t - m).collect();
     let share = sd(&left) / sd(torque);
     if share.is_nan() { f64::INFINITY } else { share }
@@ -331,7 +332,7 @@ fn range(recording: &Recording, model: &Model, remarks: &mut Vec<Remark>) -> Res
 fn stiffness(recording: &Recording, model: &Model) -> Option<Remark> {
     model.elastic?;
     let torque = recording.torque.as_deref().filter(|_| recording.torque_sim_nm.is_none())?;
-    let evaluation = Evaluation::new(model, None, recording).ok()?;
+    let evaluation = evaluate(model, recording).ok()?;
     let theta = evaluation.scene().signals.deflection_rad.as_deref()?;
     let slope = |y: &[f64]| correlation(theta, y) * sd(y) / sd(theta);
     let (recorded, given) = (slope(torque), slope(evaluation.total()));

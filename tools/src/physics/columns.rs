@@ -5,6 +5,7 @@ use gmhm::terms::{Domain, Form, KeyInfo, KindInfo, Range, Role};
 use super::error::PredictError;
 use super::evaluate::{Followed, Scene};
 use super::predict::{add, scene};
+use super::signals::Signals;
 use super::term::{Terms, no_terms};
 use crate::model::{Model, Term, TermValue};
 use crate::recording::Recording;
@@ -40,7 +41,20 @@ impl<'a> Evaluation<'a> {
     /// # Errors
     /// As there.
     pub fn new(model: &Model, asked_rad: Option<f64>, recording: &'a Recording) -> Result<Self, PredictError> {
-        let scene = scene(model, asked_rad, recording)?;
+        Self::along(model, asked_rad, recording, Signals::new(recording, &model.gear))
+    }
+
+    /// The same for signals that are at hand.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn along(
+        model: &Model,
+        asked_rad: Option<f64>,
+        recording: &'a Recording,
+        signals: Signals<'a>,
+    ) -> Result<Self, PredictError> {
+        let scene = scene(model, asked_rad, recording, signals)?;
         let mut terms = no_terms(model);
         model.terms.iter().try_for_each(|term| add(&mut terms, term))?;
         scene.check(&terms)?;

@@ -48,7 +48,7 @@ pub fn predict_along(
     recording: &Recording,
     signals: Signals<'_>,
 ) -> Result<Prediction, PredictError> {
-    let scene = scene_of(model, asked_rad, recording, signals)?;
+    let scene = scene(model, asked_rad, recording, signals)?;
     let mut terms = no_terms(model);
     let uncorrected = scene.follow(&terms)?;
     let rows = recording.len();
@@ -94,11 +94,7 @@ pub fn predict_along(
 ///
 /// # Errors
 /// A model that predicts nothing, parameters that are refused, a gear without a deflection.
-pub fn scene<'a>(model: &Model, asked_rad: Option<f64>, recording: &'a Recording) -> Result<Scene<'a>, PredictError> {
-    scene_of(model, asked_rad, recording, Signals::new(recording, &model.gear))
-}
-
-fn scene_of<'a>(
+pub fn scene<'a>(
     model: &Model,
     asked_rad: Option<f64>,
     recording: &'a Recording,
