@@ -104,10 +104,8 @@ fn noise_of_the_angle_or_the_velocity_makes_inertia_no_smaller() {
         let assessment = Assessment::of(&fit, std::slice::from_ref(&recording), &()).unwrap();
         let predicted = recorded::predict(&fit.model, None, &recording).unwrap();
         let torque = recording.torque.as_deref().unwrap();
-        for row in 0..recording.len() {
-            let left = torque[row] - fit.offsets[0] - predicted.torque[row];
-            assert!((left - fit.residuals[0][row]).abs() < 1e-9, "row {row}");
-        }
+        let left = torque.iter().zip(&predicted.torque).map(|(torque, model)| torque - fit.offsets[0] - model);
+        assert!(left.zip(&fit.residuals[0]).all(|(left, fitted)| (left - fitted).abs() < 1e-9));
         assert_eq!(assessment.predictions, [predicted]);
     }
 }
