@@ -38,7 +38,7 @@ impl fmt::Display for InverseError {
         match self {
             Self::NoRange { law, slope_nm_per_rad } => write!(
                 f,
-                "law {} with these parameters has no inverse: the torque can fall while the deflection rises through zero (least slope {slope_nm_per_rad:.4} N·m/rad)",
+                "law {} with these parameters has no inverse: the torque can fall while the deflection rises through zero (least slope {slope_nm_per_rad:.3e} N·m/rad)",
                 law.name()
             ),
             Self::Period { period_s } => {

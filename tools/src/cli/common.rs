@@ -60,6 +60,19 @@ impl Default for SeedArgs {
     }
 }
 
+/// Results to standard output. A reader that has had enough of them, as `head`, is no failure: the files are written by then.
+///
+/// # Errors
+/// The system refuses.
+pub fn say(results: std::fmt::Arguments<'_>) -> Result<(), Failure> {
+    use std::io::{ErrorKind, Write};
+    let mut out = std::io::stdout().lock();
+    match out.write_fmt(results).and_then(|()| out.flush()) {
+        Err(refusal) if refusal.kind() != ErrorKind::BrokenPipe => Err(refusal.into()),
+        _ => Ok(()),
+    }
+}
+
 /// Results as indented JSON with a line break at the end.
 pub fn json(results: &impl serde::Serialize) -> Result<String, Failure> {
     Ok(serde_json::to_string_pretty(results).map_err(std::io::Error::other)? + "\n")

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::Session;
-use super::common::{ReadingArgs, SeedArgs, json};
+use super::common::{ReadingArgs, SeedArgs, json, say};
 use super::failure::Failure;
 use super::progress::Progress;
 use super::tables;
@@ -67,8 +67,8 @@ impl CompareArgs {
             outputs.add_text(path, &json(&page)?)?;
         }
         outputs.commit()?;
-        print!("{}", tables::comparison(&lines, recordings[0].torque_unit, self.seed.seed));
-        println!("Plot written to {}", self.plot.display());
+        say(format_args!("{}", tables::comparison(&lines, recordings[0].torque_unit, self.seed.seed)))?;
+        say(format_args!("Plot written to {}\n", self.plot.display()))?;
         Ok(())
     }
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::Session;
-use super::common::SeedArgs;
+use super::common::{SeedArgs, say};
 use super::failure::Failure;
 use super::progress::Progress;
 use crate::demo;
@@ -42,11 +42,11 @@ impl DemoArgs {
             outputs.add_text(&self.out.join(name), &svg.to_file())?;
         }
         outputs.commit()?;
-        print!("{demo}");
-        println!(
-            "\nRecording, model and plots (loop.svg, decomposition.svg, residual.svg) are in {}.",
+        say(format_args!("{demo}"))?;
+        say(format_args!(
+            "\nRecording, model and plots (loop.svg, decomposition.svg, residual.svg) are in {}.\n",
             self.out.display()
-        );
+        ))?;
         Ok(())
     }
 }

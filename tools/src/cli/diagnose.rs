@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::Session;
-use super::common::{ReadingArgs, SeedArgs, json, provenance};
+use super::common::{ReadingArgs, SeedArgs, json, provenance, say};
 use super::failure::Failure;
 use super::progress::Progress;
 use super::tables;
@@ -75,8 +75,8 @@ impl DiagnoseArgs {
             outputs.add_text(path, &report::diagnosis::page(&finding, provenance).to_html())?;
         }
         outputs.commit()?;
-        print!("{}", tables::diagnosis(&finding.diagnosis));
-        println!("Model written to {}; seed {}", self.output.display(), self.seed.seed);
+        say(format_args!("{}", tables::diagnosis(&finding.diagnosis)))?;
+        say(format_args!("Model written to {}; seed {}\n", self.output.display(), self.seed.seed))?;
         Ok(())
     }
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use super::Session;
-use super::common::{ReadingArgs, SeedArgs, json, provenance};
+use super::common::{ReadingArgs, SeedArgs, json, provenance, say};
 use super::failure::Failure;
 use super::progress::Progress;
 use super::tables;
@@ -102,11 +102,11 @@ impl FitArgs {
         let plot = self.plot.clone().unwrap_or_else(|| self.output.with_extension("svg"));
         outputs.add_text(&plot, &report::fit::loop_figure(&fit, &assessment, &recordings).to_file())?;
         outputs.commit()?;
-        println!("{}", assessment.verdict.sentence);
-        print!("{}", tables::fit(&fit));
-        println!("Model written to {}, plot to {}", self.output.display(), plot.display());
+        say(format_args!("{}\n", assessment.verdict.sentence))?;
+        say(format_args!("{}", tables::fit(&fit)))?;
+        say(format_args!("Model written to {}, plot to {}\n", self.output.display(), plot.display()))?;
         if let Some(path) = &self.report {
-            println!("Report written to {}", path.display());
+            say(format_args!("Report written to {}\n", path.display()))?;
         }
         Ok(())
     }

@@ -6,7 +6,7 @@ use clap::Args;
 use gmhm::block::verify;
 
 use super::Session;
-use super::common::address;
+use super::common::{address, say};
 use super::failure::Failure;
 use super::progress::Progress;
 use crate::block::read;
@@ -62,14 +62,14 @@ impl FlashArgs {
             outputs.commit()?;
         }
         let gear = verify(&flashed.bytes).map_err(DeviceError::from)?.header().identity;
-        println!(
-            "{}: stored and read back {} bytes for gear \"{}\", sequence {}, CRC-32 {:#010x}",
+        say(format_args!(
+            "{}: stored and read back {} bytes for gear \"{}\", sequence {}, CRC-32 {:#010x}\n",
             self.to,
             flashed.bytes.len(),
             gear.label(),
             flashed.sequence,
             flashed.crc
-        );
+        ))?;
         Ok(())
     }
 

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::Session;
-use super::common::{ReadingArgs, SeedArgs, json, positive, provenance};
+use super::common::{ReadingArgs, SeedArgs, json, positive, provenance, say};
 use super::failure::Failure;
 use super::progress::Progress;
 use super::tables;
@@ -85,9 +85,9 @@ impl HealthArgs {
             outputs.add_text(path, &report::health::page(&found, provenance).to_html())?;
         }
         outputs.commit()?;
-        print!("{}", tables::health(&found));
+        say(format_args!("{}", tables::health(&found)))?;
         if let Some(path) = &self.report {
-            println!("Report written to {}", path.display());
+            say(format_args!("Report written to {}\n", path.display()))?;
         }
         Ok(())
     }

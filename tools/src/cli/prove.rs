@@ -7,7 +7,7 @@ use clap::Args;
 use indicatif::HumanDuration;
 
 use super::Session;
-use super::common::{SeedArgs, json};
+use super::common::{SeedArgs, json, say};
 use super::failure::Failure;
 use super::progress::Progress;
 use crate::discover::Diagnostician;
@@ -70,11 +70,15 @@ impl ProveArgs {
             let progress = Progress::new("Writing cases", cases.len() as u64, session.quiet);
             export::write(folder, seed, &cases, &mut |done| progress.at(done as u64))?;
             drop(progress);
-            println!("{} cases of seed {seed} and their keys written to {}", cases.len(), folder.display());
+            say(format_args!("{} cases of seed {seed} and their keys written to {}\n", cases.len(), folder.display()))?;
             return Ok(());
         }
         let sealed = Sealed::new(seed, cases);
-        println!("{} cases of seed {seed}; SHA-256 of the hashes of their keys:\n{}\n", sealed.len(), sealed.sha256());
+        say(format_args!(
+            "{} cases of seed {seed}; SHA-256 of the hashes of their keys:\n{}\n\n",
+            sealed.len(),
+            sealed.sha256()
+        ))?;
         if let Some(path) = &self.keys {
             write(path, &sealed.hashes())?;
         }
@@ -91,10 +95,13 @@ impl ProveArgs {
         if let Some(path) = &self.json {
             write(path, &json(&report)?)?;
         }
-        print!("{report}");
+        say(format_args!("{report}"))?;
         if self.answers.is_none() && self.only.is_empty() && self.cases < FULL_CASES {
             let time = HumanDuration(full);
-            println!("a full run, --cases {FULL_CASES} with {} nulls, takes about {time} here", FULL_CASES / 3);
+            say(format_args!(
+                "a full run, --cases {FULL_CASES} with {} nulls, takes about {time} here\n",
+                FULL_CASES / 3
+            ))?;
         }
         Ok(())
     }

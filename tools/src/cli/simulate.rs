@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use super::Session;
-use super::common::{SeedArgs, json};
+use super::common::{SeedArgs, json, say};
 use super::failure::Failure;
 use super::progress::Progress;
 use crate::bench::joint::{self, Plant};
@@ -109,8 +109,8 @@ impl SimulateArgs {
             }
         }
         outputs.commit()?;
-        print!("{told}");
-        println!("Recording written to {}", self.output.display());
+        say(format_args!("{told}"))?;
+        say(format_args!("Recording written to {}\n", self.output.display()))?;
         Ok(())
     }
 }

@@ -29,7 +29,7 @@ pub(super) fn fit(fit: &Fit) -> String {
             } else {
                 ""
             };
-            format!("  {:<24} {:>10} {:>12.4} {:>12.4}{said}", c.name, c.parameters, c.rms, c.heldout_rms)
+            format!("  {:<24} {:>10} {:>12} {:>12}{said}", c.name, c.parameters, four(c.rms), four(c.heldout_rms))
         }));
     }
     if let Some(words) = fit.said_of_the_inverse() {
@@ -44,7 +44,12 @@ pub(super) fn fit(fit: &Fit) -> String {
     let width = fit.uncertainty.parameters.iter().map(|p| p.name.len()).max().unwrap_or(0);
     lines.extend(fit.uncertainty.parameters.iter().map(|p| parameter(p, width)));
     lines.extend(notes(&fit.uncertainty.parameters));
-    lines.push(format!("Left over: {:.4} {unit} rms in {} rows, {:.4} held out", fit.rms, fit.rows, fit.heldout_rms));
+    lines.push(format!(
+        "Left over: {} {unit} rms in {} rows, {} held out",
+        four(fit.rms),
+        fit.rows,
+        four(fit.heldout_rms)
+    ));
     lines.join("\n") + "\n"
 }
 
@@ -106,6 +111,15 @@ pub(super) fn diagnosis(found: &Diagnosis) -> String {
     lines.join("\n") + "\n"
 }
 
+/// Four significant digits.
+fn four(x: f64) -> String {
+    let exponent = if x == 0.0 { 0 } else { x.abs().log10().floor() as i32 };
+    if (-3..5).contains(&exponent) {
+        return format!("{x:.*}", (3 - exponent).max(0) as usize);
+    }
+    format!("{x:.3e}")
+}
+
 /// Columns of the terminal that a list fills.
 const WIDTH: usize = 100;
 
@@ -157,11 +171,16 @@ pub(super) fn comparison(lines: &[Comparison], unit: TorqueUnit, seed: u64) -> S
         "model", "parameters", "sum of sq.", "rms", "held out", "unseen recording", "instructions"
     );
     for line in lines {
-        let unseen = line.unseen_recording_rms.map_or("-".to_owned(), |rms| format!("{rms:.4}"));
+        let unseen = line.unseen_recording_rms.map_or("-".to_owned(), four);
         let cost = line.instructions.map_or("-".to_owned(), |count| count.to_string());
         text += &format!(
-            "  {:<32} {:>10} {:>12.4} {:>10.4} {:>10.4} {:>16} {cost:>12}\n",
-            line.model, line.parameters, line.rss, line.rms, line.heldout_rms, unseen
+            "  {:<32} {:>10} {:>12} {:>10} {:>10} {:>16} {cost:>12}\n",
+            line.model,
+            line.parameters,
+            four(line.rss),
+            four(line.rms),
+            four(line.heldout_rms),
+            unseen
         );
     }
     if lines.iter().all(|line| line.unseen_recording_rms.is_none()) {
@@ -178,12 +197,12 @@ pub(super) fn health(health: &Health) -> String {
     let rating = &health.rating;
     let unit = health.unit.symbol();
     lines.push(format!(
-        "Structure {}, seed {}; rated torque {:.4} {unit}, T1 {:.4} {unit}, T2 {:.4} {unit}; false alarms {} %",
+        "Structure {}, seed {}; rated torque {} {unit}, T1 {} {unit}, T2 {} {unit}; false alarms {} %",
         health.structure,
         health.seed,
-        rating.rated_torque,
-        rating.t1,
-        rating.t2,
+        four(rating.rated_torque),
+        four(rating.t1),
+        four(rating.t2),
         100.0 * health.false_alarm_rate
     ));
     lines.push(format!(

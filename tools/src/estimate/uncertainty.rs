@@ -372,10 +372,10 @@ fn open_note(law: Law, kernel: Kernel, name: &str) -> String {
     match (law, name) {
         (Law::Time, _) => format!("the recordings say nothing about {name}: record the same stroke at several rates"),
         (_, "alpha" | "beta_per_s" | "omega_per_s") if kernel == Kernel::Deflection => {
-            "not determined by itself: a rate-independent loop fixes only e, h and rho = beta/omega; the value follows from omega as written".to_owned()
+            "a rate-independent loop fixes only e, h and rho = beta/omega, and leaves this open; the value follows from omega as written".to_owned()
         }
         (_, "alpha" | "beta_per_s" | "omega_per_s") => {
-            "not determined by itself: a rate-independent loop fixes only alpha and rho = beta/omega; the value follows from omega as written".to_owned()
+            "a rate-independent loop fixes only alpha and rho = beta/omega, and leaves this open; the value follows from omega as written".to_owned()
         }
         _ => format!("the recordings say nothing about {name}: record cycles at several amplitudes up to the rated deflection"),
     }

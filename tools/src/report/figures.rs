@@ -69,7 +69,7 @@ pub fn decomposition(
         Curve::new("elastic torque f", Role::Third, deflection_rad, MRAD, elastic),
         Curve::new("hysteresis torque z", Role::Second, deflection_rad, MRAD, hysteresis),
     ];
-    let y_label = torque_axis("torque", unit);
+    let y_label = torque_axis(unit.quantity(), unit);
     Figure { title: title.into(), x_label: DEFLECTION.into(), y_label, curves, ..Figure::default() }.draw()
 }
 

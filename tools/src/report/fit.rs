@@ -1,7 +1,7 @@
 //! The report of a fit: good enough to flash or not, and why.
 
 use super::figures::{self, Abscissa, symbol};
-use super::number::number;
+use super::number::{estimate, number};
 use super::page::{Page, Provenance, Section, Table, TableRow, Tone, Verdict};
 use super::plot::{Drawing, Role};
 use crate::demo::paper;
@@ -75,6 +75,8 @@ struct Joined {
     residual: Vec<f64>,
     unsettled_s: Vec<(f64, f64)>,
     names: Vec<String>,
+    /// Names of the recordings that are fitted with what the gear remembered at their first row.
+    followed: Vec<String>,
 }
 
 impl Joined {
@@ -91,7 +93,10 @@ impl Joined {
             residual: Vec::new(),
             unsettled_s: Vec::new(),
             names: recordings.iter().map(|r| stem(&r.name)).collect(),
+            followed: Vec::new(),
         };
+        let remembered = |index: &usize| !fit.known_start[*index] && fit.unsettled_rows[*index] == 0;
+        all.followed = (0..recordings.len()).filter(remembered).map(|index| all.names[index].clone()).collect();
         let mut begin = 0.0;
         for (index, recording) in recordings.iter().enumerate() {
             if index > 0 {
@@ -130,9 +135,14 @@ impl Joined {
     }
 
     fn loop_figure(&self, name: &str, unit: TorqueUnit) -> Drawing {
-        let model = [("model, from rest", Role::Model, &self.modelled[..])];
+        let fitted: Vec<f64> = self.measured.iter().zip(&self.residual).map(|(torque, left)| torque - left).collect();
+        let model: &[(&str, Role, &[f64])] = if self.followed.is_empty() {
+            &[("model, from rest", Role::Model, &self.modelled)]
+        } else {
+            &[("model, from rest", Role::Second, &self.modelled), ("model, as fitted", Role::Model, &fitted)]
+        };
         let what = if self.over == Abscissa::DEFLECTION { "Hysteresis loop" } else { "Joint log" };
-        figures::torque_over(self.over, &format!("{what}: {name}"), &self.at, &self.measured, &model, unit)
+        figures::torque_over(self.over, &format!("{what}: {name}"), &self.at, &self.measured, model, unit)
     }
 }
 
@@ -159,11 +169,17 @@ fn the_joint(rows: &Joined, fit: &Fit, unit: TorqueUnit) -> Section {
 }
 
 fn the_loop(rows: &Joined, fit: &Fit, unit: TorqueUnit) -> Section {
+    let lines = match &rows.followed[..] {
+        [] => "Blue: the model, which never reads the recorded torque. It starts with an empty memory.".to_owned(),
+        names => {
+            let which = if names.len() < rows.names.len() { format!(" ({})", names.join(", ")) } else { String::new() };
+            format!(
+                "Blue: the model as fitted with what the gear remembered at the first row{which}. Orange: a prediction, which starts with an empty memory and meets the loop at its first tip."
+            )
+        }
+    };
     Section::new("The loop").figures([
-        (
-            rows.loop_figure(&fit.model.name, unit),
-            "Grey: recording, its constant offset taken off. Blue: the model, which never reads the recorded torque. It starts with an empty memory.".into(),
-        ),
+        (rows.loop_figure(&fit.model.name, unit), format!("Grey: recording, its constant offset taken off. {lines}")),
         (
             figures::decomposition("Elastic and hysteresis torque", &rows.at, &rows.elastic, &rows.hysteresis, unit),
             "The two parts of the model: what the spring gives back, and what depends on the way there.".into(),
@@ -181,19 +197,6 @@ fn left_over(fit: &Fit, assessment: &Assessment, rows: &Joined, unit: TorqueUnit
         ""
     } else {
         " Shaded: rows before the loop has settled, which the fit leaves out because the past of the gear is unknown."
-    };
-    let followed = rows.names.iter().zip(&fit.known_start).zip(&fit.unsettled_rows);
-    let followed: Vec<&str> = followed
-        .filter(|((_, known), unsettled)| !**known && **unsettled == 0)
-        .map(|((name, _), _)| name.as_str())
-        .collect();
-    let past = if followed.is_empty() {
-        String::new()
-    } else {
-        format!(
-            " {}: fitted with what the gear remembered at the first row. A prediction starts with an empty memory, so the loop above is off there.",
-            followed.join(", ")
-        )
     };
     let structure = match assessment.structure {
         Some(s) if s.significant => format!(
@@ -221,7 +224,7 @@ fn left_over(fit: &Fit, assessment: &Assessment, rows: &Joined, unit: TorqueUnit
         .figures([
             (
                 figures::residual_over_time("Residual over time", &rows.time_s, &over, &rows.unsettled_s, unit),
-                time + shaded + &past,
+                time + shaded,
             ),
             (
                 figures::residual_by_direction(left_title, rows.over, &rows.at, &rows.residual, unit),
@@ -233,46 +236,48 @@ fn left_over(fit: &Fit, assessment: &Assessment, rows: &Joined, unit: TorqueUnit
 
 fn noise(fit: &Fit, names: &[String], unit: TorqueUnit) -> Table {
     let symbol = unit.symbol();
+    // A joint log knows neither a loop that settles nor a deflection.
+    let gear = fit.model.elastic.is_some();
+    let torque_steps = fit.noise.iter().any(|noise| noise.torque_step_nm.is_some());
+    let deflection_steps = fit.noise.iter().any(|noise| noise.deflection_step_rad.is_some());
     let rows = fit.noise.iter().enumerate().map(|(index, noise)| {
         let colour = match noise.coefficients.len() {
             0 => "white".to_owned(),
             order => format!("coloured, AR({order})"),
         };
-        let step = |step: Option<f64>| step.map_or("–".to_owned(), |s| number(s, 3));
-        TableRow::new([
+        let mut cells = vec![
             names[index].clone(),
             number(fit.offsets[index], 4),
             colour,
             number(noise.innovation_sd, 3),
             noise.outliers.to_string(),
-            fit.unsettled_rows[index].to_string(),
-            step(noise.torque_step_nm),
-            step(noise.deflection_step_rad),
-        ])
+        ];
+        cells.extend(gear.then(|| fit.unsettled_rows[index].to_string()));
+        let steps = [(torque_steps, noise.torque_step_nm), (deflection_steps, noise.deflection_step_rad)];
+        let told = steps.iter().filter(|(told, _)| *told);
+        cells.extend(told.map(|(_, step)| step.map_or("–".to_owned(), |s| number(s, 3))));
+        TableRow::new(cells)
     });
-    Table {
-        caption: "Each recording: the constant offset, the noise and the standard deviation of its innovations, rows that do not count, and steps where a column is quantised".into(),
-        head: vec![
-            "recording".into(),
-            format!("offset in {symbol}"),
-            "noise".into(),
-            format!("its sd in {symbol}"),
-            "outliers in rows".into(),
-            "unsettled start in rows".into(),
-            format!("{} step in {symbol}", unit.quantity()),
-            "deflection step in rad".into(),
-        ],
-        rows: rows.collect(),
-    }
+    let mut head = vec![
+        "recording".to_owned(),
+        format!("offset in {symbol}"),
+        "noise".to_owned(),
+        format!("sd of its innovations in {symbol}"),
+        "outliers (rows)".to_owned(),
+    ];
+    head.extend(gear.then(|| "unsettled start (rows)".to_owned()));
+    head.extend(torque_steps.then(|| format!("{} counted in steps of {symbol}", unit.quantity())));
+    head.extend(deflection_steps.then(|| "deflection counted in steps of rad".to_owned()));
+    let caption = "Each recording: the constant offset, the noise, and rows that do not count".into();
+    Table { caption, head, rows: rows.collect() }
 }
 
 fn parameters(fit: &Fit) -> Section {
     let row = |p: &Estimated| {
         let (value, sd, interval) = match p.sd {
             Some(sd) => {
-                let digits = ((p.value.abs() / sd).log10().ceil().max(0.0) as usize + 2).clamp(2, 8);
-                let ends = [p.value - 2.0 * sd, p.value + 2.0 * sd].map(|v| number(v, digits));
-                (number(p.value, digits), number(sd, 2), format!("{} … {}", ends[0], ends[1]))
+                let (value, interval) = estimate(p.value, sd);
+                (value, number(sd, 2), interval)
             }
             None => (number(p.value, 6), "–".to_owned(), "–".to_owned()),
         };
@@ -404,28 +409,20 @@ fn comparison(assessment: &Assessment, recordings: &[Recording], unit: TorqueUni
 pub fn comparison_table(lines: &[crate::estimate::rivals::Comparison], unit: TorqueUnit) -> Table {
     let symbol = unit.symbol();
     let row = |(index, line): (usize, &crate::estimate::rivals::Comparison)| {
-        TableRow::new([
-            line.model.clone(),
-            line.parameters.to_string(),
-            number(line.rms, 4),
-            number(line.heldout_rms, 4),
-            line.unseen_recording_rms.map_or("–".to_owned(), |rms| number(rms, 4)),
-            line.instructions.map_or("–".to_owned(), |count| count.to_string()),
-        ])
-        .chosen(index == 0)
+        let errors = [Some(line.rms), Some(line.heldout_rms), line.unseen_recording_rms];
+        let cells = [line.model.clone(), line.parameters.to_string()].into_iter();
+        let cells = cells.chain(errors.into_iter().flatten().map(|rms| number(rms, 4)));
+        let cost = line.instructions.map_or("–".to_owned(), |count| count.to_string());
+        TableRow::new(cells.chain([cost])).chosen(index == 0)
     };
-    Table {
-        caption: String::new(),
-        head: vec![
-            "model".into(),
-            "parameters".into(),
-            format!("rms fitted in {symbol}"),
-            format!("rms held out in {symbol}"),
-            format!("rms in a recording not seen in {symbol}"),
-            "instructions a sample, Cortex-M4F, f32".into(),
-        ],
-        rows: lines.iter().enumerate().map(row).collect(),
+    let mut head = vec!["model".to_owned(), "parameters".to_owned()];
+    head.extend(["fitted", "held out"].map(|rows| format!("rms {rows} in {symbol}")));
+    // All lines have it, or none.
+    if lines.iter().any(|line| line.unseen_recording_rms.is_some()) {
+        head.push(format!("rms of unseen recordings in {symbol}"));
     }
+    head.push("instructions a sample, Cortex-M4F, f32".to_owned());
+    Table { caption: String::new(), head, rows: lines.iter().enumerate().map(row).collect() }
 }
 
 fn search(fit: &Fit) -> Section {

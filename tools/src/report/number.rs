@@ -25,6 +25,26 @@ pub fn number(value: f64, digits: usize) -> String {
     shown.replace('-', "−")
 }
 
+/// An estimate as people write it: its value and the ends of ± two standard deviations, all to the place of the second digit of the standard deviation.
+pub fn estimate(value: f64, sd: f64) -> (String, String) {
+    let ends = [value - 2.0 * sd, value + 2.0 * sd];
+    let largest = ends[0].abs().max(ends[1].abs());
+    if !(sd > 0.0 && largest.is_finite()) {
+        return (number(value, 6), "–".to_owned());
+    }
+    let (exponent, place) = (largest.log10().floor() as i32, sd.log10().floor() as i32 - 1);
+    let plain = (-3..5).contains(&exponent);
+    let scale = if plain { 0 } else { exponent };
+    let decimals = (scale - place).clamp(0, 12) as usize;
+    let digits = |x: f64| format!("{:.decimals$}", x / 10_f64.powi(scale)).replace('-', "−");
+    let interval = format!("{} … {}", digits(ends[0]), digits(ends[1]));
+    if plain {
+        return (digits(value), interval);
+    }
+    let power = format!("·10{}", scale.to_string().chars().map(superscript).collect::<String>());
+    (digits(value) + &power, format!("({interval}){power}"))
+}
+
 fn superscript(digit: char) -> char {
     match digit {
         '-' => '⁻',
@@ -61,6 +81,20 @@ mod tests {
         assert_eq!(number(1.168e-3, 3), "0.00117");
         assert_eq!(number(5.8e-6, 2), "5.8·10⁻⁶");
         assert_eq!(number(0.0, 3), "0");
+    }
+
+    #[test]
+    fn an_estimate_is_written_to_the_place_that_is_known() {
+        let written = |value, sd| {
+            let (value, interval) = estimate(value, sd);
+            format!("{value} | {interval}")
+        };
+        assert_eq!(written(0.194, 0.0904), "0.194 | 0.013 … 0.375");
+        assert_eq!(written(2.1e5, 1.4e5), "2.1·10⁵ | (−0.7 … 4.9)·10⁵");
+        assert_eq!(written(9.989e8, 2.87e7), "0.999·10⁹ | (0.942 … 1.056)·10⁹");
+        assert_eq!(written(-1.41e14, 3.8e13), "−1.41·10¹⁴ | (−2.17 … −0.65)·10¹⁴");
+        assert_eq!(written(24797.0, 87.0), "24797 | 24623 … 24971");
+        assert_eq!(written(5.0, 0.0), "5.00000 | –");
     }
 
     #[test]

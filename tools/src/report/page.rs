@@ -177,6 +177,13 @@ impl Table {
         if !named && is_number(cell) { "number" } else { "" }
     }
 
+    /// A head stands over its numbers.
+    fn head_class(&self, column: &usize) -> &'static str {
+        let cells = || self.shown().iter().filter_map(|row| row.cells.get(*column)).filter(|cell| !cell.is_empty());
+        let numbers = cells().next().is_some() && cells().all(|cell| self.class(column, cell) == "number");
+        if numbers { "number" } else { "" }
+    }
+
     fn left_out(&self) -> usize {
         self.rows.len() - self.shown().len()
     }

@@ -3,7 +3,7 @@
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
-use super::{AXIS, Canvas, Drawing, GRID, Role, SHARPNESS, WORDS, anchored, drawing, font, head, px};
+use super::{AXIS, Canvas, Drawing, GRID, HEIGHT, Role, SHARPNESS, WORDS, anchored, drawing_of, font, head, px};
 use crate::report::number::{number, tick};
 
 /// One number a name, as horizontal bars from zero.
@@ -17,10 +17,15 @@ pub struct Bars {
     pub bars: Vec<(String, f64)>,
 }
 
+/// Height of the title and the axis, and of a name over its bar, pixels.
+const HEAD_AND_AXIS: u32 = 108;
+const LINE: u32 = 38;
+
 impl Bars {
     /// The bars drawn.
     pub fn draw(&self) -> Drawing {
-        drawing(&self.title, |canvas| self.draw_on(canvas).map_err(|e| e.to_string()))
+        let height = HEIGHT.max(HEAD_AND_AXIS + LINE * self.bars.len() as u32);
+        drawing_of(height, &self.title, |canvas| self.draw_on(canvas).map_err(|e| e.to_string()))
     }
 
     fn draw_on<'a>(&self, canvas: &Canvas<'a>) -> super::Drawn<'a> {

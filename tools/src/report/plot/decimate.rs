@@ -63,7 +63,14 @@ pub fn line(points: &[(f64, f64)], window: &Window) -> Vec<Vec<(f64, f64)>> {
         return runs.into_iter().map(<[_]>::to_vec).collect();
     }
     if runs.iter().all(|run| run.windows(2).all(|w| w[0].0 <= w[1].0)) {
-        return runs.into_iter().map(|run| extremes(run, count.div_ceil(BUCKETS))).collect();
+        // Of runs of different rates each has the buckets of its share of the axis.
+        let span = |run: &[(f64, f64)]| run[run.len() - 1].0 - run[0].0;
+        let whole: f64 = runs.iter().map(|run| span(run)).sum();
+        let bucket = |run: &[(f64, f64)]| {
+            let buckets = (BUCKETS as f64 * span(run) / whole.max(f64::MIN_POSITIVE)).ceil().max(1.0);
+            (run.len() as f64 / buckets).ceil() as usize
+        };
+        return runs.into_iter().map(|run| extremes(run, bucket(run))).collect();
     }
     let mut pieces = Vec::new();
     for size in CELLS {
@@ -152,6 +159,16 @@ mod tests {
         points[654_321].1 = 5.0;
         let kept = line(&points, &window());
         assert!(kept[0].len() <= FEW && kept[0].contains(&(654_321.0, 5.0)));
+    }
+
+    #[test]
+    fn a_short_run_of_few_rows_beside_a_long_one_is_drawn_whole() {
+        let slow: Vec<(f64, f64)> = (0..64).map(|k| (0.1 * f64::from(k), f64::from(k % 7))).collect();
+        let fast = (0..200_000).map(|k| (7.0 + 2e-4 * f64::from(k), f64::from(k % 5)));
+        let both: Vec<(f64, f64)> = slow.iter().copied().chain([(f64::NAN, f64::NAN)]).chain(fast).collect();
+        let kept = line(&both, &window());
+        assert_eq!(kept[0], slow);
+        assert!(kept[1].len() <= FEW, "{}", kept[1].len());
     }
 
     #[test]

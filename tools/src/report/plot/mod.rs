@@ -45,6 +45,7 @@ impl Role {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Drawing {
     title: String,
+    height: u32,
     body: String,
 }
 
@@ -58,8 +59,9 @@ impl Drawing {
     pub fn to_file(&self) -> String {
         let style = format!("<style>{}</style>", dark("", ""));
         let from = format!(
-            "<svg width=\"{WIDTH}\" height=\"{HEIGHT}\" viewBox=\"{}\" xmlns=\"http://www.w3.org/2000/svg\">",
-            view()
+            "<svg width=\"{WIDTH}\" height=\"{}\" viewBox=\"{}\" xmlns=\"http://www.w3.org/2000/svg\">",
+            self.height,
+            self.view()
         );
         format!("{from}\n<title>{}</title>\n{style}\n{}</svg>\n", escaped(&self.title), self.body)
     }
@@ -67,7 +69,11 @@ impl Drawing {
     /// As an element of a page, which brings the colours with [`style`].
     pub fn to_element(&self) -> String {
         let title = escaped(&self.title);
-        format!("<svg viewBox=\"{}\" role=\"img\" aria-label=\"{title}\">\n{}</svg>\n", view(), self.body)
+        format!("<svg viewBox=\"{}\" role=\"img\" aria-label=\"{title}\">\n{}</svg>\n", self.view(), self.body)
+    }
+
+    fn view(&self) -> String {
+        format!("0 0 {} {}", WIDTH * SHARPNESS, self.height * SHARPNESS)
     }
 }
 
@@ -87,10 +93,6 @@ const WORDS: u32 = 17;
 const SHARPNESS: u32 = 2;
 
 const GRID: RGBColor = RGBColor(0xDD, 0xDD, 0xDD);
-
-fn view() -> String {
-    format!("0 0 {} {}", WIDTH * SHARPNESS, HEIGHT * SHARPNESS)
-}
 
 fn dark(within: &str, medium: &str) -> String {
     let colours = [
@@ -116,16 +118,21 @@ type Drawn<'a> = Result<(), Box<dyn std::error::Error + 'a>>;
 
 /// Draws on a white canvas.
 fn drawing(title: &str, draw: impl FnOnce(&Canvas<'_>) -> Result<(), String>) -> Drawing {
+    drawing_of(HEIGHT, title, draw)
+}
+
+/// The same in another height, pixels.
+fn drawing_of(height: u32, title: &str, draw: impl FnOnce(&Canvas<'_>) -> Result<(), String>) -> Drawing {
     let mut svg = String::new();
     {
-        let canvas = SVGBackend::with_string(&mut svg, (WIDTH * SHARPNESS, HEIGHT * SHARPNESS)).into_drawing_area();
+        let canvas = SVGBackend::with_string(&mut svg, (WIDTH * SHARPNESS, height * SHARPNESS)).into_drawing_area();
         // Nothing can fail: the canvas is a string.
         let _ = canvas.fill(&WHITE).map_err(|e| e.to_string()).and_then(|()| draw(&canvas));
         let _ = canvas.present();
     }
     let body = svg.split_once('>').map_or("", |(_, rest)| rest);
     let body = body.rsplit_once("</svg>").map_or(body, |(inside, _)| inside);
-    Drawing { title: title.to_owned(), body: body.to_owned() }
+    Drawing { title: title.to_owned(), height, body: body.to_owned() }
 }
 
 /// A font size in figure pixels.
