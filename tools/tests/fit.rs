@@ -77,6 +77,40 @@ fn what_cannot_be_fitted_is_refused() {
 }
 
 #[test]
+fn what_no_gear_does_is_refused_and_the_mend_is_named() {
+    let dir = WorkDir::new();
+    dir.succeed("demo --out demo");
+    let scaled = |factor: &str| format!("demo/recording.csv --map deflection_rad=deflection_rad*{factor}");
+    let refusal = &["varies by", "which no gear does", "--map"];
+    dir.refuse(&format!("fit {} -o far.toml", scaled("1e200")), refusal);
+    dir.refuse(&format!("fit {} --method pso -o far.toml", scaled("1e200")), refusal);
+    dir.refuse(&format!("compare {}", scaled("1e-300")), refusal);
+
+    let mut joint = "time_s,theta_out_rad,torque_nm\n".to_owned();
+    (0..200).for_each(|k| joint += &format!("{},{},{}\n", 0.01 * f64::from(k), (0.1 * f64::from(k)).sin(), k % 9));
+    dir.write("joint.csv", &joint);
+    for command in ["compare joint.csv", "health joint.csv demo/recording.csv", "fit joint.csv --method pso -o j.toml"]
+    {
+        dir.refuse(command, &["joint.csv is a joint log", "theta_in_rad"]);
+    }
+}
+
+#[test]
+fn a_zero_of_the_encoders_far_from_the_gears_is_found_beside_a_given_model() {
+    let dir = WorkDir::new();
+    dir.succeed("demo --out demo");
+    dir.succeed("fit demo/recording.csv -o gear.toml --json gear.json");
+    let far = "demo/recording.csv --map deflection_rad=deflection_rad+1";
+    dir.succeed(&format!("fit {far} --model gear.toml -o far.toml --json far.json"));
+    let rms = |file: &str| serde_json::from_str::<serde_json::Value>(&dir.read(file)).unwrap()["rms"].as_f64().unwrap();
+    assert!((rms("far.json") / rms("gear.json") - 1.0).abs() < 0.01, "{} {}", rms("far.json"), rms("gear.json"));
+    assert!(dir.read("far.toml").contains("deflection_zero_rad = 1.0"), "{}", dir.read("far.toml"));
+    let told = dir.succeed(&format!("health demo/recording.csv {far}"));
+    // The rated torque is that about the zero.
+    assert!(told.stdout.contains("rated torque 30."), "{}", told.stdout);
+}
+
+#[test]
 fn a_real_recording_ends_with_numbers() {
     let name = "friction_damper_1Hz30lbtension1amplitude.csv";
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/recordings").join(name);

@@ -90,6 +90,33 @@ fn short_strokes_a_spring_and_noise_are_told() {
 }
 
 #[test]
+fn a_sensor_at_its_end_a_single_stroke_and_a_flipped_sign_are_told() {
+    let whole = gear(4000, 2.0, 0.1);
+    let limit = |values: &mut Option<Vec<f64>>, most: f64| {
+        values.iter_mut().flatten().for_each(|x| *x = x.clamp(-most, most));
+    };
+    let (mut torque, mut deflection) = (whole.clone(), whole.clone());
+    limit(&mut torque.torque, 20.0);
+    limit(&mut deflection.deflection_rad, 0.7 * A);
+    says(&assessed(&[torque], A).1, Grade::Bad, "the torque stands at -20.000 N·m while the deflection goes on");
+    says(&assessed(&[deflection], A).1, Grade::Bad, "the deflection stands at -0.818 mrad while the torque goes on");
+
+    let (elastic, memory) = published();
+    let stroke: Vec<f64> = (0..2000).map(|k| A * (f64::from(k) / 1000.0 - 1.0)).collect();
+    let stroke = record(A, elastic, memory, &Path { theta: stroke, period_s: 1e-2 }, 0.1, 5);
+    says(&assessed(&[stroke], A).1, Grade::Caution, "never turns back");
+
+    let mut flipped = whole;
+    flipped.torque.iter_mut().flatten().for_each(|x| *x = -*x);
+    says(&assessed(&[flipped], A).1, Grade::Bad, "counted backwards");
+
+    // Counts of a coarse converter and a gear at rest are no such thing.
+    let mut counted = gear(4000, 4.0, 0.1);
+    counted.torque.iter_mut().flatten().for_each(|x| *x = (*x / 2.0).round() * 2.0);
+    assert!(assessed(&[counted], A).1.clipped.is_empty());
+}
+
+#[test]
 fn no_line_leads_from_one_recording_to_the_next() {
     // The first ends at the upper tip, the second starts at the lower one.
     let (elastic, memory) = published();

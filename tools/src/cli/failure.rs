@@ -89,18 +89,12 @@ impl Failure {
             | Failure::Assess(AssessError::Predict(e))
             | Failure::Discover(DiscoverError::Predict(e)) => e.mend(),
             Failure::Invert(e) => e.mend(),
-            Failure::Discover(DiscoverError::Implausible(e)) | Failure::Estimate(EstimateError::Implausible(e)) => {
-                Some(e.mend())
-            }
+            Failure::Discover(DiscoverError::Implausible(e)) => Some(e.mend()),
+            Failure::Estimate(e) | Failure::Assess(AssessError::Estimate(e)) => e.mend(),
             Failure::NoRealNoise { .. } => {
                 Some("name their folder with --recordings FOLDER, or prove other blocks".to_owned())
             }
-            Failure::Bench(_)
-            | Failure::Copy(_)
-            | Failure::Estimate(_)
-            | Failure::Assess(_)
-            | Failure::Discover(_)
-            | Failure::System(_) => None,
+            Failure::Bench(_) | Failure::Copy(_) | Failure::Discover(_) | Failure::System(_) => None,
         }
     }
 

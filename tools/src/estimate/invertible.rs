@@ -154,6 +154,10 @@ impl Bounded<'_> {
             inequalities.push((place, least));
             found = nearest(&system.shared, &inequalities)?;
         }
+        // An inequality is met but for rounding.
+        for (x, _) in found.iter_mut().zip(&bounds).filter(|(_, bound)| **bound == Bound::NonNegative) {
+            *x = x.max(0.0);
+        }
         let against: Vec<f64> = found.iter().copied().chain([-1.0]).collect();
         let rss = system.shared.squared_norm_of_product(&against);
         Some(Held { nonlinear: nonlinear.to_vec(), linear: system.linear(&found), rss, rows: system.rows })

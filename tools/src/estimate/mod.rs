@@ -153,6 +153,26 @@ pub enum EstimateError {
         /// The recording.
         recording: String,
     },
+    /// A joint log where a gear is asked for.
+    #[error(
+        "{recording} is a joint log: without deflection_rad or theta_in_rad it shows no deflection, and so no stiffness and no hysteresis"
+    )]
+    JointLog {
+        /// The recording.
+        recording: String,
+    },
+    /// Numbers that no gear has.
+    #[error("{recording}: the {what} varies by {size:.1e} {unit}, which no gear does")]
+    Absurd {
+        /// The recording.
+        recording: String,
+        /// The channel.
+        what: &'static str,
+        /// Its range.
+        size: f64,
+        /// Its unit.
+        unit: &'static str,
+    },
     /// Angles without a ratio.
     #[error(
         "{recording}: the deflection follows from theta_in_rad and theta_out_rad only with the ratio: give [gear] ratio in --model"
@@ -196,6 +216,31 @@ pub enum EstimateError {
     /// The caller asked for it.
     #[error("stopped before the fit was done; nothing was written")]
     Cancelled,
+}
+
+impl EstimateError {
+    /// How to mend it, where there is more to say than the message does.
+    pub fn mend(&self) -> Option<String> {
+        let text = match self {
+            EstimateError::Implausible(error) => return Some(error.mend()),
+            EstimateError::TooFewRows { .. } => "record for longer, or at a higher rate",
+            EstimateError::NoMovement => {
+                "check that the column is the right one (--map deflection_rad=COLUMN), and record while the gear is loaded"
+            }
+            EstimateError::NoTorqueChange => {
+                "check that the sensor is connected and that the column is the right one (--map torque_nm=COLUMN)"
+            }
+            EstimateError::JointLog { .. } => {
+                "map the motor-side angle with --map theta_in_rad=COLUMN; gmhm fit without --method pso, and gmhm diagnose, take a joint log for gravity, inertia and friction"
+            }
+            EstimateError::Absurd { .. } => "check its unit: --map scales a column, as in deflection_rad=COLUMN*1e-3",
+            EstimateError::HasTerms { .. } => {
+                "remove its [[term]] from the file given by --model, or run gmhm diagnose"
+            }
+            _ => return None,
+        };
+        Some(text.to_owned())
+    }
 }
 
 /// A fit and what is known about it.
@@ -397,8 +442,14 @@ impl<'a> Prepared<'a> {
         if torque_nm <= 0.0 {
             return Err(EstimateError::NoTorqueChange);
         }
+        rows.iter().try_for_each(prepare::believable)?;
         let given = options.rated_deflection_rad.or(gear.rated_deflection_rad);
         let rated_deflection_rad = settle_scale(&mut rows, &mut gear, given)?;
+        let model = Model {
+            gear: GearSection { rated_deflection_rad: Some(rated_deflection_rad), ..gear.clone() },
+            ..options.start.clone().unwrap_or_default()
+        };
+        recordings.iter().try_for_each(|recording| plausible::within(recording, &model))?;
         let start = decide_start(&mut rows, rated_deflection_rad)?;
         Ok(Self { rows, gear, rated_deflection_rad, torque_nm, start })
     }
@@ -411,6 +462,14 @@ impl<'a> Prepared<'a> {
             None => select::structures(self.rated_deflection_rad),
         }
     }
+}
+
+/// The rated deflection of a recording by itself: the largest deflection about its zero, rad.
+///
+/// # Errors
+/// As [`fit`].
+pub fn largest_deflection_rad(recording: &Recording) -> Result<f64, EstimateError> {
+    Prepared::new(std::slice::from_ref(recording), &FitOptions::default()).map(|p| p.rated_deflection_rad)
 }
 
 fn named_model(

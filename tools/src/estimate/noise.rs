@@ -227,10 +227,13 @@ fn burg(residual: &[f64], runs: &[std::ops::Range<usize>], variance: f64, highes
     steps
 }
 
+/// Where more than one row in so many stands out, none is an outlier.
+const MOST_OUTLIERS: usize = 10;
+
 /// Marks isolated rows that stand out of their neighbours; returns how many.
 ///
 /// A row is an outlier when it differs from the median of the five rows around it by more than √(2 ln n) + 3 robust standard deviations of such
-/// differences, which noise without outliers does about once in a thousand recordings. Where more than a fiftieth of the rows stand out, it is not
+/// differences, which noise without outliers does about once in a thousand recordings. Where more than a tenth of the rows stand out, it is not
 /// outliers but structure or another noise, and none is marked.
 pub fn mark_outliers(residual: &[f64], marks: &mut [Mark]) -> usize {
     let n = residual.len();
@@ -263,7 +266,7 @@ pub fn mark_outliers(residual: &[f64], marks: &mut [Mark]) -> usize {
         before + after < 2
     };
     let outliers: Vec<usize> = found.iter().copied().filter(|&row| isolated(row)).collect();
-    if scale <= 0.0 || found.len() * 50 > n {
+    if scale <= 0.0 || found.len() * MOST_OUTLIERS > n {
         return 0;
     }
     for &row in &outliers {

@@ -299,12 +299,19 @@ fn still(recording: &Recording, model: &Model) -> Result<bool, Implausible> {
     }
 }
 
+/// Refuses recordings most of whose rows lie far outside what the gear is rated for.
+///
+/// # Errors
+/// [`Implausible::BeyondRated`].
+pub fn within(recording: &Recording, model: &Model) -> Result<(), Implausible> {
+    range(recording, model, &mut Vec::new())
+}
+
 /// Deflections outside what the gear is rated for.
 fn range(recording: &Recording, model: &Model, remarks: &mut Vec<Remark>) -> Result<(), Implausible> {
     let signals = Signals::new(recording, &model.gear);
     let gear = &model.gear;
-    let (Some(theta), Some(rated_rad), Some(_)) = (signals.deflection_rad, gear.rated_deflection_rad, model.elastic)
-    else {
+    let (Some(theta), Some(rated_rad)) = (signals.deflection_rad, gear.rated_deflection_rad) else {
         return Ok(());
     };
     let (file, of) = (recording.name.clone(), theta.len());

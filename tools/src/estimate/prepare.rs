@@ -79,6 +79,7 @@ fn deflection<'a>(recording: &'a Recording, gear: &GearSection) -> Result<Cow<'a
             let ratio = gear.ratio.ok_or_else(|| EstimateError::NoRatio { recording: name() })?;
             Ok(Cow::Owned(input.iter().zip(output).map(|(q_m, q_o)| q_m / ratio - q_o).collect()))
         }
+        _ if recording.is_joint_log() => Err(EstimateError::JointLog { recording: name() }),
         _ => Err(EstimateError::NoDeflection { recording: name() }),
     }
 }
@@ -120,6 +121,24 @@ pub fn rates_per_s(rows: &[Rows<'_>]) -> (f64, f64) {
     let longest = lengths.fold(0.0, f64::max);
     let periods = rows.iter().map(|r| (r.recording.time_s[r.len() - 1] - r.recording.time_s[0]) / (r.len() - 1) as f64);
     (0.1 / longest, 10.0 / periods.fold(f64::INFINITY, f64::min))
+}
+
+/// What a deflection in rad and a torque in N·m or A may vary by: far more and far less than those of any gear, in whatever units they are taken.
+const BELIEVABLE: std::ops::Range<f64> = 1e-15..1e15;
+
+/// Refuses numbers whose powers and products are none.
+pub fn believable(rows: &Rows<'_>) -> Result<(), EstimateError> {
+    let unit = rows.recording.torque_unit;
+    let channels: [(&'static str, &[f64], &'static str); 2] =
+        [("deflection", &rows.deflection_rad, "rad"), (unit.quantity(), &rows.torque, unit.symbol())];
+    for (what, values, unit) in channels {
+        let (low, high) = range(values.iter());
+        let size = high - low;
+        if size != 0.0 && !BELIEVABLE.contains(&size) {
+            return Err(EstimateError::Absurd { recording: rows.recording.name.clone(), what, size, unit });
+        }
+    }
+    Ok(())
 }
 
 /// The unit word of the torque column in file names.

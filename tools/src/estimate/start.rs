@@ -34,9 +34,11 @@ pub(super) fn settle_scale(
         let assembly = Assembly::new(Structure::MASING, rated, &beginning, &[])?;
         Ok(assembly.problem(&beginning).solve(&[], Sweep::PLAIN).1.rss)
     };
+    // Far outside the rated deflection a polynomial may still meet the torque.
+    let outside = low > rated(0.0) || high < -rated(0.0);
     let as_given = misfit(rows, rated(0.0))?;
     shift(rows, middle);
-    if misfit(rows, rated(middle))? < 0.8 * as_given {
+    if outside || misfit(rows, rated(middle))? < 0.8 * as_given {
         gear.deflection_zero_rad += middle;
         return Ok(rated(middle));
     }

@@ -388,6 +388,11 @@ fn vague_note(name: &str, relative: f64) -> String {
         "deflection_zero_rad" => "longer recordings",
         _ => "cycles at several amplitudes up to the rated deflection",
     };
+    if relative > 10.0 {
+        return format!(
+            "undetermined: standard deviation more than ten times the value; {experiment} would determine it"
+        );
+    }
     let percent = 100.0 * relative;
     format!(
         "undetermined: standard deviation {percent:.0} % of the value; {experiment} would determine it, or about {rows:.0} times as many rows of this kind"

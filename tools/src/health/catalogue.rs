@@ -56,6 +56,10 @@ impl Rating {
                 let unit = gear.model.torque_unit.symbol();
                 return Err(HealthError::BeyondRated { name: gear.name.clone(), rated_torque, reached, unit });
             }
+            if reached.is_nan() || reached <= 0.0 {
+                let unit = gear.model.torque_unit.symbol();
+                return Err(HealthError::NoSpring { name: gear.name.clone(), torque: reached, unit });
+            }
             smallest = smallest.min(reached);
         }
         let rated = asked.rated_torque.unwrap_or(smallest);

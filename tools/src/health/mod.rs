@@ -74,6 +74,16 @@ pub enum HealthError {
         /// Unit of both.
         unit: &'static str,
     },
+    /// A fit that is no spring.
+    #[error("{name}: fitted, the torque at the rated deflection is {torque:.2e} {unit}: this is no loaded gear")]
+    NoSpring {
+        /// The recording or model.
+        name: String,
+        /// Torque at the rated deflection.
+        torque: f64,
+        /// Its unit.
+        unit: &'static str,
+    },
     /// The breakpoints are out of order.
     #[error("the torques have to rise from T1 over T2 to the rated one: {t1} < {t2} < {rated} does not hold")]
     Breakpoints {
@@ -107,6 +117,10 @@ impl HealthError {
     pub fn mend(&self) -> Option<String> {
         let text = match self {
             HealthError::Predict(error) => return error.mend(),
+            HealthError::Estimate(error) => return error.mend(),
+            HealthError::NoSpring { .. } => {
+                "leave it out, or check that the gear was loaded and that the deflection is not counted against the torque"
+            }
             HealthError::BeyondRated { .. } => "give a smaller --rated-torque",
             HealthError::Breakpoints { .. } => "give --t1, --t2 and --rated-torque as the catalogue does",
             HealthError::Differs { .. } => "fit all recordings with one --model, or give the recordings to gmhm health",
@@ -185,6 +199,9 @@ pub fn of_recordings(
     if recordings.len() < 2 {
         return Err(HealthError::TooFew(recordings.len()));
     }
+    if let Some(joint) = recordings.iter().find(|recording| recording.is_joint_log()) {
+        return Err(EstimateError::JointLog { recording: joint.name.clone() }.into());
+    }
     let common = FitOptions { start: Some(structure(recordings, options, progress)?), ..fit_options(options) };
     let mut gears = Vec::new();
     let mut halves = Vec::new();
@@ -221,12 +238,17 @@ fn structure(recordings: &[Recording], options: &HealthOptions, progress: &dyn P
     if let Some(model) = &options.start {
         return Ok(model.clone());
     }
-    let largest = recordings.iter().filter_map(|r| r.largest_deflection_rad(0.0)).fold(0.0, f64::max);
-    let rated = options.rated_deflection_rad.or(Some(largest).filter(|a| *a > 0.0));
+    let rated = match options.rated_deflection_rad {
+        Some(rated) => rated,
+        None => {
+            let seen = recordings.iter().map(estimate::largest_deflection_rad).collect::<Result<Vec<_>, _>>()?;
+            seen.into_iter().fold(0.0, f64::max)
+        }
+    };
     let mut fits = Vec::new();
     for (index, recording) in recordings.iter().enumerate() {
         progress.report("choosing the law", 0.5 * index as f64 / recordings.len() as f64);
-        let own = FitOptions { rated_deflection_rad: rated, ..fit_options(options) };
+        let own = FitOptions { rated_deflection_rad: Some(rated), ..fit_options(options) };
         fits.push(estimate::fit(std::slice::from_ref(recording), &own, &())?);
     }
     let error = |candidate: usize| -> f64 {
