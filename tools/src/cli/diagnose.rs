@@ -58,7 +58,8 @@ impl DiagnoseArgs {
         let model = model::load(&self.model)?;
         let recordings = self.reading.read_all(&self.recordings, &Needs::FIT, session.quiet)?;
         let holdout = self.reading.read_all(&self.holdout, &Needs::FIT, session.quiet)?;
-        let options = Options { rated_deflection_rad: self.reading.rated_deflection, ..Options::default() };
+        let options =
+            Options { rated_deflection_rad: self.reading.rated_deflection, seed: self.seed.seed, ..Options::default() };
         let progress = Progress::new("Diagnosing", Progress::WHOLE, session.quiet);
         let finding = diagnose(&recordings, &model, &holdout, &options, &progress)?;
         drop(progress);

@@ -39,6 +39,8 @@ pub struct Options {
     pub removed: Vec<String>,
     /// The rated deflection, where the model has none, rad.
     pub rated_deflection_rad: Option<f64>,
+    /// The seed of every random choice.
+    pub seed: u64,
 }
 
 /// A diagnosis with all that a report shows of it.
@@ -81,7 +83,13 @@ pub fn diagnose(
     };
     progress.report("reading", 0.0);
     let mut subject = Subject::new(recordings, &model)?;
-    let search = Search { removed: &options.removed, only: None, base_terms: model.terms.len(), zero: false };
+    let search = Search {
+        removed: &options.removed,
+        only: None,
+        base_terms: model.terms.len(),
+        zero: false,
+        seed: options.seed,
+    };
     let given = subject.about_means(&subject.total(&model)?);
     progress.report("refitting the base model", 0.05);
     let mut plain = subject.fit(&model, &subject.places(&model, search), None, 2)?;

@@ -38,6 +38,8 @@ pub struct Search<'r> {
     pub base_terms: usize,
     /// Whether the zero of the deflection is free.
     pub zero: bool,
+    /// The seed of the swarm that searches shapes.
+    pub seed: u64,
 }
 
 impl Search<'_> {

@@ -9,6 +9,7 @@
 //! | `kinds` | what makes a term of its kind, beyond its equation |
 //! | [`explain`] | every kind beside a fitted model, refitted together |
 //! | [`mod@search`] | forward, with swaps, and backward |
+//! | `shapes` | the shapes of what was found, by the swarm |
 //! | [`flexible`] | curves without physics over every coordinate |
 //! | `tones` | what comes at a frequency of its own |
 //! | `heldout` | blocks predicted by a fit to the others |
@@ -34,6 +35,7 @@ mod prototypes;
 mod ranges;
 pub mod scene;
 pub mod search;
+mod shapes;
 mod shares;
 pub mod spectrum;
 pub mod subject;

@@ -71,9 +71,11 @@ impl Subject<'_> {
         part(better, worse) > if net > SURE * self.counted() as f64 { 0.0 } else { LEAST_PART }
     }
 
-    /// An alternative, all its numbers refitted together.
-    fn adopted(&self, tried: &Fitted) -> Result<Fitted, DiscoverError> {
-        self.fit(&tried.model, &tried.places, Some(&tried.noise), 6)
+    /// An alternative, all its numbers refitted together and its shapes searched by the swarm.
+    fn adopted(&self, tried: &Alternative, search: Search<'_>) -> Result<Fitted, DiscoverError> {
+        let Alternative { fit: Fitted { model, places, noise, .. }, extends, .. } = tried;
+        let fit = self.fit(model, places, Some(noise), 6)?;
+        self.reshaped(fit, extends.unwrap_or(model.terms.len() - 1), search.seed)
     }
 
     /// Searches for what was left out of a fitted model.
@@ -116,7 +118,7 @@ impl Subject<'_> {
                 rejected = tried;
                 break;
             }
-            extended = self.adopted(&tried[best].fit)?;
+            extended = self.adopted(&tried[best], search)?;
         }
         let mut effects = Vec::new();
         let mut swaps = 0;
@@ -156,7 +158,7 @@ impl Subject<'_> {
             });
             if let Some(better) = better.filter(|_| swaps < 4) {
                 swaps += 1;
-                extended = self.adopted(&alternatives[better].fit)?;
+                extended = self.adopted(&alternatives[better], search)?;
                 effects.clear();
                 term = search.base_terms;
                 continue;

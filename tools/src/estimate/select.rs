@@ -79,13 +79,7 @@ pub fn search(problem: &Problem<'_>, seed: u64, progress: &dyn Progress) -> (Vec
     }
     let total: usize = problem.rows.iter().map(Rows::len).sum();
     let sweep = Sweep { stride: total.div_ceil(SEARCH_ROWS).max(1), ..Sweep::PLAIN };
-    let particles = 8 + 4 * bounds.len();
-    let options = SwarmOptions {
-        particles,
-        evaluations: (1 + 2 * bounds.len() * bounds.len()) * particles,
-        seed,
-        tolerance: 1e-9,
-    };
+    let options = SwarmOptions::for_unknowns(bounds.len(), seed, 1e-9);
     let objective = |x: &[f64]| if progress.cancelled() { f64::INFINITY } else { problem.solve(x, sweep).1.rss };
     let best = minimise(&bounds, &options, objective);
     let polished = polish(problem, &best.position, sweep, progress);

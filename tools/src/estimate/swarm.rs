@@ -25,6 +25,14 @@ pub struct SwarmOptions {
     pub tolerance: f64,
 }
 
+impl SwarmOptions {
+    /// For so many unknowns whose best is polished afterwards.
+    pub const fn for_unknowns(unknowns: usize, seed: u64, tolerance: f64) -> Self {
+        let particles = 8 + 4 * unknowns;
+        Self { particles, evaluations: (1 + 2 * unknowns * unknowns) * particles, seed, tolerance }
+    }
+}
+
 /// Why a search ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
