@@ -107,7 +107,7 @@ fn masing<S: Scalar>() -> Option<()> {
     let rising = after(&gear, [1.0, -1.0, 0.0]);
     report_from("law `masing`, reversal", &rising, deflection(-0.5), |state, theta| step(&gear, state, theta));
 
-    // Shrinking strokes, the last one rising: sixteen turning points and no more room.
+    // Shrinking strokes, the last one falling: sixteen turning points and no more room.
     let full = after(&gear, (0..POINTS).map(|k| (0.9 - 0.05 * k as f64) * if k % 2 == 0 { 1.0 } else { -1.0 }));
     report_from("law `masing`, reversal with a full stack", &full, deflection(0.12), |state, theta| {
         step(&gear, state, theta)
