@@ -158,7 +158,8 @@ struct Table {
 
 impl Table {
     fn new(case: &Case) -> Result<Self, Fault> {
-        let search = Search { removed: &case.removed, only: None, base_terms: case.base.terms.len(), zero: true };
+        let search =
+            Search { removed: &case.removed, only: None, base_terms: case.base.terms.len(), zero: true, seed: 1 };
         let mut subject = Subject::new(&case.recordings, &case.base)?;
         let plain = subject.fit(&case.base, &subject.places(&case.base, search), None, 2)?;
         for (span, marks) in subject.spans.iter().zip(&mut subject.marks) {
