@@ -42,17 +42,9 @@ impl Coverage {
                 |x: &f64| *x - zero_rad > low + 0.1 * (high - low) && *x - zero_rad < high - 0.1 * (high - low);
             inner_reversals += turns.iter().filter(|x| inside(x)).count();
         }
-        let mut cells = vec![vec![0; CELLS.0]; CELLS.1];
-        let place = |v: f64, limit: f64, count: usize| {
-            let share = if limit > 0.0 { 0.5 * (v / limit + 1.0) } else { 0.5 };
-            ((share * count as f64).floor().max(0.0) as usize).min(count - 1)
-        };
-        for (time, theta) in &paths {
-            for (x, rate) in theta.iter().zip(self::rates(time, theta)) {
-                let column = place(x - zero_rad, rated_deflection_rad, CELLS.0);
-                cells[place(rate, rate_rad_per_s.1, CELLS.1)][column] += 1;
-            }
-        }
+        let shown =
+            || paths.iter().flat_map(|(time, theta)| theta.iter().map(|x| x - zero_rad).zip(self::rates(time, theta)));
+        let cells = cells(shown(), (-rated_deflection_rad, rated_deflection_rad), rate_rad_per_s.1);
         Self { rated_deflection_rad, deflection_rad: (low, high), rate_rad_per_s, strokes, inner_reversals, cells }
     }
 
@@ -61,6 +53,52 @@ impl Coverage {
         let (low, high) = self.deflection_rad;
         high.min(-low).max(0.0) / self.rated_deflection_rad
     }
+}
+
+/// What joint logs exercise.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct JointCoverage {
+    /// Lowest and highest output angle, rad.
+    pub angle_rad: (f64, f64),
+    /// Fastest movement each way, rad/s: negative or 0, positive or 0.
+    pub velocity_rad_per_s: (f64, f64),
+    /// Rows in every cell of angle (first to last column: lowest to highest) and velocity (first to last row: − to + the fastest).
+    #[serde(skip)]
+    pub cells: Vec<Vec<usize>>,
+}
+
+impl JointCoverage {
+    /// What joint logs with an output angle exercise; those without add nothing.
+    pub fn of(recordings: &[Recording]) -> Self {
+        let moving = |r: &Recording| {
+            let angle = r.theta_out_rad.clone()?;
+            let velocity = r.velocity_out_rad_per_s.clone().unwrap_or_else(|| rates(&r.time_s, &angle).collect());
+            Some(angle.into_iter().zip(velocity))
+        };
+        let rows: Vec<(f64, f64)> = recordings.iter().filter_map(moving).flatten().collect();
+        let range =
+            |values: &mut dyn Iterator<Item = f64>| values.fold((0.0_f64, 0.0_f64), |(l, h), v| (l.min(v), h.max(v)));
+        let first = rows.first().map_or(0.0, |row| row.0);
+        let (low, high) = range(&mut rows.iter().map(|row| row.0 - first));
+        let angle_rad = (first + low, first + high);
+        let velocity_rad_per_s = range(&mut rows.iter().map(|row| row.1));
+        let fastest = velocity_rad_per_s.1.max(-velocity_rad_per_s.0);
+        Self { angle_rad, velocity_rad_per_s, cells: cells(rows.iter().copied(), angle_rad, fastest) }
+    }
+}
+
+/// Rows in cells of a coordinate in its range, and of a rate up to a limit either way; what lies beyond counts in the outermost.
+fn cells(rows: impl Iterator<Item = (f64, f64)>, (low, high): (f64, f64), fastest: f64) -> Vec<Vec<usize>> {
+    let place = |share: f64, count: usize| {
+        let share = if share.is_finite() { share } else { 0.5 };
+        ((share * count as f64).floor().max(0.0) as usize).min(count - 1)
+    };
+    let mut cells = vec![vec![0; CELLS.0]; CELLS.1];
+    for (x, rate) in rows {
+        let (column, row) = ((x - low) / (high - low), 0.5 * (rate / fastest + 1.0));
+        cells[place(row, CELLS.1)][place(column, CELLS.0)] += 1;
+    }
+    cells
 }
 
 /// Change of the deflection a second, between each row and the one after it; the last repeats.
@@ -121,6 +159,17 @@ mod tests {
         assert_eq!(coverage.cells.iter().flatten().sum::<usize>(), 6000);
         let beyond = |row: &Vec<usize>| row[..3].iter().chain(&row[37..]).sum::<usize>();
         assert_eq!(coverage.cells.iter().map(beyond).sum::<usize>(), 0, "nothing beyond 1 mrad");
+    }
+
+    #[test]
+    fn a_joint_that_moves_one_way_shows_in_one_half() {
+        let time_s: Vec<f64> = (0..1000).map(|k| k as f64 * 1e-2).collect();
+        let angle = time_s.iter().map(|t| 2.0 + 0.1 * t).collect();
+        let recording = Recording { time_s, theta_out_rad: Some(angle), ..Recording::default() };
+        let coverage = JointCoverage::of(&[recording]);
+        assert!((coverage.angle_rad.0 - 2.0).abs() < 1e-9 && (coverage.angle_rad.1 - 2.999).abs() < 1e-9);
+        assert!(coverage.velocity_rad_per_s.0 == 0.0 && (coverage.velocity_rad_per_s.1 - 0.1).abs() < 1e-9);
+        assert_eq!(coverage.cells[CELLS.1 - 1].iter().sum::<usize>(), 1000);
     }
 
     #[test]

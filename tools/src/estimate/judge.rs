@@ -4,7 +4,7 @@ use gmhm::inverse::invertible_range;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::coverage::Coverage;
+use super::coverage::{Coverage, JointCoverage};
 use super::noise::quantisation_step;
 use super::recorded::predict;
 use super::rivals::{Comparison, compare};
@@ -51,6 +51,8 @@ pub struct Assessment {
     pub verdict: Judgement,
     /// What the recordings exercise; absent for a joint log.
     pub coverage: Option<Coverage>,
+    /// What joint logs exercise; absent for a gear.
+    pub joint_coverage: Option<JointCoverage>,
     /// What the residual repeats; absent where the recordings are too short to tell.
     pub structure: Option<Structure>,
     /// Other models on the same recordings, the gear's own first.
@@ -120,6 +122,7 @@ impl Assessment {
         let mut assessment = Self {
             verdict: Judgement { grade: Grade::Good, sentence: String::new(), reasons: Vec::new() },
             coverage: rated.map(|rated| Coverage::of(recordings, gear.deflection_zero_rad, rated)),
+            joint_coverage: fit.model.elastic.is_none().then(|| JointCoverage::of(recordings)),
             structure: structure(recordings, &residuals, fit.seed),
             comparison: if rated.is_some() { compare(&beginnings, &options, progress)? } else { Vec::new() },
             comparison_rows,

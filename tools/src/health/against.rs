@@ -18,6 +18,26 @@ pub struct Property {
     pub values: Vec<f64>,
 }
 
+impl Property {
+    /// Name and unit, for an axis. A column of a table is what its name says.
+    pub fn label(&self) -> String {
+        match self.property.as_str() {
+            "temperature_c" => "temperature in °C".to_owned(),
+            "velocity_out_rad_per_s" => "output velocity in rad/s".to_owned(),
+            name => name.to_owned(),
+        }
+    }
+
+    /// What a slope is per.
+    pub fn unit(&self) -> String {
+        match self.property.as_str() {
+            "temperature_c" => "K".to_owned(),
+            "velocity_out_rad_per_s" => "rad/s".to_owned(),
+            name => format!("unit of {name}"),
+        }
+    }
+}
+
 /// A line through a quantity over a property.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Regression {

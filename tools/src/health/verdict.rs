@@ -78,13 +78,13 @@ impl Health {
                 .map(|r| {
                     let sd =
                         r.sd.map_or_else(String::new, |sd| format!(" ± {}", number(200.0 * sd / r.at_mean.abs(), 2)));
-                    format!("{} by {}{sd} %", words(r.name), number(100.0 * r.relative_slope, 3))
+                    format!("{} {}{sd} %", words(r.name), number(100.0 * r.relative_slope, 3))
                 })
                 .collect();
             reasons.push(if found.is_empty() {
                 format!("Nothing goes with {} beyond its uncertainty.", property.property)
             } else {
-                format!("For a unit of {} change: {}.", property.property, found.join(", "))
+                format!("Beside {}, per {}: {}.", property.property, property.unit(), found.join(", "))
             });
         }
         reasons

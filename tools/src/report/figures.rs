@@ -1,7 +1,7 @@
 //! The figures that the commands show: which curves, in which units.
 
 use super::plot::{Bars, Curve, Drawing, Figure, HeatMap, Level, Role, Side, Style};
-use crate::estimate::coverage::Coverage;
+use crate::estimate::coverage::{Coverage, JointCoverage};
 use crate::estimate::rivals::Comparison;
 use crate::recording::TorqueUnit;
 
@@ -167,16 +167,27 @@ pub fn spectrum(
 
 /// Where in deflection and rate the rows of the recordings lie.
 pub fn coverage(coverage: &Coverage) -> Drawing {
-    let rows = coverage.cells.iter().flatten().sum::<usize>().max(1) as f64;
+    let (a, fastest) = (coverage.rated_deflection_rad * MRAD, coverage.rate_rad_per_s.1 * MRAD);
+    exercised(&coverage.cells, (DEFLECTION, -a, a), ("deflection rate in mrad/s", fastest))
+}
+
+/// Where in output angle and velocity the rows of joint logs lie.
+pub fn joint_coverage(coverage: &JointCoverage) -> Drawing {
+    let ((low, high), (back, forth)) = (coverage.angle_rad, coverage.velocity_rad_per_s);
+    let angle = (Abscissa::OUTPUT_ANGLE.label, low, high);
+    exercised(&coverage.cells, angle, ("output velocity in rad/s", forth.max(-back)))
+}
+
+fn exercised(cells: &[Vec<usize>], x: (&str, f64, f64), y: (&str, f64)) -> Drawing {
+    let rows = cells.iter().flatten().sum::<usize>().max(1) as f64;
     // A square root brings out what was visited seldom.
     let share = |count: &usize| 10.0 * (*count as f64 / rows).sqrt();
-    let (a, fastest) = (coverage.rated_deflection_rad * MRAD, coverage.rate_rad_per_s.1 * MRAD);
     HeatMap {
         title: "What the recordings exercise".into(),
         legend: "square root of the share of rows in %".into(),
-        x: Side::Numbers { label: DEFLECTION.into(), from: -a, to: a },
-        y: Side::Numbers { label: "deflection rate in mrad/s".into(), from: -fastest, to: fastest },
-        values: coverage.cells.iter().map(|row| row.iter().map(share).collect()).collect(),
+        x: Side::Numbers { label: x.0.into(), from: x.1, to: x.2 },
+        y: Side::Numbers { label: y.0.into(), from: -y.1, to: y.1 },
+        values: cells.iter().map(|row| row.iter().map(share).collect()).collect(),
         limit: None,
         numbers: false,
     }

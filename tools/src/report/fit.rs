@@ -5,7 +5,7 @@ use super::number::{estimate, number};
 use super::page::{Page, Provenance, Section, Table, TableRow, Tone, Verdict};
 use super::plot::{Drawing, Role};
 use crate::demo::paper;
-use crate::estimate::coverage::Coverage;
+use crate::estimate::coverage::{Coverage, JointCoverage};
 use crate::estimate::judge::{Assessment, Grade, Judgement};
 use crate::estimate::swarm::Stop;
 use crate::estimate::uncertainty::Estimated;
@@ -24,6 +24,7 @@ pub fn page(fit: &Fit, assessment: &Assessment, recordings: &[Recording], proven
             Some(left_over(fit, assessment, &rows, unit)),
             Some(parameters(fit)),
             assessment.coverage.as_ref().map(|coverage| exercised(coverage, fit)),
+            assessment.joint_coverage.as_ref().map(moved),
             (!fit.selection.is_empty()).then(|| structures(fit, unit)),
             (!assessment.comparison.is_empty()).then(|| comparison(assessment, recordings, unit)),
             Some(search(fit)),
@@ -350,6 +351,25 @@ fn exercised(coverage: &Coverage, fit: &Fit) -> Section {
         .figure(figures::coverage(coverage), "The model is good where there is colour; elsewhere it extrapolates.")
         .table(table)
         .notes(notes)
+}
+
+/// Where joint logs went and how fast.
+fn moved(coverage: &JointCoverage) -> Section {
+    let ((low, high), (back, forth)) = (coverage.angle_rad, coverage.velocity_rad_per_s);
+    let lines = [
+        ("lowest output angle", low, "rad"),
+        ("highest output angle", high, "rad"),
+        ("fastest towards lower angles", -back, "rad/s"),
+        ("fastest towards higher angles", forth, "rad/s"),
+    ];
+    let rows = lines.map(|(name, value, unit)| TableRow::new([name.to_owned(), number(value, 4), unit.to_owned()]));
+    let head = ["", "value", "unit"].map(Into::into).into();
+    Section::new("What the recordings exercise")
+        .figure(
+            figures::joint_coverage(coverage),
+            "The model is good where there is colour; elsewhere it extrapolates. Friction needs both ways, its parts several speeds.",
+        )
+        .table(Table { caption: String::new(), head, rows: rows.into() })
 }
 
 fn structures(fit: &Fit, unit: TorqueUnit) -> Section {

@@ -1,7 +1,7 @@
 //! The report of the condition of a gear.
 
 use super::figures::{self, TrendAxis};
-use super::number::number;
+use super::number::{number, plus_minus};
 use super::page::{Page, Provenance, Section, Table, TableRow, Tone, Verdict};
 use super::plot::Drawing;
 use crate::health::verdict::words;
@@ -100,7 +100,7 @@ fn conditions(health: &Health) -> Section {
             c.rms.map_or("–".to_owned(), |rms| number(rms, 3)),
         ];
         let values = c.quantities.iter().map(|q| match q.sd {
-            Some(sd) => format!("{} ± {}", number(q.value, 5), number(2.0 * sd, 2)),
+            Some(sd) => plus_minus(q.value, 2.0 * sd),
             None => number(q.value, 5),
         });
         TableRow::new(fixed.into_iter().chain(values))
@@ -130,7 +130,7 @@ fn beside(health: &Health, against: &Against) -> Section {
         String::new(),
         format!("value at the mean of {name}"),
         "unit".to_owned(),
-        format!("slope for a unit of {name}"),
+        format!("slope per {}", against.property.unit()),
         "± 2 sd".to_owned(),
         "relative slope".to_owned(),
         "scatter beside the standard deviations".to_owned(),
@@ -143,7 +143,8 @@ fn beside(health: &Health, against: &Against) -> Section {
         head: head.into(),
         rows: against.regressions.iter().map(row).collect(),
     };
-    let axis = TrendAxis { label: name.clone(), values: Some(against.property.values.clone()), ..axis(health) };
+    let axis =
+        TrendAxis { label: against.property.label(), values: Some(against.property.values.clone()), ..axis(health) };
     let ends = against
         .property
         .values

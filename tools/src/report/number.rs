@@ -28,21 +28,49 @@ pub fn number(value: f64, digits: usize) -> String {
 /// An estimate as people write it: its value and the ends of ± two standard deviations, all to the place of the second digit of the standard deviation.
 pub fn estimate(value: f64, sd: f64) -> (String, String) {
     let ends = [value - 2.0 * sd, value + 2.0 * sd];
-    let largest = ends[0].abs().max(ends[1].abs());
-    if !(sd > 0.0 && largest.is_finite()) {
+    let Some(place) = Place::of(sd, ends[0].abs().max(ends[1].abs())) else {
         return (number(value, 6), "–".to_owned());
+    };
+    let [value, low, high] = [value, ends[0], ends[1]].map(|x| place.digits(x));
+    (value + &place.power, place.raised(format!("{low} … {high}")))
+}
+
+/// A value and its error after ±, both to the place of the second digit of the error.
+pub fn plus_minus(value: f64, error: f64) -> String {
+    match Place::of(error, value.abs().max(error)) {
+        Some(place) => place.raised(format!("{} ± {}", place.digits(value), place.digits(error))),
+        None => number(value, 6),
     }
-    let (exponent, place) = (largest.log10().floor() as i32, sd.log10().floor() as i32 - 1);
-    let plain = (-3..5).contains(&exponent);
-    let scale = if plain { 0 } else { exponent };
-    let decimals = (scale - place).clamp(0, 12) as usize;
-    let digits = |x: f64| format!("{:.decimals$}", x / 10_f64.powi(scale)).replace('-', "−");
-    let interval = format!("{} … {}", digits(ends[0]), digits(ends[1]));
-    if plain {
-        return (digits(value), interval);
+}
+
+/// How numbers that belong together are written: by one power of ten, to one place.
+struct Place {
+    scale: i32,
+    decimals: usize,
+    /// The power of ten; empty for 1.
+    power: String,
+}
+
+impl Place {
+    /// The place of the second digit of an error, where there is one, beside the largest number.
+    fn of(error: f64, largest: f64) -> Option<Self> {
+        if !(error > 0.0 && largest.is_finite()) {
+            return None;
+        }
+        let (exponent, place) = (largest.log10().floor() as i32, error.log10().floor() as i32 - 1);
+        let scale = if (-3..5).contains(&exponent) { 0 } else { exponent };
+        let raised = || format!("·10{}", scale.to_string().chars().map(superscript).collect::<String>());
+        let power = if scale == 0 { String::new() } else { raised() };
+        Some(Self { scale, decimals: (scale - place).clamp(0, 12) as usize, power })
     }
-    let power = format!("·10{}", scale.to_string().chars().map(superscript).collect::<String>());
-    (digits(value) + &power, format!("({interval}){power}"))
+
+    fn digits(&self, x: f64) -> String {
+        format!("{:.*}", self.decimals, x / 10_f64.powi(self.scale)).replace('-', "−")
+    }
+
+    fn raised(&self, numbers: String) -> String {
+        if self.power.is_empty() { numbers } else { format!("({numbers}){}", self.power) }
+    }
 }
 
 fn superscript(digit: char) -> char {
@@ -95,6 +123,8 @@ mod tests {
         assert_eq!(written(-1.41e14, 3.8e13), "−1.41·10¹⁴ | (−2.17 … −0.65)·10¹⁴");
         assert_eq!(written(24797.0, 87.0), "24797 | 24623 … 24971");
         assert_eq!(written(5.0, 0.0), "5.00000 | –");
+        assert_eq!(plus_minus(1.028e9, 8.4e7), "(1.028 ± 0.084)·10⁹");
+        assert_eq!(plus_minus(20908.3, 24.2), "20908 ± 24");
     }
 
     #[test]

@@ -163,6 +163,8 @@ impl TableRow {
     }
 }
 
+/// Letters of a cell that is not broken.
+const SHORT: usize = 24;
 /// Rows of a table that a page shows at most.
 const MOST_ROWS: usize = 200;
 
@@ -174,7 +176,12 @@ impl Table {
     /// Numbers are set to the right, names and units to the left.
     fn class(&self, column: &usize, cell: &str) -> &'static str {
         let named = *column == 0 || self.head.get(*column).is_some_and(|head| head == "unit");
-        if !named && is_number(cell) { "number" } else { "" }
+        match cell.chars().count() {
+            _ if !named && is_number(cell) => "number",
+            // A word or two stay on a line.
+            ..=SHORT => "short",
+            _ => "",
+        }
     }
 
     /// A head stands over its numbers.
