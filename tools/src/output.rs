@@ -27,6 +27,12 @@ pub enum OutputError {
         /// The output.
         path: PathBuf,
     },
+    /// A recording that would be written over.
+    #[error("{}: is the recording that was to be read; what was measured is not written over", path.display())]
+    OverRecording {
+        /// The output.
+        path: PathBuf,
+    },
     /// The system refused.
     #[error("{}: cannot be written: {source}", path.display())]
     System {
@@ -44,6 +50,7 @@ impl OutputError {
         match self {
             OutputError::NoFolder { .. } => Some("create the folder first, or write elsewhere"),
             OutputError::Twice { .. } => Some("give each output a name of its own"),
+            OutputError::OverRecording { .. } => Some("write to another file"),
             OutputError::System { .. } => None,
         }
     }
@@ -91,6 +98,15 @@ impl Outputs {
             return Err(OutputError::System { path: path.to_owned(), source });
         }
         Ok(())
+    }
+
+    /// [`check`](Self::check), and that a path is none of the recordings that are read.
+    pub fn check_beside(path: &Path, recordings: &[PathBuf]) -> Result<(), OutputError> {
+        let target = resolved(path);
+        if !is_device(&target) && recordings.iter().any(|recording| resolved(recording) == target) {
+            return Err(OutputError::OverRecording { path: path.to_owned() });
+        }
+        Self::check(path)
     }
 
     /// Makes the folder that outputs are to appear in, with those above it.

@@ -77,6 +77,26 @@ fn what_cannot_be_fitted_is_refused() {
 }
 
 #[test]
+fn a_recording_is_never_written_over() {
+    let dir = WorkDir::new();
+    dir.succeed("demo --out demo");
+    let before = dir.read("demo/recording.csv");
+    dir.succeed("fit demo/recording.csv -o gear.toml");
+    for command in [
+        "fit demo/recording.csv -o ./demo/recording.csv",
+        "fit demo/recording.csv -o gear.toml --json demo/recording.csv",
+        "predict gear.toml demo/recording.csv -o demo/../demo/recording.csv",
+        "invert gear.toml demo/recording.csv -o demo/recording.csv",
+        "compare demo/recording.csv --plot demo/recording.csv",
+        "health demo/recording.csv demo/recording.csv --report demo/recording.csv",
+        "diagnose gear.toml demo/recording.csv -o demo/recording.csv",
+    ] {
+        dir.refuse(command, &["recording.csv", "not written over", "another file"]);
+    }
+    assert_eq!(dir.read("demo/recording.csv"), before);
+}
+
+#[test]
 fn what_no_gear_does_is_refused_and_the_mend_is_named() {
     let dir = WorkDir::new();
     dir.succeed("demo --out demo");

@@ -41,7 +41,7 @@ pub struct CompareArgs {
 impl CompareArgs {
     pub(super) fn run(&self, session: &Session) -> Result<(), Failure> {
         for output in [Some(&self.plot), self.json.as_ref()].into_iter().flatten() {
-            Outputs::check(output)?;
+            Outputs::check_beside(output, &self.recordings)?;
         }
         let recordings = self.reading.read_all(&self.recordings, &Needs::FIT, session.quiet)?;
         let options = FitOptions {

@@ -53,7 +53,7 @@ pub struct DiagnoseArgs {
 impl DiagnoseArgs {
     pub(super) fn run(&self, session: &Session) -> Result<(), Failure> {
         for output in [Some(&self.output), self.json.as_ref(), self.report.as_ref()].into_iter().flatten() {
-            Outputs::check(output)?;
+            Outputs::check_beside(output, &[&self.recordings[..], &self.holdout].concat())?;
         }
         let model = model::load(&self.model)?;
         let recordings = self.reading.read_all(&self.recordings, &Needs::FIT, session.quiet)?;

@@ -65,7 +65,7 @@ impl FitArgs {
         for output in
             [Some(&self.output), self.json.as_ref(), self.report.as_ref(), self.plot.as_ref()].into_iter().flatten()
         {
-            Outputs::check(output)?;
+            Outputs::check_beside(output, &self.recordings)?;
         }
         let start = self.model.as_deref().map(model::load).transpose()?;
         let mut recordings = self.reading.read_all(&self.recordings, &Needs::FIT, session.quiet)?;

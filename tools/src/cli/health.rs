@@ -65,7 +65,7 @@ pub struct HealthArgs {
 impl HealthArgs {
     pub(super) fn run(&self, session: &Session) -> Result<(), Failure> {
         for output in [self.json.as_ref(), self.report.as_ref()].into_iter().flatten() {
-            Outputs::check(output)?;
+            Outputs::check_beside(output, &self.recordings)?;
         }
         let options = HealthOptions {
             seed: self.seed.seed,

@@ -37,7 +37,7 @@ pub struct InvertArgs {
 
 impl InvertArgs {
     pub(super) fn run(&self, session: &Session) -> Result<(), Failure> {
-        Outputs::check(&self.output)?;
+        Outputs::check_beside(&self.output, std::slice::from_ref(&self.torque))?;
         let model = model::load(&self.model)?;
         let needs = invert::needs(&model);
         let recording = self.reading.read(&self.torque, &needs, session.quiet)?;

@@ -33,7 +33,7 @@ pub struct PredictArgs {
 
 impl PredictArgs {
     pub(super) fn run(&self, session: &Session) -> Result<(), Failure> {
-        Outputs::check(&self.output)?;
+        Outputs::check_beside(&self.output, std::slice::from_ref(&self.recording))?;
         let model = model::load(&self.model)?;
         let recording = self.reading.read(&self.recording, &Needs::PREDICT, session.quiet)?;
         let prediction = predict(&model, self.reading.rated_deflection, &recording)?;

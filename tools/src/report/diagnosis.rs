@@ -75,6 +75,15 @@ fn percent(share: f64) -> String {
     format!("{:.0} %", 100.0 * share)
 }
 
+fn whole(value: f64) -> String {
+    format!("{value:.0}").replace('-', "−")
+}
+
+/// A number that was not estimated.
+fn as_given(value: f64) -> String {
+    if value.fract() == 0.0 && value.abs() < 1e5 { whole(value) } else { four(value) }
+}
+
 /// A number to four digits.
 fn four(value: f64) -> String {
     number::number(value, 4)
@@ -224,9 +233,7 @@ fn effects(found: &Diagnosis) -> Section {
                     .numbers()
                     .iter()
                     .enumerate()
-                    .map(|(i, x)| {
-                        sds.get(i).map_or_else(|| four(*x), |sd| format!("{} ± {}", four(*x), four(2.0 * sd)))
-                    })
+                    .map(|(i, x)| sds.get(i).map_or_else(|| as_given(*x), |sd| number::plus_minus(*x, 2.0 * sd)))
                     .collect::<Vec<_>>()
                     .join(", "),
             };
@@ -342,30 +349,22 @@ fn evidence(finding: &Finding) -> Section {
     let mut rows = Vec::new();
     for effect in &finding.judgement.effects {
         let free = effect.places.first().map_or("", |p| p.coordinate);
-        rows.push(
-            TableRow::new([words(&effect.name), format!("{:.0}", effect.gain), "–".into(), "taken".into()])
-                .chosen(true),
-        );
+        rows.push(TableRow::new([words(&effect.name), whole(effect.gain), "–".into(), "taken".into()]).chosen(true));
         rows.push(TableRow::new([
             format!("– a free curve over {}", words(free)),
-            format!("{:.0}", effect.free_gain),
+            whole(effect.free_gain),
             "–".into(),
             "what any law of that coordinate could explain, net of its freedom".into(),
         ]));
         for (kind, gain, numbers) in effect.tried.iter().filter(|(kind, ..)| *kind != effect.name).take(6) {
             let verdict = if effect.equivalents.contains(kind) { "cannot be told from it" } else { "rejected" };
-            rows.push(TableRow::new([
-                format!("– {}", words(kind)),
-                format!("{gain:.0}"),
-                numbers.to_string(),
-                verdict.into(),
-            ]));
+            rows.push(TableRow::new([format!("– {}", words(kind)), whole(*gain), numbers.to_string(), verdict.into()]));
         }
     }
     for (kind, gain, numbers) in finding.judgement.rejected.iter().take(6) {
         rows.push(TableRow::new([
             format!("beside all of it: {}", words(kind)),
-            format!("{gain:.0}"),
+            whole(*gain),
             numbers.to_string(),
             "rejected".into(),
         ]));
@@ -380,7 +379,14 @@ fn bias(finding: &Finding) -> Section {
     let (base, extended) = (&finding.judgement.base.model, &finding.judgement.extended.model);
     let mut rows = Vec::new();
     let mut row = |name: &str, unit: &str, before: f64, after: f64| {
-        let change = if after != 0.0 { format!("{:+.1} %", 100.0 * (before / after - 1.0)) } else { "–".to_owned() };
+        let change = if after != 0.0 {
+            {
+                let percent = 100.0 * (before / after - 1.0);
+                format!("{}{} %", if percent > 0.0 { "+" } else { "" }, number::number(percent, 3))
+            }
+        } else {
+            "–".to_owned()
+        };
         rows.push(TableRow::new([name.to_owned(), unit.to_owned(), four(before), four(after), change]));
     };
     if let (Some(a), Some(b)) = (base.elastic, extended.elastic) {

@@ -175,7 +175,7 @@ impl Table {
 
     /// Numbers are set to the right, names and units to the left.
     fn class(&self, column: &usize, cell: &str) -> &'static str {
-        let named = *column == 0 || self.head.get(*column).is_some_and(|head| head == "unit");
+        let named = *column == 0 || self.head.get(*column).is_some_and(|head| head.ends_with("unit"));
         match cell.chars().count() {
             _ if !named && is_number(cell) => "number",
             // A word or two stay on a line.
