@@ -20,7 +20,7 @@ const A: f64 = 1.168e-3;
 fn standard_deviations_agree_with_the_scatter_of_refits() {
     for case in scatter_cases() {
         // 500 leave 3 % unsure.
-        let count = if case.steps.1 > 0.0 { 2000 } else { 500 };
+        let count = if case.steps.1 > 0.0 { 1000 } else { 500 };
         let fits = refits(A, &case, count).unwrap();
         for name in case.names {
             let ratio = scatter_over_reported(&fits, name);

@@ -43,16 +43,17 @@ pub fn measure() -> Result<Vec<Line>, EstimateError> {
             lines.push(Line::new("memory of that, the recording included", "≤ 200 bytes a row", bytes));
         }
     }
-    let rows = 1_000_000;
-    let mut counted = record(A, elastic, memory, &Path { theta: cycle(A, rows, 200.3), period_s: 1e-3 }, 0.1, 1);
-    counted.deflection_rad.iter_mut().flatten().for_each(|theta| *theta = (*theta / COUNT_RAD).round() * COUNT_RAD);
-    let (wall_s, cpu_s) = best(&counted, &given(A, memory), 2)?;
-    println!("{rows:>10} {:>8} {:>9.2} ms {:>9.2} ms", "counted", 1e3 * wall_s, 1e3 * cpu_s);
-    lines.push(Line::new(
-        format!("{rows} rows, the deflection counted in steps of {:.0} µrad", 1e6 * COUNT_RAD),
-        "≤ 3 s",
-        format!("{} (CPU {})", seconds(wall_s), seconds(cpu_s)),
-    ));
+    for (rows, cycles, runs, aim) in [(2000, 2.3, 20, "≤ 50 ms"), (1_000_000, 200.3, 2, "≤ 3 s")] {
+        let mut counted = record(A, elastic, memory, &Path { theta: cycle(A, rows, cycles), period_s: 1e-3 }, 0.1, 1);
+        counted.deflection_rad.iter_mut().flatten().for_each(|theta| *theta = (*theta / COUNT_RAD).round() * COUNT_RAD);
+        let (wall_s, cpu_s) = best(&counted, &given(A, memory), runs)?;
+        println!("{rows:>10} {:>8} {:>9.2} ms {:>9.2} ms", "counted", 1e3 * wall_s, 1e3 * cpu_s);
+        lines.push(Line::new(
+            format!("{rows} rows, law given, the deflection counted in steps of {:.0} µrad", 1e6 * COUNT_RAD),
+            aim,
+            format!("{} (CPU {})", seconds(wall_s), seconds(cpu_s)),
+        ));
+    }
     Ok(lines)
 }
 

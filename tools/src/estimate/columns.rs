@@ -49,7 +49,7 @@ pub struct Rows<'a> {
     /// Where the gear came from before the first row; law `masing`.
     pub past: Past,
     /// What was recorded, where the deflection is the motion behind counts.
-    pub counts: Option<Counts<'a>>,
+    pub counts: Option<Counts>,
 }
 
 /// What a gear did before its recording began, as law `masing` remembers it.
@@ -78,7 +78,6 @@ impl Rows<'_> {
     /// Takes a zero off the deflection.
     pub fn shift(&mut self, by_rad: f64) {
         self.deflection_rad.to_mut().iter_mut().for_each(|theta| *theta -= by_rad);
-        self.counts.iter_mut().for_each(|counts| counts.shift(by_rad));
     }
 
     /// Time since the row before, s; 0 for the first.

@@ -174,7 +174,7 @@ fn whittaker(x: &[f64], time_s: &[f64]) -> Option<Vec<f64>> {
     for piece in pieces(time_s).into_iter().filter(|piece| piece.len() >= FEWEST_ROWS) {
         let (rows, out) = (&x[piece.clone()], &mut smooth[piece]);
         match resolution {
-            Some(step) => unround(rows, 0.5 * step, sd, out),
+            Some(step) => out.copy_from_slice(unround(rows.as_chunks::<1>().0, 0.5 * step, sd).as_flattened()),
             None => graduate(rows, sd, out),
         }
     }

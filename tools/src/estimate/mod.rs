@@ -388,7 +388,6 @@ pub fn fit(recordings: &[Recording], options: &FitOptions, progress: &dyn Progre
         stored_zero_rad: gear.deflection_zero_rad,
         searched_play: matches!(structure.play, Play::UpTo(_)),
         torque_nm,
-        seed: options.seed,
         rated_sd_rad: if rated_is_largest_seen { start::tip_sd_rad(&rows) } else { 0.0 },
     };
     let mut uncertainty = uncertainty::assess(&fitted, &rows, weights)?;

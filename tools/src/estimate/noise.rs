@@ -275,19 +275,15 @@ pub fn mark_outliers(residual: &[f64], marks: &mut [Mark]) -> usize {
     outliers.len()
 }
 
-/// The step of a quantised column: the smallest change, if all changes are whole multiples of it and it occurs often.
+/// The step of a quantised column: the smallest change, if all changes of less than 20 such are whole multiples of it, and these are a quarter of all.
 pub fn quantisation_step(values: &[f64]) -> Option<f64> {
     let changes: Vec<f64> = values.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|d| *d > 0.0).take(4096).collect();
     let size = values.iter().fold(0.0_f64, |a, v| a.max(v.abs()));
     let step = changes.iter().copied().filter(|d| *d > 1e-12 * size).fold(f64::INFINITY, f64::min);
-    let whole = |d: &&f64| {
-        let multiple = **d / step;
-        (multiple - multiple.round()).abs() < 0.02 * multiple.clamp(1.0, 10.0)
-    };
-    let enough = changes.len() >= 16 && step.is_finite();
-    let small = |d: &&f64| **d < 20.0 * step;
-    let near: Vec<&f64> = changes.iter().filter(small).collect();
-    (enough && near.len() * 2 > changes.len() && near.iter().all(whole)).then_some(step)
+    let near = || changes.iter().map(|d| d / step).filter(|multiple| *multiple < 20.0);
+    let whole = |multiple: f64| (multiple - multiple.round()).abs() < 0.02 * multiple.clamp(1.0, 10.0);
+    let count = near().count();
+    (count >= 16 && count * 4 > changes.len() && near().all(whole)).then_some(step)
 }
 
 #[cfg(test)]
@@ -336,5 +332,7 @@ mod tests {
         assert_eq!(quantisation_step(&smooth), None);
         let counts: Vec<f64> = smooth.iter().map(|x| (x / 0.003).round() * 0.003).collect();
         assert!((quantisation_step(&counts).unwrap_or(0.0) - 0.003).abs() < 1e-9);
+        let fast: Vec<f64> = (0..400).map(|k| ((0.12 * k as f64).sin() / 0.0035).round() * 0.0035 + 0.001).collect();
+        assert!((quantisation_step(&fast).unwrap_or(0.0) - 0.0035).abs() < 1e-9);
     }
 }

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use super::EstimateError;
 use super::columns::{Mark, Past, Rows};
-use super::counts::Counts;
+use super::counts::{Counts, DRAWN_ROWS};
 use crate::model::GearSection;
 use crate::recording::{Recording, TorqueUnit};
 
@@ -13,11 +13,13 @@ const FEWEST_ROWS: usize = 12;
 
 /// The rows of each recording, its deflection relative to the gear's deflection zero.
 pub fn rows<'a>(recordings: &'a [Recording], gear: &GearSection) -> Result<Vec<Rows<'a>>, EstimateError> {
+    let total: usize = recordings.iter().map(Recording::len).sum();
     let mut rows = with_deflection(recordings, |recording| {
+        let drawn = share_of_beginning(recording.len(), total, DRAWN_ROWS);
         let recorded = deflection(recording, gear)?;
         let (low, high) = range(recorded.iter());
         // Where the torque is steepest and the motion slowest, near the tips, a count weighs most, and many rows share it.
-        Ok(match Counts::found(recorded, &recording.time_s, FINEST * (high - low)) {
+        Ok(match Counts::found(recorded, &recording.time_s, FINEST * (high - low), drawn) {
             Ok((motion, counts)) => (Cow::Owned(motion), Some(counts)),
             Err(recorded) => (recorded, None),
         })
@@ -38,7 +40,7 @@ pub fn joint_rows(recordings: &[Recording]) -> Result<Vec<Rows<'_>>, EstimateErr
 
 fn with_deflection<'a>(
     recordings: &'a [Recording],
-    deflection: impl Fn(&'a Recording) -> Result<(Cow<'a, [f64]>, Option<Counts<'a>>), EstimateError>,
+    deflection: impl Fn(&'a Recording) -> Result<(Cow<'a, [f64]>, Option<Counts>), EstimateError>,
 ) -> Result<Vec<Rows<'a>>, EstimateError> {
     let first = recordings.first().ok_or(EstimateError::NoRecording)?;
     recordings
@@ -173,20 +175,25 @@ pub fn settled_row(deflection_rad: &[f64], rated_deflection_rad: f64) -> Option<
     }
 }
 
+/// How many rows of a recording of all.
+fn share_of_beginning(rows: usize, total: usize, most_rows: usize) -> usize {
+    let share = (most_rows as f64 / total.max(1) as f64).min(1.0);
+    ((rows as f64 * share) as usize).clamp(FEWEST_ROWS.min(rows), rows)
+}
+
 /// The first rows of each recording, at most so many together.
 pub fn beginning<'a>(rows: &'a [Rows<'a>], most_rows: usize) -> Vec<Rows<'a>> {
     let total: usize = rows.iter().map(Rows::len).sum();
-    let share = (most_rows as f64 / total.max(1) as f64).min(1.0);
     rows.iter()
         .map(|r| {
-            let count = ((r.len() as f64 * share) as usize).clamp(FEWEST_ROWS.min(r.len()), r.len());
+            let count = share_of_beginning(r.len(), total, most_rows);
             Rows {
                 recording: r.recording,
                 deflection_rad: Cow::Borrowed(&r.deflection_rad[..count]),
                 torque: Cow::Borrowed(&r.torque[..count]),
                 marks: r.marks[..count].to_vec(),
                 past: r.past,
-                counts: r.counts.as_ref().map(|counts| counts.beginning(count)),
+                counts: r.counts.clone(),
             }
         })
         .collect()

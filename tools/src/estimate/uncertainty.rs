@@ -189,8 +189,6 @@ pub struct Fitted<'f> {
     pub searched_play: bool,
     /// Scale of the torque, N·m.
     pub torque_nm: f64,
-    /// Seed of every random choice.
-    pub seed: u64,
     /// How unsure A is, rad.
     pub rated_sd_rad: f64,
 }
@@ -218,7 +216,7 @@ pub fn assess(fitted: &Fitted<'_>, rows: &[Rows<'_>], noise: Option<&[Noise]>) -
     let places: Vec<usize> = free.iter().map(|k| 1 + k).collect();
     let (mut spread, linear) = Spread::of(&problem, &nonlinear, noise, |_| places.clone());
     // Without a noise model the residual says what the counts do, too.
-    if let Some(scores) = noise.and_then(|noise| counts::scores(&problem, &nonlinear, &linear, noise, fitted.seed)) {
+    if let Some(scores) = noise.and_then(|noise| counts::scores(&problem, &nonlinear, &linear, noise)) {
         spread.widen(&scores.select_rows(&places));
     }
 
