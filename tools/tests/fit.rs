@@ -116,6 +116,36 @@ fn what_no_gear_does_is_refused_and_the_mend_is_named() {
 }
 
 #[test]
+fn recordings_that_do_not_go_together_are_told_apart() {
+    let dir = WorkDir::new();
+    dir.succeed("demo --out demo");
+    let text = dir.read("demo/recording.csv");
+    let head = text.lines().next().unwrap();
+    let column = |name: &str| head.split(',').position(|n| n == name).unwrap();
+    let changed = |name: &str, by: &dyn Fn(f64) -> f64| {
+        let row = |line: &str| {
+            let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
+            cells[column(name)] = by(cells[column(name)].parse().unwrap()).to_string();
+            cells.join(",")
+        };
+        text.lines().skip(1).fold(head.to_owned() + "\n", |all, line| all + &row(line) + "\n")
+    };
+    let cases: [(&str, &dyn Fn(f64) -> f64, &[&str]); 5] = [
+        ("torque_nm", &|t| 1000.0 * t, &["other.csv", "torque_nm times 0.001", "--map"]),
+        ("deflection_rad", &|x| -x, &["other.csv", "opposite directions", "--map"]),
+        ("deflection_rad", &|x| x + 0.1, &["other.csv", "other zeros", "subtract"]),
+        ("deflection_rad", &|_| 1e-4, &["other.csv", "the deflection is the same", "leave it out"]),
+        ("torque_nm", &|_| 2.0, &["other.csv", "the torque is the same", "leave it out"]),
+    ];
+    for (name, by, told) in cases {
+        dir.write("other.csv", changed(name, by));
+        dir.refuse("fit demo/recording.csv other.csv -o both.toml", told);
+    }
+    dir.write("other.csv", changed("torque_nm", &|t| t + 3.0));
+    dir.succeed("fit demo/recording.csv other.csv -o both.toml");
+}
+
+#[test]
 fn a_zero_of_the_encoders_far_from_the_gears_is_found_beside_a_given_model() {
     let dir = WorkDir::new();
     dir.succeed("demo --out demo");

@@ -173,6 +173,26 @@ pub enum EstimateError {
         /// Its unit.
         unit: &'static str,
     },
+    /// One of several recordings that tells nothing.
+    #[error("{recording}: the {what} is the same in every row, so that it tells nothing beside the others")]
+    Still {
+        /// The recording.
+        recording: String,
+        /// The channel.
+        what: &'static str,
+    },
+    /// Recordings with other zeros of the encoders.
+    #[error(
+        "the deflections of {first} and {other} lie about {apart_rad:.3e} rad from each other, further than either moves: their encoders count from other zeros"
+    )]
+    OtherZero {
+        /// The first recording.
+        first: String,
+        /// The other.
+        other: String,
+        /// Distance of their middles, rad.
+        apart_rad: f64,
+    },
     /// Angles without a ratio.
     #[error(
         "{recording}: the deflection follows from theta_in_rad and theta_out_rad only with the ratio: give [gear] ratio in --model"
@@ -233,6 +253,10 @@ impl EstimateError {
             EstimateError::JointLog { .. } => {
                 "map the motor-side angle with --map theta_in_rad=COLUMN; gmhm fit without --method pso, and gmhm diagnose, take a joint log for gravity, inertia and friction"
             }
+            EstimateError::Still { .. } => {
+                "leave it out, or check that its sensor was connected and that the column is the right one"
+            }
+            EstimateError::OtherZero { .. } => "subtract the zero in one of the files, or fit them apart",
             EstimateError::Absurd { .. } => "check its unit: --map scales a column, as in deflection_rad=COLUMN*1e-3",
             EstimateError::HasTerms { .. } => {
                 "remove its [[term]] from the file given by --model, or run gmhm diagnose"
@@ -317,6 +341,20 @@ impl Fit {
     }
 }
 
+/// Recordings of which a fit predicts no more than this are looked at one by one: error held out beside the torque's deviation.
+const APART: f64 = 0.3;
+
+/// The deviation of the torque from its mean in each recording, rms over all.
+fn torque_sd(recordings: &[Recording]) -> f64 {
+    let (mut sum, mut rows) = (0.0, 0);
+    for torque in recordings.iter().filter_map(|recording| recording.torque.as_deref()) {
+        let mean = torque.iter().sum::<f64>() / torque.len().max(1) as f64;
+        sum += torque.iter().map(|t| (t - mean).powi(2)).sum::<f64>();
+        rows += torque.len();
+    }
+    (sum / rows.max(1) as f64).sqrt()
+}
+
 /// Rows that the choice of the structure looks at; the chosen one is then fitted to all.
 const SELECTION_ROWS: usize = 20_000;
 
@@ -325,6 +363,17 @@ const SELECTION_ROWS: usize = 20_000;
 /// # Errors
 /// When a recording lacks what is needed, or `progress` cancels.
 pub fn fit(recordings: &[Recording], options: &FitOptions, progress: &dyn Progress) -> Result<Fit, EstimateError> {
+    let fit = fit_together(recordings, options, progress)?;
+    // Recordings that do not go together: perhaps one is in another unit or of another sign than the first.
+    let (first, others) = recordings.split_at(1);
+    if !others.is_empty() && fit.model.elastic.is_some() && fit.heldout_rms > APART * torque_sd(recordings) {
+        let alone = fit_together(first, options, progress)?;
+        others.iter().try_for_each(|other| plausible::units(other, &alone.model))?;
+    }
+    Ok(fit)
+}
+
+fn fit_together(recordings: &[Recording], options: &FitOptions, progress: &dyn Progress) -> Result<Fit, EstimateError> {
     if let Some(model) = &options.start {
         let mut model = model.clone();
         model.gear.rated_deflection_rad = options.rated_deflection_rad.or(model.gear.rated_deflection_rad);
@@ -442,6 +491,7 @@ impl<'a> Prepared<'a> {
             return Err(EstimateError::NoTorqueChange);
         }
         rows.iter().try_for_each(prepare::believable)?;
+        prepare::together(&rows)?;
         let given = options.rated_deflection_rad.or(gear.rated_deflection_rad);
         let rated_deflection_rad = settle_scale(&mut rows, &mut gear, given)?;
         let model = Model {

@@ -143,6 +143,32 @@ pub fn believable(rows: &Rows<'_>) -> Result<(), EstimateError> {
     Ok(())
 }
 
+/// Refuses recordings that cannot be of one gear, or tell nothing of it.
+pub fn together(rows: &[Rows<'_>]) -> Result<(), EstimateError> {
+    let Some((first, others)) = rows.split_first().filter(|(_, others)| !others.is_empty()) else { return Ok(()) };
+    for rows in rows {
+        let constant = |values: &[f64]| values.windows(2).all(|pair| pair[0] == pair[1]);
+        let recording = || rows.recording.name.clone();
+        if constant(&rows.torque) {
+            return Err(EstimateError::Still { recording: recording(), what: rows.recording.torque_unit.quantity() });
+        }
+        if constant(&rows.deflection_rad) {
+            return Err(EstimateError::Still { recording: recording(), what: "deflection" });
+        }
+    }
+    let (low, high) = range(first.deflection_rad.iter());
+    for other in others {
+        let (left, right) = range(other.deflection_rad.iter());
+        let apart_rad = 0.5 * ((left + right) - (low + high)).abs();
+        // Loads to one side and to the other meet at least at rest.
+        if apart_rad > (high - low) + (right - left) {
+            let (first, other) = (first.recording.name.clone(), other.recording.name.clone());
+            return Err(EstimateError::OtherZero { first, other, apart_rad });
+        }
+    }
+    Ok(())
+}
+
 /// The unit word of the torque column in file names.
 pub fn unit_word(unit: TorqueUnit) -> &'static str {
     match unit {
