@@ -130,7 +130,8 @@ fn recordings_that_do_not_go_together_are_told_apart() {
         };
         text.lines().skip(1).fold(head.to_owned() + "\n", |all, line| all + &row(line) + "\n")
     };
-    let cases: [(&str, &dyn Fn(f64) -> f64, &[&str]); 5] = [
+    type Case<'c> = (&'c str, &'c dyn Fn(f64) -> f64, &'c [&'c str]);
+    let cases: [Case<'_>; 5] = [
         ("torque_nm", &|t| 1000.0 * t, &["other.csv", "torque_nm times 0.001", "--map"]),
         ("deflection_rad", &|x| -x, &["other.csv", "opposite directions", "--map"]),
         ("deflection_rad", &|x| x + 0.1, &["other.csv", "other zeros", "subtract"]),
