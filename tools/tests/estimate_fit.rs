@@ -194,6 +194,22 @@ fn a_counted_deflection_does_not_bias_the_loop() {
 }
 
 #[test]
+fn the_counts_of_a_fine_encoder_take_nothing_off_e() {
+    let (elastic, memory) = published();
+    let step_rad = std::f64::consts::TAU / f64::from(1 << 26);
+    let off = |seed: u64| {
+        let path = Path { theta: cycle(A, 6000, 3.0), period_s: 2e-2 };
+        let mut recording = record(A, elastic, memory, &path, 0.03, seed);
+        recording.deflection_rad.iter_mut().flatten().for_each(|x| *x = (*x / step_rad).round() * step_rad);
+        let found = fit(&[recording], &given(elastic, memory), &()).unwrap();
+        let e = found.parameter("e").unwrap();
+        (e.value - memory.e()) / e.sd.unwrap()
+    };
+    let mean = (1..=8).map(off).sum::<f64>() / 8.0;
+    assert!(mean.abs() < 1.2, "{mean} standard deviations off");
+}
+
+#[test]
 fn outliers_and_colour_do_not_spoil_the_fit() {
     let (elastic, memory) = published();
     // One row in two hundred, and one in sixteen.
