@@ -9,6 +9,7 @@ use super::DiscoverError;
 use super::fit::Fitted;
 use super::flexible;
 use super::search::MARGIN;
+use crate::estimate::acceleration::acceleration;
 use crate::estimate::columns::Mark;
 use crate::estimate::denoise::denoised;
 use crate::estimate::prepare;
@@ -20,6 +21,8 @@ use crate::recording::{Recording, TorqueUnit};
 pub struct Subject<'a> {
     /// The recordings, their angles freed of noise.
     pub recordings: Vec<Cow<'a, Recording>>,
+    /// The acceleration of each, of the motion as it was recorded.
+    accelerations: Vec<Option<Vec<f64>>>,
     /// So many rows of a recording are looked at as one, their mean; the gear follows all of them.
     pub stride: usize,
     /// The rows of each that are looked at.
@@ -61,10 +64,11 @@ impl<'a> Subject<'a> {
             return Err(DiscoverError::SomeSimulated);
         }
         let marks = recordings.iter().map(|r| prepare::gaps(&r.time_s)).collect();
+        let accelerations = recordings.iter().map(|r| acceleration(r, &model.gear)).collect();
         let recordings: Vec<Cow<'a, Recording>> = recordings.iter().map(|r| denoised(r, model.gear.ratio)).collect();
         let nuisances = nuisances(&recordings, &spans, model)?;
-        let stride = 1;
-        let mut subject = Self { recordings, stride, spans, marks, target, nuisances, free_base: simulated == 0 };
+        let (stride, free_base) = (1, simulated == 0);
+        let mut subject = Self { recordings, accelerations, stride, spans, marks, target, nuisances, free_base };
         if simulated > 0 {
             let base = subject.total(model)?;
             let simulated: Vec<f64> =
@@ -100,6 +104,7 @@ impl<'a> Subject<'a> {
         };
         Self {
             recordings: self.recordings.clone(),
+            accelerations: self.accelerations.clone(),
             stride: self.stride * stride,
             spans,
             marks: self.marks.iter().map(|marks| marks.chunks(stride).map(whole).collect()).collect(),
@@ -188,7 +193,7 @@ impl<'a> Subject<'a> {
     /// # Errors
     /// As [`Evaluation::new`].
     pub fn evaluate(&self, model: &Model) -> Result<Vec<Evaluation<'_>>, PredictError> {
-        self.recordings.iter().map(|r| Evaluation::new(model, None, r)).collect()
+        (0..self.recordings.len()).map(|index| self.evaluate_one(model, index)).collect()
     }
 
     /// The torque of a model, all recordings in one line.
@@ -197,10 +202,17 @@ impl<'a> Subject<'a> {
     /// As [`Evaluation::new`].
     pub fn total(&self, model: &Model) -> Result<Vec<f64>, PredictError> {
         let mut total = Vec::with_capacity(self.target.len());
-        for recording in &self.recordings {
-            total.extend(self.looked_at(Evaluation::new(model, None, recording)?.total()));
+        for index in 0..self.recordings.len() {
+            total.extend(self.looked_at(self.evaluate_one(model, index)?.total()));
         }
         Ok(total)
+    }
+
+    fn evaluate_one(&self, model: &Model, index: usize) -> Result<Evaluation<'_>, PredictError> {
+        let recording = &self.recordings[index];
+        let mut signals = Signals::new(recording, &model.gear);
+        signals.acceleration_rad_per_s2.clone_from(&self.accelerations[index]);
+        Evaluation::along(model, None, recording, signals)
     }
 
     /// A signal of every recording in one line, if every recording tells it.

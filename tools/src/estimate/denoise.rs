@@ -9,8 +9,6 @@ use std::ops::Range;
 
 use super::graduation::{Graduation, unround};
 use super::noise::quantisation_step;
-use crate::model::{GearSection, TorqueSide};
-use crate::physics::Signals;
 use crate::physics::signals::rate;
 use crate::recording::Recording;
 
@@ -56,24 +54,12 @@ pub fn denoised(recording: &Recording, ratio: Option<f64>) -> Cow<'_, Recording>
     Cow::Owned(clean)
 }
 
-/// The acceleration of the motion freed of its noise; `None` where the signal that it follows from has none. Noise is what third differences hold as much of as
+/// The standard deviation of the white noise of an angle or a velocity, that of its resolution included; 0 where it has none. Noise is what third differences hold as much of as
 /// sixth ones do: those of a movement without noise fall from order to order.
-pub fn smoothed_acceleration(recording: &Recording, gear: &GearSection) -> Option<Vec<f64>> {
-    let (input, output) = (&recording.theta_in_rad, &recording.theta_out_rad);
-    let source = match gear.torque_side {
-        TorqueSide::Motor if input.is_some() => input,
-        _ => [&recording.velocity_out_rad_per_s, output, input].into_iter().find(|x| x.is_some())?,
-    };
-    let source = source.as_deref()?;
-    let largest = source.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-    let third = sd_by(3, source);
-    if third <= 1e-9 * largest || sd_by(6, source) <= 0.5 * third {
-        return None;
-    }
-    match denoised(recording, gear.ratio) {
-        Cow::Owned(clean) => Signals::new(&clean, gear).acceleration_rad_per_s2,
-        Cow::Borrowed(_) => None,
-    }
+pub(super) fn white_sd(x: &[f64]) -> f64 {
+    let largest = x.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+    let (third, sixth) = (sd_by(3, x), sd_by(6, x));
+    if third <= 1e-9 * largest || sixth <= 0.5 * third { 0.0 } else { sixth.min(third).max(resolution_sd(x)) }
 }
 
 /// The output angle that goes with the smoothed deflection, where the recorded one differs from it by noise alone: two smoothings of one sensor would look like two signals.
@@ -118,8 +104,11 @@ fn sd_by(order: usize, x: &[f64]) -> f64 {
 
 /// The standard deviation of a channel's noise, that of its resolution included.
 pub(super) fn channel_sd(x: &[f64]) -> f64 {
-    let resolution = quantisation_step(x).unwrap_or(0.0) / 12.0_f64.sqrt();
-    noise_sd(x).max(resolution)
+    noise_sd(x).max(resolution_sd(x))
+}
+
+fn resolution_sd(x: &[f64]) -> f64 {
+    quantisation_step(x).unwrap_or(0.0) / 12.0_f64.sqrt()
 }
 
 fn smoothed(x: &[f64], time_s: &[f64]) -> Option<Vec<f64>> {

@@ -28,6 +28,7 @@
 //! **Gauge.** Of (α, β, ω) a rate-independent loop fixes only e, h and β/ω. The result is written with the ω of the model handed in, else ω = 1 1/s
 //! (law `time` does not use ω and has 0).
 
+pub mod acceleration;
 pub mod assembly;
 pub mod base;
 pub mod basis;

@@ -2,7 +2,7 @@
 
 use gmhm::terms::Need;
 
-use super::denoise::smoothed_acceleration;
+use super::acceleration::acceleration;
 use crate::model::{GearSection, Model, Term};
 use crate::physics::predict::{Prediction, predict_along};
 use crate::physics::{Evaluation, PredictError, Signals};
@@ -13,9 +13,7 @@ use crate::recording::Recording;
 /// the acceleration of a motion without noise.
 pub fn signals<'a>(recording: &'a Recording, gear: &GearSection) -> Signals<'a> {
     let mut signals = Signals::new(recording, gear);
-    if let Some(acceleration) = smoothed_acceleration(recording, gear) {
-        signals.acceleration_rad_per_s2 = Some(acceleration);
-    }
+    signals.acceleration_rad_per_s2 = acceleration(recording, gear);
     signals
 }
 

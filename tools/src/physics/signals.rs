@@ -15,7 +15,7 @@ use crate::recording::Recording;
 /// | motor angle | `theta_in_rad`, else N·(q_o + θ), else N·q_o |
 /// | output angle | `theta_out_rad`, else q_m/N − θ |
 /// | velocity | torque on the motor side and `theta_in_rad` recorded: the rate of q_m/N; else `velocity_out_rad_per_s`, else the rate of q_o |
-/// | acceleration | the rate of the velocity |
+/// | acceleration | the [curvature] of the angle that the velocity comes from; of a recorded velocity its rate |
 ///
 /// Rates are [`rate`]s.
 #[derive(Debug, Clone, Default)]
@@ -60,16 +60,16 @@ impl<'a> Signals<'a> {
             (None, Some(q_m), Some(theta), Some(n)) => Some(combine(q_m, theta, |q_m, theta| q_m / n - theta)),
             _ => None,
         };
-        let velocity_rad_per_s = match (gear.torque_side, input, ratio) {
-            (TorqueSide::Motor, Some(q_m), Some(n)) => {
-                Some(Cow::Owned(rate(&q_m.iter().map(|q| q / n).collect::<Vec<f64>>(), time_s)))
-            }
+        let of_angle = |q: &[f64]| (Cow::Owned(rate(q, time_s)), curvature(q, time_s));
+        let motion = match (gear.torque_side, input, ratio) {
+            (TorqueSide::Motor, Some(q_m), Some(n)) => Some(of_angle(&q_m.iter().map(|q| q / n).collect::<Vec<f64>>())),
             (TorqueSide::Motor, Some(_), None) => None,
             _ => match &recording.velocity_out_rad_per_s {
-                Some(v) => Some(Cow::Borrowed(v.as_slice())),
-                None => output_angle_rad.as_ref().map(|q| Cow::Owned(rate(q, time_s))),
+                Some(v) => Some((Cow::Borrowed(v.as_slice()), rate(v, time_s))),
+                None => output_angle_rad.as_deref().map(of_angle),
             },
         };
+        let (velocity_rad_per_s, acceleration_rad_per_s2) = motion.unzip();
         let zero = gear.deflection_zero_rad;
         let deflection_rad = raw.map(|theta| match zero {
             0.0 => theta,
@@ -77,7 +77,7 @@ impl<'a> Signals<'a> {
         });
         Self {
             time_s,
-            acceleration_rad_per_s2: velocity_rad_per_s.as_ref().map(|v| rate(v, time_s)),
+            acceleration_rad_per_s2,
             motor_angle_rad,
             output_angle_rad,
             deflection_rad,
@@ -148,6 +148,18 @@ pub fn rate(values: &[f64], time_s: &[f64]) -> Vec<f64> {
     (0..values.len()).map(at).collect()
 }
 
+/// The second derivative of samples by time: that of the parabola through three samples, and that of their neighbours at both ends. 0 for fewer than three samples. Of a wave of ω a
+/// sample it loses ω²/12; the rate of the rate would lose ω²/3.
+pub fn curvature(values: &[f64], time_s: &[f64]) -> Vec<f64> {
+    let count = values.len();
+    if count < 3 {
+        return vec![0.0; count];
+    }
+    let slope = |k: usize| (values[k + 1] - values[k]) / (time_s[k + 1] - time_s[k]);
+    let at = |k: usize| 2.0 * (slope(k) - slope(k - 1)) / (time_s[k + 1] - time_s[k - 1]);
+    (0..count).map(|k| at(k.clamp(1, count - 2))).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -161,6 +173,8 @@ mod tests {
             assert!((r - (6.0 * t - 1.0)).abs() < 1e-12);
         }
         assert_eq!((rate[0], rate[4]), (0.5, 14.0));
+        assert!(curvature(&parabola, &time).iter().all(|a| (a - 6.0).abs() < 1e-12));
+        assert_eq!(curvature(&[1.0, 2.0], &[0.0, 1.0]), [0.0; 2]);
         assert_eq!(super::rate(&[1.0], &[0.0]), [0.0]);
     }
 }

@@ -1,0 +1,156 @@
+//! The acceleration of a motion that was recorded with noise.
+//!
+//! A second derivative amplifies the noise of an angle by the fourth power of the frequency: what is left of one that was smoothed well enough for an angle is still mostly
+//! noise, and what is smoothed harder loses its corners. Either biases what follows the acceleration: noise makes an inertia too small, lost corners make it too large. Wiener's
+//! filter (1949) does neither: it is what the acceleration is expected to be, given the record, so regressions on it are not biased (regression calibration; Carroll,
+//! Ruppert, Stefanski, Crainiceanu, *Measurement Error in Nonlinear Models*, 2006, chapter 4). The power of the motion is that of the record, band by band, less that of
+//! the noise.
+
+use std::f64::consts::TAU;
+
+use realfft::RealFftPlanner;
+use realfft::num_complex::Complex;
+
+use super::denoise::{FEWEST_ROWS, pieces, white_sd};
+use crate::model::{GearSection, TorqueSide};
+use crate::physics::Signals;
+use crate::physics::signals::{curvature, rate};
+use crate::recording::Recording;
+
+/// Rows that are filtered together, and bins on both sides over which their power is averaged.
+const STRETCH: usize = 128;
+const BINS: usize = 8;
+
+/// Power that stands out of the noise by less than this factor is noise: three standard deviations of the mean of 17 bins.
+const STANDS_OUT: f64 = 1.73;
+
+/// A recorded velocity takes the angle's place where it leaves less than this share of the variance: its rate spans two samples, and loses more of a corner.
+const WORTH_A_SAMPLE: f64 = 0.25;
+
+/// A derivative of a record with the noise in it.
+struct Derived {
+    values: Vec<f64>,
+    /// The variance of what the record's noise may still be off by.
+    unsure: f64,
+}
+
+/// The acceleration that a model of this gear sees, freed of the noise of the angle or the velocity that it follows from, whichever leaves less; `None` without either.
+///
+/// The noise of a record without any is not looked for: such a motion is differentiated as it stands.
+pub fn acceleration(recording: &Recording, gear: &GearSection) -> Option<Vec<f64>> {
+    let time_s = recording.time_s.as_slice();
+    let angle = |q: &[f64], raw: &[f64], ratio: f64| {
+        // A difference of two samples has the weights 1, −2, 1 over the period squared.
+        let gain = |w: f64, period_s: f64| (2.0 * (0.5 * w).sin() / period_s).powi(4);
+        derived(curvature(q, time_s), white_sd(raw) / ratio, time_s, gain)
+    };
+    let input = recording.theta_in_rad.as_deref();
+    if gear.torque_side == TorqueSide::Motor && input.is_some() {
+        let (q_m, ratio) = (input?, gear.ratio?);
+        let line: Vec<f64> = q_m.iter().map(|q| q / ratio).collect();
+        return Some(angle(&line, q_m, ratio).values);
+    }
+    let signals = Signals::new(recording, gear);
+    let of_angle = signals.output_angle_rad.as_deref().map(|q| angle(q, q, 1.0));
+    let of_velocity = recording.velocity_out_rad_per_s.as_deref().map(|v| {
+        let gain = |w: f64, period_s: f64| (w.sin() / period_s).powi(2);
+        derived(rate(v, time_s), white_sd(v), time_s, gain)
+    });
+    match (of_angle, of_velocity) {
+        (Some(angle), Some(velocity)) if velocity.unsure > WORTH_A_SAMPLE * angle.unsure => Some(angle.values),
+        (angle, velocity) => velocity.or(angle).map(|best| best.values),
+    }
+}
+
+/// A derivative whose noise is white noise of standard deviation `sd`, its power at `w` radians a sample multiplied by `gain`, freed of it between gaps in time.
+fn derived(mut values: Vec<f64>, sd: f64, time_s: &[f64], gain: impl Fn(f64, f64) -> f64) -> Derived {
+    let mut unsure = 0.0;
+    let rows = values.len() as f64;
+    for piece in pieces(time_s).into_iter().filter(|piece| piece.len() >= FEWEST_ROWS && sd > 0.0) {
+        let period_s = (time_s[piece.end - 1] - time_s[piece.start]) / (piece.len() - 1) as f64;
+        let own = &mut values[piece];
+        unsure += own.len() as f64 / rows * wiener(own, |w| sd * sd * gain(w, period_s));
+    }
+    Derived { values, unsure }
+}
+
+/// Filters a line with noise of the given power at each frequency, stretch by stretch: where the motion turns the corner is kept, where it runs evenly the noise goes. Returns
+/// the variance that is left of it.
+fn wiener(line: &mut [f64], noise: impl Fn(f64) -> f64) -> f64 {
+    let mut planner = RealFftPlanner::<f64>::new();
+    let (forth, back) = (planner.plan_fft_forward(STRETCH), planner.plan_fft_inverse(STRETCH));
+    let mut transform = forth.make_output_vec();
+    let bins = transform.len();
+    let noise: Vec<f64> = (0..bins).map(|k| noise(TAU * k as f64 / STRETCH as f64)).collect();
+    // Half a wave, squared by going there and back: stretches that overlap by half add up to one.
+    let window: Vec<f64> = (0..STRETCH).map(|i| (0.5 * TAU * (i as f64 + 0.5) / STRETCH as f64).sin()).collect();
+    let hop = STRETCH / 2;
+    let at = |i: usize| i.wrapping_sub(hop);
+    let mut filtered = vec![0.0; line.len()];
+    let (mut unsure, mut stretches) = (0.0, 0.0);
+    for first in (0..line.len() + hop).step_by(hop) {
+        let rows = || (first..first + STRETCH).map(at);
+        let mut own: Vec<f64> = rows().zip(&window).map(|(row, w)| w * line.get(row).copied().unwrap_or(0.0)).collect();
+        if forth.process(&mut own, &mut transform).is_err() {
+            return f64::INFINITY;
+        }
+        let power: Vec<f64> = transform.iter().map(|x| 2.0 * x.norm_sqr() / STRETCH as f64).collect();
+        for (k, x) in transform.iter_mut().enumerate() {
+            let around = &power[k.saturating_sub(BINS)..(k + BINS + 1).min(bins)];
+            let level = &noise[k.saturating_sub(BINS)..(k + BINS + 1).min(bins)];
+            let (around, level) = (around.iter().sum::<f64>(), level.iter().sum::<f64>());
+            let kept = if around > STANDS_OUT * level { 1.0 - level / around } else { 0.0 };
+            *x *= kept / STRETCH as f64;
+            unsure += kept * noise[k] / bins as f64;
+        }
+        stretches += 1.0;
+        transform[0] = Complex::from(transform[0].re);
+        transform[bins - 1] = Complex::from(transform[bins - 1].re);
+        if back.process(&mut transform, &mut own).is_err() {
+            return f64::INFINITY;
+        }
+        for ((row, w), x) in rows().zip(&window).zip(&own) {
+            if let Some(sum) = filtered.get_mut(row) {
+                *sum += w * x;
+            }
+        }
+    }
+    line.copy_from_slice(&filtered);
+    unsure / stretches
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    /// A triangular motion with soft corners, and its acceleration.
+    fn motion(rows: usize, period_s: f64) -> Recording {
+        let time_s: Vec<f64> = (0..rows).map(|k| period_s * k as f64).collect();
+        let angle = time_s.iter().map(|t| (0.98 * (3.0 * t).sin()).asin()).collect();
+        Recording { time_s, theta_out_rad: Some(angle), ..Recording::default() }
+    }
+
+    #[test]
+    fn regressions_on_it_are_not_biased() {
+        let clean = motion(6000, 2e-3);
+        let gear = GearSection::default();
+        let truth = acceleration(&clean, &gear).unwrap();
+        assert_eq!(truth, curvature(clean.theta_out_rad.as_deref().unwrap(), &clean.time_s));
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        // Noise of a five-hundredth, a quarter and twenty-six times the power of the acceleration.
+        for (seed, sd, within) in [(1, 1e-6, 0.002), (2, 1e-5, 0.01), (3, 1e-4, 0.2)] {
+            let mut random = ChaCha8Rng::seed_from_u64(seed);
+            let mut noisy = clean.clone();
+            for q in noisy.theta_out_rad.iter_mut().flatten() {
+                let normal: f64 = StandardNormal.sample(&mut random);
+                *q += sd * normal;
+            }
+            let found = acceleration(&noisy, &gear).unwrap();
+            let slope = dot(&truth, &found) / dot(&found, &found);
+            assert!((slope - 1.0).abs() < within, "sd {sd}: {slope}");
+        }
+    }
+}
