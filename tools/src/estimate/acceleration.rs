@@ -21,8 +21,8 @@ use crate::recording::Recording;
 const STRETCH: usize = 128;
 const BINS: usize = 8;
 
-/// Power that stands out of the noise by less than this factor is noise: three standard deviations of the mean of 17 bins.
-const STANDS_OUT: f64 = 1.73;
+/// Power that does not stand out of the noise by this factor is taken for noise. What is left of a motion then is less, but no more biased.
+const STANDS_OUT: f64 = 3.0;
 
 /// A recorded velocity takes the angle's place where it leaves less than this share of the variance: its rate spans two samples, and loses more of a corner.
 const WORTH_A_SAMPLE: f64 = 0.25;
