@@ -24,59 +24,48 @@ const BINS: usize = 8;
 /// Power that does not stand out of the noise by this factor is taken for noise. What is left of a motion then is less, but no more biased.
 const STANDS_OUT: f64 = 3.0;
 
-/// A recorded velocity takes the angle's place where it leaves less than this share of the variance: its rate spans two samples, and loses more of a corner.
-const WORTH_A_SAMPLE: f64 = 0.25;
-
-/// A derivative of a record with the noise in it.
-struct Derived {
-    values: Vec<f64>,
-    /// The variance of what the record's noise may still be off by.
-    unsure: f64,
-}
-
-/// The acceleration that a model of this gear sees, freed of the noise of the angle or the velocity that it follows from, whichever leaves less; `None` without either.
+/// The acceleration that a model of this gear sees, freed of the noise of the angle or the velocity that it follows from, whichever tells more of it; `None` without either.
 ///
-/// The noise of a record without any is not looked for: such a motion is differentiated as it stands.
+/// A record without noise is differentiated as it stands.
 pub fn acceleration(recording: &Recording, gear: &GearSection) -> Option<Vec<f64>> {
     let time_s = recording.time_s.as_slice();
-    let angle = |q: &[f64], raw: &[f64], ratio: f64| {
+    let of_angle = |q: &[f64]| {
         // A difference of two samples has the weights 1, −2, 1 over the period squared.
         let gain = |w: f64, period_s: f64| (2.0 * (0.5 * w).sin() / period_s).powi(4);
-        derived(curvature(q, time_s), white_sd(raw) / ratio, time_s, gain)
+        expected(curvature(q, time_s), white_sd(q), time_s, gain)
     };
-    let input = recording.theta_in_rad.as_deref();
-    if gear.torque_side == TorqueSide::Motor && input.is_some() {
-        let (q_m, ratio) = (input?, gear.ratio?);
-        let line: Vec<f64> = q_m.iter().map(|q| q / ratio).collect();
-        return Some(angle(&line, q_m, ratio).values);
+    if let (TorqueSide::Motor, Some(q_m)) = (gear.torque_side, &recording.theta_in_rad) {
+        let ratio = gear.ratio?;
+        return Some(of_angle(&q_m.iter().map(|q| q / ratio).collect::<Vec<f64>>()));
     }
-    let signals = Signals::new(recording, gear);
-    let of_angle = signals.output_angle_rad.as_deref().map(|q| angle(q, q, 1.0));
-    let of_velocity = recording.velocity_out_rad_per_s.as_deref().map(|v| {
+    let of_velocity = |v: &[f64]| {
         let gain = |w: f64, period_s: f64| (w.sin() / period_s).powi(2);
-        derived(rate(v, time_s), white_sd(v), time_s, gain)
-    });
-    match (of_angle, of_velocity) {
-        (Some(angle), Some(velocity)) if velocity.unsure > WORTH_A_SAMPLE * angle.unsure => Some(angle.values),
-        (angle, velocity) => velocity.or(angle).map(|best| best.values),
+        expected(rate(v, time_s), white_sd(v), time_s, gain)
+    };
+    let signals = Signals::new(recording, gear);
+    match (signals.output_angle_rad.as_deref(), recording.velocity_out_rad_per_s.as_deref()) {
+        (Some(q), Some(v)) if white_sd(v) > 0.0 => {
+            let power = |line: &Vec<f64>| line.iter().map(|x| x * x).sum::<f64>();
+            let (angle, velocity) = (of_angle(q), of_velocity(v));
+            // What is expected varies the less the less is known.
+            Some(if power(&velocity) > power(&angle) { velocity } else { angle })
+        }
+        (_, Some(v)) => Some(of_velocity(v)),
+        (q, None) => q.map(of_angle),
     }
 }
 
-/// A derivative whose noise is white noise of standard deviation `sd`, its power at `w` radians a sample multiplied by `gain`, freed of it between gaps in time.
-fn derived(mut values: Vec<f64>, sd: f64, time_s: &[f64], gain: impl Fn(f64, f64) -> f64) -> Derived {
-    let mut unsure = 0.0;
-    let rows = values.len() as f64;
+/// What a derivative is expected to be without its noise: white noise of standard deviation `sd`, its power at `w` radians a sample multiplied by `gain`.
+fn expected(mut values: Vec<f64>, sd: f64, time_s: &[f64], gain: impl Fn(f64, f64) -> f64) -> Vec<f64> {
     for piece in pieces(time_s).into_iter().filter(|piece| piece.len() >= FEWEST_ROWS && sd > 0.0) {
         let period_s = (time_s[piece.end - 1] - time_s[piece.start]) / (piece.len() - 1) as f64;
-        let own = &mut values[piece];
-        unsure += own.len() as f64 / rows * wiener(own, |w| sd * sd * gain(w, period_s));
+        wiener(&mut values[piece], |w| sd * sd * gain(w, period_s));
     }
-    Derived { values, unsure }
+    values
 }
 
-/// Filters a line with noise of the given power at each frequency, stretch by stretch: where the motion turns the corner is kept, where it runs evenly the noise goes. Returns
-/// the variance that is left of it.
-fn wiener(line: &mut [f64], noise: impl Fn(f64) -> f64) -> f64 {
+/// Filters a line with noise of the given power at each frequency, stretch by stretch: where the motion turns the corner is kept, where it runs evenly the noise goes.
+fn wiener(line: &mut [f64], noise: impl Fn(f64) -> f64) {
     let mut planner = RealFftPlanner::<f64>::new();
     let (forth, back) = (planner.plan_fft_forward(STRETCH), planner.plan_fft_inverse(STRETCH));
     let mut transform = forth.make_output_vec();
@@ -87,12 +76,11 @@ fn wiener(line: &mut [f64], noise: impl Fn(f64) -> f64) -> f64 {
     let hop = STRETCH / 2;
     let at = |i: usize| i.wrapping_sub(hop);
     let mut filtered = vec![0.0; line.len()];
-    let (mut unsure, mut stretches) = (0.0, 0.0);
     for first in (0..line.len() + hop).step_by(hop) {
         let rows = || (first..first + STRETCH).map(at);
         let mut own: Vec<f64> = rows().zip(&window).map(|(row, w)| w * line.get(row).copied().unwrap_or(0.0)).collect();
         if forth.process(&mut own, &mut transform).is_err() {
-            return f64::INFINITY;
+            return;
         }
         let power: Vec<f64> = transform.iter().map(|x| 2.0 * x.norm_sqr() / STRETCH as f64).collect();
         for (k, x) in transform.iter_mut().enumerate() {
@@ -101,13 +89,11 @@ fn wiener(line: &mut [f64], noise: impl Fn(f64) -> f64) -> f64 {
             let (around, level) = (around.iter().sum::<f64>(), level.iter().sum::<f64>());
             let kept = if around > STANDS_OUT * level { 1.0 - level / around } else { 0.0 };
             *x *= kept / STRETCH as f64;
-            unsure += kept * noise[k] / bins as f64;
         }
-        stretches += 1.0;
         transform[0] = Complex::from(transform[0].re);
         transform[bins - 1] = Complex::from(transform[bins - 1].re);
         if back.process(&mut transform, &mut own).is_err() {
-            return f64::INFINITY;
+            return;
         }
         for ((row, w), x) in rows().zip(&window).zip(&own) {
             if let Some(sum) = filtered.get_mut(row) {
@@ -116,7 +102,6 @@ fn wiener(line: &mut [f64], noise: impl Fn(f64) -> f64) -> f64 {
         }
     }
     line.copy_from_slice(&filtered);
-    unsure / stretches
 }
 
 #[cfg(test)]
