@@ -117,11 +117,8 @@ fn columns(
     let mut keys = Vec::new();
     let mut stacked: Vec<Vec<f64>> = Vec::new();
     if let Some((key, step)) = growth(term, info, ranges) {
-        let mut column = Vec::new();
-        for evaluation in evaluations {
-            let change = evaluation.change(&kinds::grown(term, key, step)).ok()?;
-            column.extend(subject.looked_at(&change).map(|x| x / step));
-        }
+        let mut column = subject.change(evaluations, &kinds::grown(term, key, step)).ok()?;
+        column.iter_mut().for_each(|x| *x /= step);
         return Some((vec![(key, None)], vec![column]));
     }
     let mut full = term.clone();

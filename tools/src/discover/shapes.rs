@@ -132,19 +132,9 @@ impl<'b, 's> Beside<'b, 's> {
         }
         let amplitude = |key: &KeyInfo| key.role == Role::Linear && own.values.contains_key(key.name);
         let adds = own.info().is_some_and(|info| info.keys.iter().any(amplitude));
-        let mut beside = Self { subject, fit, evaluations, explained: fit.residual.clone(), others, adds };
-        let change = beside.change(own)?;
-        beside.explained.iter_mut().zip(change).for_each(|(x, change)| *x += change);
-        Ok(beside)
-    }
-
-    /// What the term adds to the torque.
-    fn change(&self, term: &Term) -> Result<Vec<f64>, PredictError> {
-        let mut line = Vec::with_capacity(self.subject.len());
-        for evaluation in self.evaluations {
-            line.extend(self.subject.looked_at(&evaluation.change(term)?));
-        }
-        Ok(line)
+        let mut explained = subject.change(evaluations, own)?;
+        explained.iter_mut().zip(&fit.residual).for_each(|(x, left)| *x += left);
+        Ok(Self { subject, fit, evaluations, explained, others, adds })
     }
 
     /// What a unit of each amplitude of the term adds.
@@ -168,7 +158,7 @@ impl<'b, 's> Beside<'b, 's> {
             let units: Vec<Vec<f64>> = self.units(term).ok()?.iter().map(|unit| white(unit)).collect();
             return Some(dot(&y, &y) - self.others.gain(&units, &y).0);
         }
-        let change = self.change(term).ok()?;
+        let change = self.subject.change(self.evaluations, term).ok()?;
         let mut y = white(&self.explained.iter().zip(&change).map(|(x, change)| x - change).collect::<Vec<_>>());
         self.others.reduce(&mut y);
         Some(dot(&y, &y))

@@ -13,7 +13,7 @@ use crate::estimate::acceleration::acceleration;
 use crate::estimate::columns::Mark;
 use crate::estimate::denoise::denoised;
 use crate::estimate::prepare;
-use crate::model::Model;
+use crate::model::{Model, Term};
 use crate::physics::{Evaluation, PredictError, Signals};
 use crate::recording::{Recording, TorqueUnit};
 
@@ -213,6 +213,18 @@ impl<'a> Subject<'a> {
         let mut signals = Signals::new(recording, &model.gear);
         signals.acceleration_rad_per_s2.clone_from(&self.accelerations[index]);
         Evaluation::along(model, None, recording, signals)
+    }
+
+    /// What a term would add to the torque of a model evaluated on every recording, in one line.
+    ///
+    /// # Errors
+    /// As [`Evaluation::change`].
+    pub fn change(&self, evaluations: &[Evaluation<'_>], term: &Term) -> Result<Vec<f64>, PredictError> {
+        let mut line = Vec::with_capacity(self.target.len());
+        for evaluation in evaluations {
+            line.extend(self.looked_at(&evaluation.change(term)?));
+        }
+        Ok(line)
     }
 
     /// A signal of every recording in one line, if every recording tells it.

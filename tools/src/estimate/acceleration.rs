@@ -9,9 +9,9 @@
 use std::f64::consts::TAU;
 
 use realfft::RealFftPlanner;
-use realfft::num_complex::Complex;
 
 use super::denoise::{FEWEST_ROWS, pieces, white_sd};
+use super::triangle::dot;
 use crate::model::{GearSection, TorqueSide};
 use crate::physics::Signals;
 use crate::physics::signals::{curvature, rate};
@@ -38,19 +38,19 @@ pub fn acceleration(recording: &Recording, gear: &GearSection) -> Option<Vec<f64
         let ratio = gear.ratio?;
         return Some(of_angle(&q_m.iter().map(|q| q / ratio).collect::<Vec<f64>>()));
     }
-    let of_velocity = |v: &[f64]| {
+    let of_velocity = |v: &[f64], sd: f64| {
         let gain = |w: f64, period_s: f64| (w.sin() / period_s).powi(2);
-        expected(rate(v, time_s), white_sd(v), time_s, gain)
+        expected(rate(v, time_s), sd, time_s, gain)
     };
     let signals = Signals::new(recording, gear);
-    match (signals.output_angle_rad.as_deref(), recording.velocity_out_rad_per_s.as_deref()) {
-        (Some(q), Some(v)) if white_sd(v) > 0.0 => {
-            let power = |line: &Vec<f64>| line.iter().map(|x| x * x).sum::<f64>();
-            let (angle, velocity) = (of_angle(q), of_velocity(v));
+    let recorded = recording.velocity_out_rad_per_s.as_deref().map(|v| (v, white_sd(v)));
+    match (signals.output_angle_rad.as_deref(), recorded) {
+        (Some(q), Some((v, sd))) if sd > 0.0 => {
+            let (angle, velocity) = (of_angle(q), of_velocity(v, sd));
             // What is expected varies the less the less is known.
-            Some(if power(&velocity) > power(&angle) { velocity } else { angle })
+            Some(if dot(&velocity, &velocity) > dot(&angle, &angle) { velocity } else { angle })
         }
-        (_, Some(v)) => Some(of_velocity(v)),
+        (_, Some((v, sd))) => Some(of_velocity(v, sd)),
         (q, None) => q.map(of_angle),
     }
 }
@@ -70,7 +70,9 @@ fn wiener(line: &mut [f64], noise: impl Fn(f64) -> f64) {
     let (forth, back) = (planner.plan_fft_forward(STRETCH), planner.plan_fft_inverse(STRETCH));
     let mut transform = forth.make_output_vec();
     let bins = transform.len();
+    let around = |line: &[f64], k: usize| line[k.saturating_sub(BINS)..(k + BINS + 1).min(bins)].iter().sum::<f64>();
     let noise: Vec<f64> = (0..bins).map(|k| noise(TAU * k as f64 / STRETCH as f64)).collect();
+    let level: Vec<f64> = (0..bins).map(|k| around(&noise, k)).collect();
     // Half a wave, squared by going there and back: stretches that overlap by half add up to one.
     let window: Vec<f64> = (0..STRETCH).map(|i| (0.5 * TAU * (i as f64 + 0.5) / STRETCH as f64).sin()).collect();
     let hop = STRETCH / 2;
@@ -83,15 +85,11 @@ fn wiener(line: &mut [f64], noise: impl Fn(f64) -> f64) {
             return;
         }
         let power: Vec<f64> = transform.iter().map(|x| 2.0 * x.norm_sqr() / STRETCH as f64).collect();
-        for (k, x) in transform.iter_mut().enumerate() {
-            let around = &power[k.saturating_sub(BINS)..(k + BINS + 1).min(bins)];
-            let level = &noise[k.saturating_sub(BINS)..(k + BINS + 1).min(bins)];
-            let (around, level) = (around.iter().sum::<f64>(), level.iter().sum::<f64>());
-            let kept = if around > STANDS_OUT * level { 1.0 - level / around } else { 0.0 };
+        for (k, (x, level)) in transform.iter_mut().zip(&level).enumerate() {
+            let power = around(&power, k);
+            let kept = if power > STANDS_OUT * level { 1.0 - level / power } else { 0.0 };
             *x *= kept / STRETCH as f64;
         }
-        transform[0] = Complex::from(transform[0].re);
-        transform[bins - 1] = Complex::from(transform[bins - 1].re);
         if back.process(&mut transform, &mut own).is_err() {
             return;
         }
@@ -124,7 +122,6 @@ mod tests {
         let gear = GearSection::default();
         let truth = acceleration(&clean, &gear).unwrap();
         assert_eq!(truth, curvature(clean.theta_out_rad.as_deref().unwrap(), &clean.time_s));
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         // Noise of a five-hundredth, a quarter and twenty-six times the power of the acceleration.
         for (seed, sd, within) in [(1, 1e-6, 0.002), (2, 1e-5, 0.01), (3, 1e-4, 0.2)] {
             let mut random = ChaCha8Rng::seed_from_u64(seed);
