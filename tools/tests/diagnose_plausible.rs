@@ -102,6 +102,35 @@ fn deflections_of_another_gear_or_another_zero_are_refused() {
 }
 
 #[test]
+fn a_zero_of_its_own_is_suspected_and_taken_off_where_it_is_known_to_be() {
+    let other = |by: f64| Recording { name: "other.csv".to_owned(), ..with(same, move |x| x + by) };
+    let remarks =
+        |by: f64| diagnose(&[cycles(), other(by)], &published(), &[], &Options::default(), &()).unwrap().remarks;
+    let [.., Remark::OtherZero { other: name, apart_rad, .. }] = &remarks(1e-4)[..] else { panic!("no remark") };
+    assert!(name == "other.csv" && (apart_rad - 1e-4).abs() < 1e-6, "{apart_rad}");
+    assert!(!remarks(0.0).iter().any(|remark| matches!(remark, Remark::OtherZero { .. })));
+
+    let dir = WorkDir::new();
+    dir.write("gear.toml", PUBLISHED);
+    dir.succeed("simulate gear.toml --experiment amplitudes --sample-rate 20 -o one.csv");
+    dir.succeed("simulate gear.toml --experiment cycle --sample-rate 20 --seed 2 -o two.csv");
+    let text = dir.read("two.csv");
+    let column = text.lines().next().unwrap().split(',').position(|name| name == "deflection_rad").unwrap();
+    let moved = |line: &str| {
+        let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
+        cells[column] = cells[column].parse::<f64>().map_or(cells[column].clone(), |x| (x + 7e-3).to_string());
+        cells.join(",") + "\n"
+    };
+    dir.write("two.csv", text.lines().map(moved).collect::<String>());
+    dir.refuse("diagnose gear.toml one.csv two.csv -o x.toml", &["two.csv", "--own-zeros"]);
+    for words in ["one.csv two.csv", "one.csv --holdout two.csv"] {
+        let done = dir.succeed(&format!("diagnose gear.toml {words} --own-zeros -o x.toml"));
+        assert!(done.stderr.contains("two.csv: its zero is 7.0"), "{}", done.stderr);
+        assert!(done.stdout.contains("No structure beyond noise"), "{}", done.stdout);
+    }
+}
+
+#[test]
 fn what_does_not_move_or_never_changes_is_refused() {
     let mut resting = cycles();
     let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(5);

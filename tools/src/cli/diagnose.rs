@@ -10,6 +10,7 @@ use super::failure::Failure;
 use super::progress::Progress;
 use super::tables;
 use crate::discover::{Options, diagnose};
+use crate::estimate::zeros;
 use crate::model;
 use crate::output::Outputs;
 use crate::recording::Needs;
@@ -35,6 +36,11 @@ pub struct DiagnoseArgs {
     /// Recordings that take no part and are predicted
     #[arg(long, value_name = "RECORDING", num_args = 1..)]
     holdout: Vec<PathBuf>,
+    /// The encoders of each recording count from a zero of their own: they were switched on anew, or moved
+    ///
+    /// Each deflection is shifted to the zero of the first before anything is compared. What drifts from recording to recording as a zero does is then not seen.
+    #[arg(long)]
+    own_zeros: bool,
     /// Where to write the extended model
     #[arg(short, long, value_name = "M2.toml")]
     output: PathBuf,
@@ -56,10 +62,22 @@ impl DiagnoseArgs {
             Outputs::check_beside(output, &[&self.recordings[..], &self.holdout].concat())?;
         }
         let model = model::load(&self.model)?;
-        let recordings = self.reading.read_all(&self.recordings, &Needs::FIT, session.quiet)?;
-        let holdout = self.reading.read_all(&self.holdout, &Needs::FIT, session.quiet)?;
+        let mut recordings = self.reading.read_all(&self.recordings, &Needs::FIT, session.quiet)?;
+        let mut holdout = self.reading.read_all(&self.holdout, &Needs::FIT, session.quiet)?;
         let options =
             Options { rated_deflection_rad: self.reading.rated_deflection, seed: self.seed.seed, ..Options::default() };
+        if self.own_zeros {
+            let all = [&recordings[..], &holdout].concat();
+            if let Some(apart) = zeros::between(&all, &model)? {
+                for (recording, zero) in all.iter().zip(&apart).skip(1) {
+                    session
+                        .note(&format!("{}: its zero is {zero:.4e} rad from that of {}", recording.name, all[0].name));
+                }
+                let (of_recordings, of_holdout) = apart.split_at(recordings.len());
+                zeros::take_off(&mut recordings, of_recordings, model.gear.ratio)?;
+                zeros::take_off(&mut holdout, of_holdout, model.gear.ratio)?;
+            }
+        }
         let progress = Progress::new("Diagnosing", Progress::WHOLE, session.quiet);
         let finding = diagnose(&recordings, &model, &holdout, &options, &progress)?;
         drop(progress);

@@ -88,6 +88,7 @@ impl FitArgs {
         for recording in &mut recordings {
             recording.derive_deflection(fit.model.gear.ratio)?;
         }
+        fit.align(&mut recordings)?;
         let assessment = Assessment::of(&fit, &recordings, &progress)?;
         drop(progress);
         let mut outputs = Outputs::new();

@@ -72,7 +72,7 @@ pub fn diagnose(
         return Err(DiscoverError::NoRecording);
     }
     let model = prepared(model, recordings, options)?;
-    let remarks = plausible::examine(recordings, holdout, &model)?;
+    let mut remarks = plausible::examine(recordings, holdout, &model)?;
     let rows: usize = recordings.iter().map(Recording::len).sum();
     let whole: Vec<Recording>;
     let recordings = if rows > MOST_ROWS {
@@ -105,6 +105,9 @@ pub fn diagnose(
     let (mut judgement, search) = thin.found(&plain.model, search)?;
     check()?;
     progress.report("judging", 0.6);
+    if judgement.mismatch {
+        remarks.extend(plausible::other_zeros(recordings, &model));
+    }
     let undecidable = experiment::undecidable(&thin, &judgement, search)?;
     let places = if judgement.mismatch { thin.where_it_sits(&judgement) } else { Vec::new() };
     progress.report("fitting all rows", 0.8);

@@ -4,9 +4,10 @@ use gmhm::{Elastic, Kernel, Law, Memory};
 
 use super::EstimateError;
 use super::base::{ElasticPart, IntegralPart, MasingPart, Play, Structure};
-use super::columns::{Contribution, Correction, DeflectionZero, Offset, Rows};
+use super::columns::{Contribution, Correction, Offset, Rows};
 use super::prepare;
 use super::problem::{Linear, Problem};
+use super::zeros::DeflectionZeros;
 
 /// The parts of a base model of a structure.
 pub struct Assembly {
@@ -15,7 +16,7 @@ pub struct Assembly {
     /// A, rad.
     pub rated_deflection_rad: f64,
     memory: MemoryPart,
-    zero: Option<DeflectionZero>,
+    zeros: Option<DeflectionZeros>,
 }
 
 enum MemoryPart {
@@ -40,19 +41,19 @@ impl Assembly {
             let rates = prepare::rates_per_s(rows);
             MemoryPart::Integral(IntegralPart::new(rated_deflection_rad, structure, rates, known_start.to_vec())?)
         };
-        Ok(Self { structure, rated_deflection_rad, memory, zero: None })
+        Ok(Self { structure, rated_deflection_rad, memory, zeros: None })
     }
 
-    /// With the zero of the deflection to be found within a fifth of A.
+    /// With zeros of the deflection to be found, as many as there are recordings or a single one.
     #[must_use]
-    pub fn with_free_zero(mut self) -> Self {
-        self.zero = Some(DeflectionZero::near(0.0, 0.2 * self.rated_deflection_rad));
+    pub fn with_free_zeros(mut self, count: usize) -> Self {
+        self.zeros = Some(DeflectionZeros::new(count, self.rated_deflection_rad));
         self
     }
 
-    /// Whether the zero of the deflection is to be found.
-    pub fn has_free_zero(&self) -> bool {
-        self.zero.is_some()
+    /// The zeros of the deflection that are to be found.
+    pub fn free_zeros(&self) -> Option<&DeflectionZeros> {
+        self.zeros.as_ref()
     }
 
     /// The problem of these rows. Gear columns: c1, c2, c3, then e and h (law `masing`) or α.
@@ -61,24 +62,25 @@ impl Assembly {
             MemoryPart::Masing(part) => part,
             MemoryPart::Integral(part) => part,
         };
-        let corrections = self.zero.iter().map(|z| z as &dyn Correction).collect();
+        let corrections = self.zeros.iter().map(|z| z as &dyn Correction).collect();
         Problem { rows, corrections, contributions: vec![&OFFSET, &ELASTIC, memory] }
     }
 
-    /// The zero of the deflection in the nonlinear parameters, rad.
-    pub fn zero_rad(&self, nonlinear: &[f64]) -> f64 {
-        if self.zero.is_some() { nonlinear[0] } else { 0.0 }
+    /// The zeros of the deflection among the nonlinear parameters, rad, and what is left of these.
+    pub fn split<'n>(&self, nonlinear: &'n [f64]) -> (&'n [f64], &'n [f64]) {
+        nonlinear.split_at(self.zeros.as_ref().map_or(0, |zeros| zeros.nonlinear().len()))
     }
 
-    fn memory_nonlinear<'n>(&self, nonlinear: &'n [f64]) -> &'n [f64] {
-        &nonlinear[usize::from(self.zero.is_some())..]
+    /// The zero of the deflection of a recording among the nonlinear parameters, rad; 0 where none is to be found.
+    pub fn zero_rad(&self, nonlinear: &[f64], recording: usize) -> f64 {
+        self.zeros.as_ref().map_or(0.0, |zeros| nonlinear[zeros.place(recording)])
     }
 
     /// The base model's coefficients in the gauge of the given ω: of (α, β, ω) a quasi-static loop fixes only e, h and β/ω.
     pub fn coefficients(&self, nonlinear: &[f64], linear: &Linear, gauge_omega_per_s: f64) -> (Elastic, Memory) {
         let gear = &linear.gear;
         let elastic = Elastic { c1_nm_per_rad: gear[0], c2_nm_per_rad3: gear[1], c3_nm_per_rad5: gear[2] };
-        let own = self.memory_nonlinear(nonlinear);
+        let (_, own) = self.split(nonlinear);
         let Structure { law, kernel, gate, play } = self.structure;
         let (alpha, beta_per_s, omega_per_s) = match &self.memory {
             MemoryPart::Masing(_) => from_cycle(gear[3], gear[4], gauge_omega_per_s),

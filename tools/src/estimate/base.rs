@@ -37,6 +37,9 @@ impl Structure {
     pub const MASING: Self =
         Self { law: Law::Masing, kernel: Kernel::Deflection, gate: Gate::Cycle, play: Play::Fixed(0.0) };
 
+    /// The plainest with a rate: the memory integral in real time.
+    pub const TIME: Self = Self { law: Law::Time, kernel: Kernel::Rate, gate: Gate::None, play: Play::Fixed(0.0) };
+
     /// The structure of a memory.
     pub fn of(memory: &Memory) -> Self {
         let &Memory { law, kernel, gate, reversal_play_rad, .. } = memory;

@@ -200,8 +200,13 @@ pub trait Correction: Sync {
     /// Its parameters, all nonlinear.
     fn nonlinear(&self) -> &[Nonlinear];
 
-    /// Starts at the first row of a recording.
-    fn start<'a>(&'a self, nonlinear: &[f64], rows: &'a Rows<'a>) -> Box<dyn Correct + 'a>;
+    /// Whether a parameter, counted within this correction, changes anything in recording number `index`.
+    fn concerns(&self, _parameter: usize, _index: usize) -> bool {
+        true
+    }
+
+    /// Starts at the first row of recording number `index`.
+    fn start<'a>(&'a self, nonlinear: &[f64], rows: &'a Rows<'a>, index: usize) -> Box<dyn Correct + 'a>;
 }
 
 /// A correction at work on a recording.
@@ -228,49 +233,5 @@ impl Contribution for Offset {
 impl Evaluate for Offset {
     fn fill(&mut self, _: &Stretch<'_>, columns: &mut Columns<'_>) {
         columns.column(0).fill(1.0);
-    }
-}
-
-/// The name of the zero of the deflection.
-pub const DEFLECTION_ZERO: &str = "deflection_zero_rad";
-
-/// The zero of the deflection encoders, subtracted from every sample.
-#[derive(Debug, Clone)]
-pub struct DeflectionZero {
-    range: [Nonlinear; 1],
-}
-
-impl DeflectionZero {
-    /// A zero to be found within `span_rad` of `around_rad`.
-    pub fn near(around_rad: f64, span_rad: f64) -> Self {
-        Self {
-            range: [Nonlinear {
-                name: DEFLECTION_ZERO.into(),
-                unit: "rad".into(),
-                low: around_rad - span_rad,
-                high: around_rad + span_rad,
-                smooth: true,
-            }],
-        }
-    }
-}
-
-struct Shift(f64);
-
-impl Correction for DeflectionZero {
-    fn nonlinear(&self) -> &[Nonlinear] {
-        &self.range
-    }
-
-    fn start<'a>(&'a self, nonlinear: &[f64], _: &'a Rows<'a>) -> Box<dyn Correct + 'a> {
-        Box::new(Shift(nonlinear[0]))
-    }
-}
-
-impl Correct for Shift {
-    fn correct(&mut self, _: Range<usize>, deflection_rad: &mut [f64]) {
-        for theta in deflection_rad {
-            *theta -= self.0;
-        }
     }
 }

@@ -66,7 +66,7 @@ pub enum EstimateError {
     },
     /// Recordings with other zeros of the encoders.
     #[error(
-        "the deflections of {first} and {other} lie about {apart_rad:.3e} rad from each other, further than either moves: their encoders count from other zeros"
+        "the deflections of {first} and {other} lie about {apart_rad:.3e} rad from each other, further than either moves, and zeros of their own do not make them go together"
     )]
     OtherZero {
         /// The first recording.
@@ -139,7 +139,9 @@ impl EstimateError {
             Self::Still { .. } => {
                 "leave it out, or check that its sensor was connected and that the column is the right one"
             }
-            Self::OtherZero { .. } => "subtract the zero in one of the files, or fit them apart",
+            Self::OtherZero { .. } => {
+                "check that they are of one gear, in the same units and of the same sign; or fit them apart"
+            }
             Self::Absurd { .. } => "check its unit: --map scales a column, as in deflection_rad=COLUMN*1e-3",
             Self::HasTerms { .. } => "remove its [[term]] from the file given by --model, or run gmhm diagnose",
             _ => return None,

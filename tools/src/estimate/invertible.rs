@@ -14,11 +14,12 @@ use gmhm::{Gate, Law, Memory, Params};
 
 use super::assembly::Assembly;
 use super::bounded::{Bound, back_substitute, factor_of_rows, forward_substitute, solve};
-use super::columns::{DEFLECTION_ZERO, Rows};
+use super::columns::Rows;
 use super::noise::Noise;
 use super::polish::Polished;
 use super::problem::{Linear, Problem, Sweep};
 use super::triangle::Triangle;
+use super::zeros::DEFLECTION_ZERO;
 
 /// Places on each side of zero, in steps of the phase, at which the slope is looked at.
 const PLACES: u32 = 1000;

@@ -94,6 +94,7 @@ pub fn fit(recordings: &[Recording], options: &FitOptions, progress: &dyn Progre
         heldout_rms,
         rows: counted,
         offsets: result.linear.recordings.iter().map(|l| l[0]).collect(),
+        deflection_zeros: Vec::new(),
         known_start: vec![true; recordings.len()],
         unsettled_rows: vec![0; recordings.len()],
         noise,

@@ -86,7 +86,7 @@ pub enum AssessError {
 }
 
 impl Assessment {
-    /// Assesses a fit on the recordings it was fitted to, whose deflection has been derived.
+    /// Assesses a fit on the recordings it was fitted to, whose deflection has been derived and [aligned](Fit::align).
     ///
     /// # Errors
     /// What prediction or comparison refuse; cancelled by `progress`.

@@ -7,13 +7,14 @@
 //! | [`problem`], [`factors`], [`triangle`], [`bounded`] | one pass over the recordings, its triangular factor, the exact bounded optimum |
 //! | [`swarm`], [`polish`], [`descent`] | search and polish of the nonlinear parameters |
 //! | [`ready`], [`profile`], [`basis`] | models of any terms, linearised: their columns stand ready in memory |
-//! | `start` | scale and zero of the deflection, the memory at the first row |
+//! | `prepare`, [`zeros`], `start` | rows of recordings: zeros and scale of the deflection, the memory at the first row |
 //! | `invertible` | the parameters held where feed-forward has an inverse |
 //! | [`joint`] | joint logs: gravity, inertia, friction |
 //! | [`plausible`] | units, signs, zeros and dead channels, before anything is concluded |
 //! | [`noise`], `whitening`, `denoise`, `graduation` | colour, outliers; angles freed of noise |
 //! | [`counts`] | the motion behind a deflection in counts, and how far it may be from it |
 //! | [`recorded`], [`acceleration`] | a motion recorded with noise, as a model sees it |
+//! | `optimum`, `refine` | structure, outliers, zeros, colour in turn |
 //! | [`select`] | law, kernel, gate and play by held-out prediction |
 //! | [`heldout`] | blocks predicted by a fit to the others |
 //! | [`uncertainty`], `spread`, [`singular`], `changes` | standard deviations, and what the recordings cannot tell |
@@ -48,6 +49,7 @@ mod invertible;
 pub mod joint;
 pub mod judge;
 pub mod noise;
+mod optimum;
 pub mod plausible;
 pub mod polish;
 pub(crate) mod prepare;
@@ -66,24 +68,26 @@ pub mod swarm;
 pub mod triangle;
 pub mod uncertainty;
 mod whitening;
+pub mod zeros;
 
-use gmhm::{Elastic, Law};
+use gmhm::Elastic;
 
 pub use error::EstimateError;
 
 use crate::model::{GearSection, Model, TorqueSide};
-use crate::recording::{Recording, TorqueUnit};
-use assembly::Assembly;
-use base::{Play, Structure};
-use columns::{Mark, Rows};
+use crate::recording::{Recording, RecordingError, TorqueUnit};
+use base::Play;
+use columns::Mark;
 use noise::Noise;
+use optimum::Optimum;
 use polish::Polished;
+use prepare::Prepared;
 use problem::Problem;
 use refine::Weighted;
 use select::Candidate;
-use start::{Start, decide_start, settle_scale};
 use swarm::Stop;
 use uncertainty::{Estimated, Fitted, Uncertainty};
+use zeros::Zeros;
 
 /// How the parameters are found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
@@ -160,6 +164,8 @@ pub struct Fit {
     pub rows: usize,
     /// Constant torque offset of each recording, N·m. Not part of the model.
     pub offsets: Vec<f64>,
+    /// Where the deflection of each recording is zero. Where they differ, the model has that of the first. None of joint logs.
+    pub deflection_zeros: Vec<DeflectionZero>,
     /// For each recording, whether it starts with an empty memory.
     pub known_start: Vec<bool>,
     /// For each recording, rows left out before its loop had settled.
@@ -177,7 +183,32 @@ pub struct Fit {
     pub evaluations: usize,
 }
 
+/// Where the deflection as recorded is none.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct DeflectionZero {
+    /// The recording.
+    pub recording: String,
+    /// In terms of the recording, rad.
+    pub rad: f64,
+    /// Its standard deviation, rad; absent where it was not fitted.
+    pub sd_rad: Option<f64>,
+}
+
 impl Fit {
+    /// Whether the encoders of the recordings count from different zeros.
+    pub fn has_zeros_apart(&self) -> bool {
+        self.deflection_zeros.windows(2).any(|pair| pair[0].rad != pair[1].rad)
+    }
+
+    /// Shifts the deflections of the recordings that were fitted to the zero that the model has, that of the first.
+    ///
+    /// # Errors
+    /// Angles without a ratio.
+    pub fn align(&self, recordings: &mut [Recording]) -> Result<(), RecordingError> {
+        let zeros = Zeros { rad: self.deflection_zeros.iter().map(|zero| zero.rad).collect(), free: 0 };
+        zeros.apart().map_or(Ok(()), |apart| zeros::take_off(recordings, &apart, self.model.gear.ratio))
+    }
+
     /// Whether what is left is physics more than noise: a fit against it as noise predicts worse.
     pub fn leaves_physics(&self) -> bool {
         !self.prewhitened && self.method == Method::Auto
@@ -199,18 +230,15 @@ impl Fit {
     }
 }
 
-/// Recordings of which a fit predicts no more than this are looked at one by one: error held out beside the torque's deviation.
+/// Recordings one of which is left with more than this share of its torque's deviation are looked at one by one.
 const APART: f64 = 0.3;
 
-/// The deviation of the torque from its mean in each recording, rms over all.
-fn torque_sd(recordings: &[Recording]) -> f64 {
-    let (mut sum, mut rows) = (0.0, 0);
-    for torque in recordings.iter().filter_map(|recording| recording.torque.as_deref()) {
-        let mean = torque.iter().sum::<f64>() / torque.len().max(1) as f64;
-        sum += torque.iter().map(|t| (t - mean).powi(2)).sum::<f64>();
-        rows += torque.len();
-    }
-    (sum / rows.max(1) as f64).sqrt()
+/// Whether what a fit leaves of a recording is more than that share.
+fn is_missed(recording: &Recording, left: &[f64]) -> bool {
+    let torque = recording.torque.as_deref().unwrap_or_default();
+    let mean = torque.iter().sum::<f64>() / torque.len().max(1) as f64;
+    let squares = left.iter().map(|left| left.powi(2)).sum::<f64>();
+    squares > APART.powi(2) * torque.iter().map(|torque| (torque - mean).powi(2)).sum::<f64>()
 }
 
 /// Rows that the choice of the structure looks at; the chosen one is then fitted to all.
@@ -224,7 +252,8 @@ pub fn fit(recordings: &[Recording], options: &FitOptions, progress: &dyn Progre
     let fit = fit_together(recordings, options, progress)?;
     // Recordings that do not go together: perhaps one is in another unit or of another sign than the first.
     let (first, others) = recordings.split_at(1);
-    if !others.is_empty() && fit.model.elastic.is_some() && fit.heldout_rms > APART * torque_sd(recordings) {
+    let missed = || recordings.iter().zip(&fit.residuals).any(|(recording, left)| is_missed(recording, left));
+    if !others.is_empty() && fit.model.elastic.is_some() && missed() {
         let alone = fit_together(first, options, progress)?;
         others.iter().try_for_each(|other| plausible::units(other, &alone.model))?;
     }
@@ -240,48 +269,30 @@ fn fit_together(recordings: &[Recording], options: &FitOptions, progress: &dyn P
     if options.method == Method::Auto && !recordings.is_empty() && recordings.iter().all(Recording::is_joint_log) {
         return joint::fit(recordings, options, progress);
     }
-    let prepared = Prepared::new(recordings, options)?;
-    let structures = prepared.structures(options);
-    let Prepared { mut rows, mut gear, rated_deflection_rad, torque_nm, mut start } = prepared;
+    let Optimum {
+        prepared: Prepared { rows, mut gear, rated_deflection_rad, torque_nm, start, zeros },
+        selection,
+        selection_rows,
+        assembly,
+        weighted: Weighted { polished: mut result, noise, prewhitened, heldout_rms },
+        gauge_omega_per_s,
+        mut evaluations,
+    } = Optimum::of(recordings, options, progress)?;
+    let structure = assembly.structure;
     let rated_is_largest_seen = options.rated_deflection_rad.or(gear.rated_deflection_rad).is_none();
-    let mut beginning = prepare::beginning(&rows, SELECTION_ROWS);
-    let selection_rows = beginning.iter().map(Rows::len).sum();
-    let (mut selection, mut evaluations) =
-        select::table(&structures, rated_deflection_rad, &beginning, &start.known, options.seed, progress)?;
-    let chosen = selection.iter().position(|c| c.chosen).unwrap_or(0);
-    let structure = selection[chosen].structure;
-    let from = selection[chosen].nonlinear.clone();
-    beginning.clear();
-    drop(beginning);
-
-    if structure.law != Law::Masing {
-        refine::free_start(&mut rows, &mut start, structure, rated_deflection_rad, &from)?;
-    }
-    let gauge = options.start.as_ref().and_then(|m| m.memory).map_or(1.0, |m| m.omega_per_s.abs());
-    let mut gauge_omega_per_s = if gauge > 0.0 { gauge } else { 1.0 };
-    let mut assembly = Assembly::new(structure, rated_deflection_rad, &rows, &start.known)?;
-    let Weighted { polished: mut result, noise, prewhitened, heldout_rms } = match options.method {
-        Method::Auto => {
-            let refined = refine::refine(assembly, &mut rows, &start.known, from, progress)?;
-            assembly = refined.assembly;
-            refined.weighted
-        }
-        Method::Pso => {
-            let allowed = options.evaluations.unwrap_or(pso::EVALUATIONS);
-            let found = pso::search(&assembly, &rows, torque_nm, allowed, options.seed, progress)?;
-            gauge_omega_per_s = found.omega_per_s.max(f64::MIN_POSITIVE);
-            let noise = refine::noise_of(&assembly.problem(&rows), &found.polished);
-            let heldout_rms = heldout::heldout(&assembly.problem(&rows), &found.polished.nonlinear, None).rms;
-            let prewhitened = noise.iter().all(Noise::is_white);
-            Weighted { polished: found.polished, noise, prewhitened, heldout_rms }
-        }
-    };
     let weights = prewhitened.then_some(&noise[..]);
     let held_invertible = options.method == Method::Auto && invertible::hold(&assembly, &rows, &mut result, weights);
     evaluations += result.evaluations;
     let (elastic, memory) = assembly.coefficients(&result.nonlinear, &result.linear, gauge_omega_per_s);
-    let zero_rad = assembly.has_free_zero().then(|| assembly.zero_rad(&result.nonlinear));
-    gear.deflection_zero_rad += zero_rad.unwrap_or(0.0);
+    let (zeros_rad, _) = assembly.split(&result.nonlinear);
+    let mut deflection_zeros: Vec<DeflectionZero> = (recordings.iter().enumerate())
+        .map(|(index, recording)| DeflectionZero {
+            recording: recording.name.clone(),
+            rad: gear.deflection_zero_rad + zeros.rad[index] + assembly.zero_rad(&result.nonlinear, index),
+            sd_rad: None,
+        })
+        .collect();
+    gear.deflection_zero_rad = deflection_zeros[0].rad;
     gear.rated_deflection_rad = Some(rated_deflection_rad);
     if options.start.is_none() && recordings[0].torque_unit == TorqueUnit::Ampere {
         gear.torque_side = TorqueSide::Motor;
@@ -291,18 +302,19 @@ fn fit_together(recordings: &[Recording], options: &FitOptions, progress: &dyn P
         elastic,
         memory,
         known_start: &start.known,
-        zero_rad,
+        zeros: assembly.free_zeros(),
+        zeros_rad,
         stored_zero_rad: gear.deflection_zero_rad,
         searched_play: matches!(structure.play, Play::UpTo(_)),
         torque_nm,
         rated_sd_rad: if rated_is_largest_seen { start::tip_sd_rad(&rows) } else { 0.0 },
     };
-    let mut uncertainty = uncertainty::assess(&fitted, &rows, weights)?;
+    let (mut uncertainty, zeros_sd_rad) = uncertainty::assess(&fitted, &rows, weights)?;
+    if let Some(zeros) = assembly.free_zeros() {
+        deflection_zeros.iter_mut().enumerate().for_each(|(k, zero)| zero.sd_rad = zeros_sd_rad[zeros.place(k)]);
+    }
     uncertainty.per(recordings[0].torque_unit);
     let (residuals, rss, counted) = left(&assembly.problem(&rows), &result);
-    for candidate in &mut selection {
-        candidate.chosen = candidate.structure == structure;
-    }
     Ok(Fit {
         model: named_model(options.start.as_ref(), recordings, gear, elastic, memory),
         method: options.method,
@@ -318,6 +330,7 @@ fn fit_together(recordings: &[Recording], options: &FitOptions, progress: &dyn P
         heldout_rms,
         rows: counted,
         offsets: result.linear.recordings.iter().map(|l| l[0]).collect(),
+        deflection_zeros,
         known_start: start.known,
         unsettled_rows: start.unsettled,
         noise,
@@ -328,55 +341,12 @@ fn fit_together(recordings: &[Recording], options: &FitOptions, progress: &dyn P
     })
 }
 
-/// Recordings ready to be fitted.
-struct Prepared<'a> {
-    rows: Vec<Rows<'a>>,
-    gear: GearSection,
-    rated_deflection_rad: f64,
-    torque_nm: f64,
-    start: Start,
-}
-
-impl<'a> Prepared<'a> {
-    fn new(recordings: &'a [Recording], options: &FitOptions) -> Result<Self, EstimateError> {
-        let mut gear = options.start.as_ref().map_or_else(GearSection::default, |m| m.gear.clone());
-        if let Some(term) = options.start.as_ref().and_then(|m| m.terms.first()) {
-            return Err(EstimateError::HasTerms { kind: term.kind.clone() });
-        }
-        let mut rows = prepare::rows(recordings, &gear)?;
-        let torque_nm = prepare::torque_size(&rows);
-        if torque_nm <= 0.0 {
-            return Err(EstimateError::NoTorqueChange);
-        }
-        rows.iter().try_for_each(prepare::believable)?;
-        prepare::together(&rows)?;
-        let given = options.rated_deflection_rad.or(gear.rated_deflection_rad);
-        let rated_deflection_rad = settle_scale(&mut rows, &mut gear, given)?;
-        let model = Model {
-            gear: GearSection { rated_deflection_rad: Some(rated_deflection_rad), ..gear.clone() },
-            ..options.start.clone().unwrap_or_default()
-        };
-        recordings.iter().try_for_each(|recording| plausible::within(recording, &model))?;
-        let start = decide_start(&mut rows, rated_deflection_rad)?;
-        Ok(Self { rows, gear, rated_deflection_rad, torque_nm, start })
-    }
-
-    /// What to choose from: the model's structure if there is one, else all.
-    fn structures(&self, options: &FitOptions) -> Vec<Structure> {
-        match options.start.as_ref().and_then(|m| m.memory.as_ref()) {
-            Some(memory) => vec![Structure::of(memory)],
-            None if options.method == Method::Pso => vec![Structure::MASING],
-            None => select::structures(self.rated_deflection_rad),
-        }
-    }
-}
-
 /// The rated deflection of a recording by itself: the largest deflection about its zero, rad.
 ///
 /// # Errors
 /// As [`fit`].
 pub fn largest_deflection_rad(recording: &Recording) -> Result<f64, EstimateError> {
-    Prepared::new(std::slice::from_ref(recording), &FitOptions::default()).map(|p| p.rated_deflection_rad)
+    Prepared::new(std::slice::from_ref(recording), &FitOptions::default(), None).map(|p| p.rated_deflection_rad)
 }
 
 fn named_model(

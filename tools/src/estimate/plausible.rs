@@ -7,6 +7,7 @@ use std::fmt;
 use super::conversion::{Channel, Conversion, conversions};
 use super::denoise::channel_sd;
 use super::recorded::evaluate;
+use super::zeros;
 use crate::model::Model;
 use crate::physics::Signals;
 use crate::recording::{Recording, TorqueUnit};
@@ -91,7 +92,7 @@ impl Implausible {
                 )
             }
             Implausible::BeyondRated { middle_rad: Some(middle), .. } => format!(
-                "the encoders' zero differs: set deflection_zero_rad = {middle:.6e} in the model's [gear], or identify it by `gmhm fit`"
+                "the encoders' zero differs: set deflection_zero_rad = {middle:.6e} in the model's [gear], identify it by `gmhm fit`, or, where only this recording's does, add --own-zeros to `gmhm diagnose`"
             ),
             Implausible::BeyondRated { .. } => {
                 "check the unit of the deflection (--map scales columns), rated_deflection_rad in the model, and --rated-deflection"
@@ -136,6 +137,15 @@ pub enum Remark {
         /// The same slope of the model's torque.
         given: f64,
     },
+    /// A recording that goes better with the others from a zero of its own.
+    OtherZero {
+        /// The first recording.
+        first: String,
+        /// This one.
+        other: String,
+        /// How far its zero is from that of the first, rad.
+        apart_rad: f64,
+    },
     /// Two files of one content.
     Repeated {
         /// The first.
@@ -161,6 +171,10 @@ impl fmt::Display for Remark {
             Remark::Stiffness { file, recorded, given } => write!(
                 f,
                 "{file}: the torque rises by {recorded:.3e} per rad of deflection, that of the model by {given:.3e}: check units, signs, and that the model is of this gear"
+            ),
+            Remark::OtherZero { first, other, apart_rad } => write!(
+                f,
+                "{other}: its deflection goes better with that of {first} from a zero {apart_rad:.4e} rad away; if its encoders were switched on anew or moved, add --own-zeros"
             ),
             Remark::Repeated { first, other, held_out: false } => {
                 write!(
@@ -212,6 +226,18 @@ pub fn examine(recordings: &[Recording], held_out: &[Recording], model: &Model) 
         }
     }
     Ok(remarks)
+}
+
+/// Recordings that go together better with zeros of their own.
+pub fn other_zeros(recordings: &[Recording], model: &Model) -> Vec<Remark> {
+    let Ok(Some(apart)) = zeros::between(recordings, model) else { return Vec::new() };
+    let first = &recordings[0].name;
+    let remark = |(other, apart_rad): (&Recording, &f64)| Remark::OtherZero {
+        first: first.clone(),
+        other: other.name.clone(),
+        apart_rad: *apart_rad,
+    };
+    recordings.iter().zip(&apart).filter(|(_, apart)| **apart != 0.0).map(remark).collect()
 }
 
 /// Files given twice.

@@ -2,11 +2,83 @@
 
 use std::borrow::Cow;
 
-use super::EstimateError;
+use super::base::Structure;
 use super::columns::{Mark, Past, Rows};
 use super::counts::{Counts, DRAWN_ROWS};
-use crate::model::GearSection;
+use super::start::{Start, decide_start};
+use super::zeros::{self, Zeros};
+use super::{EstimateError, FitOptions, Method, plausible, select};
+use crate::model::{GearSection, Model};
 use crate::recording::{Recording, TorqueUnit};
+
+/// Recordings ready to be fitted.
+pub struct Prepared<'a> {
+    /// Their rows, the deflection beside its zeros.
+    pub rows: Vec<Rows<'a>>,
+    /// The gear section of the model given, if any.
+    pub gear: GearSection,
+    /// A, rad.
+    pub rated_deflection_rad: f64,
+    /// Scale of the torque, N·m.
+    pub torque_nm: f64,
+    /// How each begins.
+    pub start: Start,
+    /// What was taken off the deflections beside the zero of the gear section.
+    pub zeros: Zeros,
+}
+
+impl<'a> Prepared<'a> {
+    /// The rows of recordings, their zeros found or `known`.
+    ///
+    /// # Errors
+    /// As [`fit`](super::fit()).
+    pub fn new(recordings: &'a [Recording], options: &FitOptions, known: Option<Zeros>) -> Result<Self, EstimateError> {
+        let gear = options.start.as_ref().map_or_else(GearSection::default, |m| m.gear.clone());
+        if let Some(term) = options.start.as_ref().and_then(|m| m.terms.first()) {
+            return Err(EstimateError::HasTerms { kind: term.kind.clone() });
+        }
+        let mut rows = rows(recordings, &gear)?;
+        let torque_nm = torque_size(&rows);
+        if torque_nm <= 0.0 {
+            return Err(EstimateError::NoTorqueChange);
+        }
+        rows.iter().try_for_each(believable)?;
+        all_move(&rows)?;
+        let given = options.rated_deflection_rad.or(gear.rated_deflection_rad);
+        let zeros = match known {
+            Some(zeros) => zeros,
+            None => zeros::settle(
+                &rows,
+                &zeros::structures(options.start.as_ref().and_then(|model| model.memory.as_ref())),
+                given,
+            )?,
+        };
+        rows.iter_mut().zip(&zeros.rad).filter(|(_, zero)| **zero != 0.0).for_each(|(rows, zero)| rows.shift(*zero));
+        let rated_deflection_rad = given.unwrap_or_else(|| zeros::largest(&rows, |_| 0.0));
+        if zeros.apart().is_none() {
+            reach_each_other(&rows)?;
+        }
+        for (recording, zero) in recordings.iter().zip(&zeros.rad) {
+            let gear = GearSection {
+                rated_deflection_rad: Some(rated_deflection_rad),
+                deflection_zero_rad: gear.deflection_zero_rad + zero,
+                ..gear.clone()
+            };
+            plausible::within(recording, &Model { gear, ..options.start.clone().unwrap_or_default() })?;
+        }
+        let start = decide_start(&mut rows, rated_deflection_rad)?;
+        Ok(Self { rows, gear, rated_deflection_rad, torque_nm, start, zeros })
+    }
+
+    /// What to choose from: the model's structure if there is one, else all.
+    pub fn structures(&self, options: &FitOptions) -> Vec<Structure> {
+        match options.start.as_ref().and_then(|m| m.memory.as_ref()) {
+            Some(memory) => vec![Structure::of(memory)],
+            None if options.method == Method::Pso => vec![Structure::MASING],
+            None => select::structures(self.rated_deflection_rad),
+        }
+    }
+}
 
 /// Fewest rows of a recording.
 const FEWEST_ROWS: usize = 12;
@@ -143,10 +215,9 @@ pub fn believable(rows: &Rows<'_>) -> Result<(), EstimateError> {
     Ok(())
 }
 
-/// Refuses recordings that cannot be of one gear, or tell nothing of it.
-pub fn together(rows: &[Rows<'_>]) -> Result<(), EstimateError> {
-    let Some((first, others)) = rows.split_first().filter(|(_, others)| !others.is_empty()) else { return Ok(()) };
-    for rows in rows {
+/// Refuses recordings that tell nothing beside others.
+pub fn all_move(rows: &[Rows<'_>]) -> Result<(), EstimateError> {
+    for rows in rows.iter().filter(|_| rows.len() > 1) {
         let constant = |values: &[f64]| values.windows(2).all(|pair| pair[0] == pair[1]);
         let recording = || rows.recording.name.clone();
         if constant(&rows.torque) {
@@ -156,6 +227,12 @@ pub fn together(rows: &[Rows<'_>]) -> Result<(), EstimateError> {
             return Err(EstimateError::Still { recording: recording(), what: "deflection" });
         }
     }
+    Ok(())
+}
+
+/// Refuses recordings whose deflections lie too far from each other to be of one gear and one zero.
+pub fn reach_each_other(rows: &[Rows<'_>]) -> Result<(), EstimateError> {
+    let Some((first, others)) = rows.split_first() else { return Ok(()) };
     let (low, high) = range(first.deflection_rad.iter());
     for other in others {
         let (left, right) = range(other.deflection_rad.iter());

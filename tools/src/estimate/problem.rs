@@ -61,7 +61,7 @@ pub struct Tangent<'t> {
 
 const BLOCK: usize = 256;
 
-/// A nonlinear parameter is moved by this share of its range (or of itself, if that is less) to take a derivative.
+/// A nonlinear parameter is moved by this share of its range (or of itself, if that is less and it has one sign) to take a derivative.
 const RELATIVE_STEP: f64 = 1e-5;
 
 impl<'a> Problem<'a> {
@@ -173,12 +173,25 @@ impl<'a> Problem<'a> {
         })
     }
 
+    /// Whether a nonlinear parameter changes anything in a recording.
+    fn concerns(&self, parameter: usize, index: usize) -> bool {
+        let mut own = parameter;
+        for correction in &self.corrections {
+            match own.checked_sub(correction.nonlinear().len()) {
+                None => return correction.concerns(own, index),
+                Some(after) => own = after,
+            }
+        }
+        true
+    }
+
     /// The values on both sides at which a derivative is taken.
     fn sides(&self, nonlinear: &[f64], parameter: usize) -> (f64, f64) {
         let info = self.nonlinear()[parameter];
         let value = nonlinear[parameter];
         let span = info.high - info.low;
-        let step = RELATIVE_STEP * if value == 0.0 { span } else { span.min(value.abs()).max(1e-6 * span) };
+        let of_any_size = info.low < 0.0 && info.high > 0.0;
+        let step = RELATIVE_STEP * if of_any_size { span } else { span.min(value.abs()).max(1e-6 * span) };
         ((value - step).max(info.low), (value + step).min(info.high))
     }
 
@@ -260,6 +273,9 @@ impl<'a> Problem<'a> {
         let coefficients: Vec<f64> =
             tangent.linear.recordings[index].iter().chain(&tangent.linear.gear).copied().collect();
         let side = |&parameter: &usize| {
+            if !self.concerns(parameter, index) {
+                return Vec::new();
+            }
             let owner = self.owner(parameter);
             let (low, high) = self.sides(nonlinear, parameter);
             let columns: Vec<usize> = match owner {
@@ -305,7 +321,7 @@ impl<'a> Chain<'a> {
         only: Option<usize>,
     ) -> Self {
         let first = problem.corrections.len();
-        let corrections = problem.corrections.iter().zip(split).map(|(c, p)| c.start(p, rows)).collect();
+        let corrections = problem.corrections.iter().zip(split).map(|(c, p)| c.start(p, rows, index)).collect();
         let contributions = problem.contributions.iter().zip(&split[first..]).enumerate();
         let contributions = contributions
             .map(|(number, (c, p))| only.is_none_or(|o| o == number).then(|| c.start(p, rows, index)))

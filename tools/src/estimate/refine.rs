@@ -76,6 +76,7 @@ pub fn refine(
     rows: &mut [Rows<'_>],
     known_start: &[bool],
     start: Vec<f64>,
+    free_zeros: usize,
     progress: &dyn Progress,
 ) -> Result<Refined, EstimateError> {
     progress.report("fitting", 0.0);
@@ -88,8 +89,17 @@ pub fn refine(
     drop(residuals);
     let plain =
         if outliers > 0 { polish(&assembly.problem(rows), &plain.nonlinear, Sweep::PLAIN, progress) } else { plain };
-    let (assembly, plain, heldout_rms) = look_for_zero(assembly, rows, known_start, plain, progress)?;
-    let weighted = against_noise(&assembly.problem(rows), plain, heldout_rms, progress)?;
+    let heldout_rms = heldout(&assembly.problem(rows), &plain.nonlinear, None).rms;
+    let mut found = Found { assembly, polished: plain, heldout_rms };
+    // One zero that all recordings share; then one of each.
+    for count in [1, rows.len()].into_iter().skip(usize::from(rows.len() == 1)) {
+        let sure = count == free_zeros;
+        if let Some(better) = found.with_zeros(count, sure, rows, known_start, progress)? {
+            found = better;
+        }
+    }
+    let Found { assembly, polished, heldout_rms } = found;
+    let weighted = against_noise(&assembly.problem(rows), polished, heldout_rms, progress)?;
     Ok(Refined { assembly, weighted })
 }
 
@@ -186,42 +196,66 @@ fn restore_slowness(problem: &Problem<'_>, nonlinear: &[f64], noise: &mut [Noise
     }
 }
 
-/// Keeps a deflection zero if it is far from none and predicts held-out rows better.
-fn look_for_zero(
+/// A fit without a noise model.
+struct Found {
     assembly: Assembly,
-    rows: &[Rows<'_>],
-    known_start: &[bool],
-    without: Polished,
-    progress: &dyn Progress,
-) -> Result<(Assembly, Polished, f64), EstimateError> {
-    let before = heldout(&assembly.problem(rows), &without.nonlinear, None).rms;
-    let rated = assembly.rated_deflection_rad;
-    let shifted = Assembly::new(assembly.structure, rated, rows, known_start)?.with_free_zero();
-    let problem = shifted.problem(rows);
-    let from: Vec<f64> = std::iter::once(0.0).chain(without.nonlinear.iter().copied()).collect();
-    let count = rows.iter().map(Rows::len).sum::<usize>() as f64;
-    let size = super::prepare::torque_size(rows);
-    if without.rss <= count * (1e-9 * size).powi(2) {
-        return Ok((assembly, without, before));
-    }
-    // One derivative tells what a zero could explain; most recordings end here.
-    let smooth: Vec<usize> = (0..from.len()).filter(|&k| problem.nonlinear()[k].smooth).collect();
-    let tangent = Tangent { parameters: &smooth, linear: &without.linear };
-    let system = problem.factor(&from, Some(tangent), Sweep::PLAIN).combine(|_, _| true);
-    let reduced = project(&system.shared, &without.at_bound, smooth.len());
-    let promised: f64 = (0..smooth.len()).map(|i| reduced.get(i, smooth.len()).powi(2)).sum();
-    if promised < SIGNIFICANT.powi(2) * without.rss / count {
-        return Ok((assembly, without, before));
-    }
-    let with = polish(&problem, &from, Sweep::PLAIN, progress);
-    let significant = without.rss - with.rss > 2.0 * SIGNIFICANT.powi(2) * with.rss / count;
-    if significant && with.nonlinear[0].abs() > 1e-6 * rated {
-        let after = heldout(&problem, &with.nonlinear, None).rms;
-        if after < 0.98 * before {
-            return Ok((shifted, with, after));
+    polished: Polished,
+    heldout_rms: f64,
+}
+
+impl Found {
+    /// The fit with so many zeros of the deflection, if they are far from those that it has and predict held-out rows better, or are `sure` to be.
+    fn with_zeros(
+        &self,
+        count: usize,
+        sure: bool,
+        rows: &[Rows<'_>],
+        known_start: &[bool],
+        progress: &dyn Progress,
+    ) -> Result<Option<Self>, EstimateError> {
+        let Self { assembly, polished: without, heldout_rms: before } = self;
+        let rated = assembly.rated_deflection_rad;
+        let (zeros, own) = assembly.split(&without.nonlinear);
+        let zero = zeros.first().copied().unwrap_or(0.0);
+        let from: Vec<f64> = std::iter::repeat_n(zero, count).chain(own.iter().copied()).collect();
+        let assembly = Assembly::new(assembly.structure, rated, rows, known_start)?.with_free_zeros(count);
+        let problem = assembly.problem(rows);
+        let row_count = rows.iter().map(Rows::len).sum::<usize>() as f64;
+        let size = super::prepare::torque_size(rows);
+        let explained = without.rss <= row_count * (1e-9 * size).powi(2);
+        // One derivative tells what a zero could explain; most recordings end here.
+        let promises = || {
+            let smooth: Vec<usize> = (0..from.len()).filter(|&k| problem.nonlinear()[k].smooth).collect();
+            let tangent = Tangent { parameters: &smooth, linear: &without.linear };
+            let system = problem.factor(&from, Some(tangent), Sweep::PLAIN).combine(|_, _| true);
+            let reduced = project(&system.shared, &without.at_bound, smooth.len());
+            let promised: f64 = (0..smooth.len()).map(|i| reduced.get(i, smooth.len()).powi(2)).sum();
+            promised >= SIGNIFICANT.powi(2) * without.rss / row_count
+        };
+        if !sure && (explained || !promises()) {
+            return Ok(None);
         }
+        let with = polish(&problem, &from, Sweep::PLAIN, progress);
+        let significant = || {
+            // Slow noise is beside any slow change of the torque.
+            let noise = noise_of(&problem, &with);
+            let sweep = Sweep { noise: Some(&noise), ..Sweep::PLAIN };
+            let left = polish(&problem, &with.nonlinear, sweep, progress).rss;
+            let left_without = polish(&self.assembly.problem(rows), &without.nonlinear, sweep, progress).rss;
+            left_without - left > 2.0 * SIGNIFICANT.powi(2) * left / row_count
+        };
+        let (found, _) = assembly.split(&with.nonlinear);
+        let moved = |found: &f64| (found - zero).abs() > 1e-6 * rated;
+        // A zero that would go farther stands for something else.
+        let within =
+            |(k, found): (usize, &f64)| problem.nonlinear()[k].low < *found && *found < problem.nonlinear()[k].high;
+        if !(found.iter().enumerate().all(within) && (sure || found.iter().any(moved) && significant())) {
+            return Ok(None);
+        }
+        let heldout_rms = heldout(&problem, &with.nonlinear, None).rms;
+        let better = sure || heldout_rms < 0.98 * before;
+        Ok(better.then_some(Self { assembly, polished: with, heldout_rms }))
     }
-    Ok((assembly, without, before))
 }
 
 /// The noise of each recording beside a fit. A recording with clearly more or less noise than the others counts accordingly.

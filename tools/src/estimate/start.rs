@@ -1,4 +1,4 @@
-//! How recordings begin: the scale and zero of the deflection, and what the gear remembers at the first row.
+//! How recordings begin: what the gear remembers at the first row, and how far the tips of the motion may be beyond its samples.
 
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
@@ -7,44 +7,7 @@ use super::base::Structure;
 use super::columns::{Mark, Past, Rows};
 use super::counts::Counts;
 use super::problem::Sweep;
-use super::{EstimateError, SELECTION_ROWS, bounded, prepare};
-use crate::model::GearSection;
-
-/// A, and the zero of the deflection where it is far off: the middle of the range, if that explains the torque better.
-pub(super) fn settle_scale(
-    rows: &mut [Rows<'_>],
-    gear: &mut GearSection,
-    given: Option<f64>,
-) -> Result<f64, EstimateError> {
-    let (low, high) = prepare::deflection_range(rows);
-    let half = 0.5 * (high - low);
-    if half.is_nan() || half <= 0.0 {
-        return Err(EstimateError::NoMovement);
-    }
-    let middle = 0.5 * (low + high);
-    let rated = |zero: f64| given.unwrap_or_else(|| (high - zero).max(zero - low));
-    if middle.abs() <= 0.05 * half {
-        return Ok(rated(0.0));
-    }
-    let shift = |rows: &mut [Rows<'_>], by: f64| {
-        rows.iter_mut().for_each(|r| r.shift(by));
-    };
-    let misfit = |rows: &[Rows<'_>], rated: f64| -> Result<f64, EstimateError> {
-        let beginning = prepare::beginning(rows, SELECTION_ROWS);
-        let assembly = Assembly::new(Structure::MASING, rated, &beginning, &[])?;
-        Ok(assembly.problem(&beginning).solve(&[], Sweep::PLAIN).1.rss)
-    };
-    // Far outside the rated deflection a polynomial may still meet the torque.
-    let outside = low > rated(0.0) || high < -rated(0.0);
-    let as_given = misfit(rows, rated(0.0))?;
-    shift(rows, middle);
-    if outside || misfit(rows, rated(middle))? < 0.8 * as_given {
-        gear.deflection_zero_rad += middle;
-        return Ok(rated(middle));
-    }
-    shift(rows, -middle);
-    Ok(rated(0.0))
-}
+use super::{EstimateError, bounded, prepare};
 
 /// How far the tip of the motion may be beyond the largest deflection seen, as a standard deviation, rad: the most that a parabola through that sample and its neighbours
 /// rises above it, and a tenth of a count, which the motion behind counts is unsure by there.
@@ -71,8 +34,8 @@ pub(crate) struct Start {
     pub(crate) unsettled: Vec<usize>,
 }
 
-/// Leaves out the rows before the loop has settled, unless a start from rest, or from a branch of the rated cycle, explains them.
-pub(super) fn decide_start(rows: &mut [Rows<'_>], rated_deflection_rad: f64) -> Result<Start, EstimateError> {
+/// Leaves out the rows before the loop of each recording has settled, and says how many. From there on every past on the rated cycle is the same.
+pub(super) fn leave_out_unsettled(rows: &mut [Rows<'_>], rated_deflection_rad: f64) -> Vec<usize> {
     let settled: Vec<usize> = rows
         .iter()
         .map(|r| {
@@ -83,9 +46,14 @@ pub(super) fn decide_start(rows: &mut [Rows<'_>], rated_deflection_rad: f64) -> 
         .collect();
     for (rows, &row) in rows.iter_mut().zip(&settled) {
         rows.marks[..row].fill(Mark::Skipped);
-        // From the tip on, every past on the rated cycle is the same.
         rows.past = Past::Rising;
     }
+    settled
+}
+
+/// Leaves out the rows before the loop has settled, unless a start from rest, or from a branch of the rated cycle, explains them.
+pub(super) fn decide_start(rows: &mut [Rows<'_>], rated_deflection_rad: f64) -> Result<Start, EstimateError> {
+    let settled = leave_out_unsettled(rows, rated_deflection_rad);
     let misfit = |rows: &[Rows<'_>]| -> Result<(f64, f64), EstimateError> {
         let assembly = Assembly::new(Structure::MASING, rated_deflection_rad, rows, &[])?;
         let problem = assembly.problem(rows);

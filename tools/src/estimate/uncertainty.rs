@@ -12,12 +12,11 @@ use nalgebra::DVector;
 use super::EstimateError;
 use super::base::TURNING_POINTS;
 use super::bounded::Bound;
-use super::columns::{
-    Column, Columns, Contribution, Correction, DeflectionZero, Evaluate, Nonlinear, Offset, Past, Rows, Stretch,
-};
+use super::columns::{Column, Columns, Contribution, Correction, Evaluate, Nonlinear, Offset, Past, Rows, Stretch};
 use super::noise::Noise;
 use super::problem::Problem;
 use super::spread::Spread;
+use super::zeros::{DEFLECTION_ZERO, DeflectionZeros};
 use super::{changes, counts};
 use crate::model::key_per;
 use crate::recording::TorqueUnit;
@@ -181,8 +180,10 @@ pub struct Fitted<'f> {
     pub memory: Memory,
     /// Recordings that start with an empty memory.
     pub known_start: &'f [bool],
-    /// Where the deflection zero was fitted: its value beside that already subtracted from the rows, rad.
-    pub zero_rad: Option<f64>,
+    /// The deflection zeros that were fitted.
+    pub zeros: Option<&'f DeflectionZeros>,
+    /// Their values, beside what is already subtracted from the rows, rad.
+    pub zeros_rad: &'f [f64],
     /// Deflection zero as it goes into the file, rad.
     pub stored_zero_rad: f64,
     /// Whether the play was searched.
@@ -193,8 +194,12 @@ pub struct Fitted<'f> {
     pub rated_sd_rad: f64,
 }
 
-/// Standard deviations and notes of a fit against `noise`, or without.
-pub fn assess(fitted: &Fitted<'_>, rows: &[Rows<'_>], noise: Option<&[Noise]>) -> Result<Uncertainty, EstimateError> {
+/// Standard deviations and notes of a fit against `noise`, or without, and the standard deviations of the deflection zeros that were fitted, rad.
+pub fn assess(
+    fitted: &Fitted<'_>,
+    rows: &[Rows<'_>],
+    noise: Option<&[Noise]>,
+) -> Result<(Uncertainty, Vec<Option<f64>>), EstimateError> {
     let whole = WholeGear::new(
         fitted.rated_deflection_rad,
         fitted.elastic,
@@ -202,12 +207,11 @@ pub fn assess(fitted: &Fitted<'_>, rows: &[Rows<'_>], noise: Option<&[Noise]>) -
         fitted.known_start,
         fitted.torque_nm,
     );
-    let zero = fitted.zero_rad.map(|around| (around, DeflectionZero::near(around, 0.2 * fitted.rated_deflection_rad)));
-    let corrections: Vec<&dyn Correction> = zero.iter().map(|(_, z)| z as &dyn Correction).collect();
-    let zeros = corrections.len();
+    let corrections: Vec<&dyn Correction> = fitted.zeros.iter().map(|zeros| *zeros as &dyn Correction).collect();
+    let zeros = fitted.zeros_rad.len();
     let problem = Problem { rows, corrections, contributions: vec![&Offset, &whole] };
     let values = WholeGear::values(&fitted.elastic, &fitted.memory);
-    let nonlinear: Vec<f64> = zero.iter().map(|(around, _)| *around).chain(values).collect();
+    let nonlinear: Vec<f64> = fitted.zeros_rad.iter().copied().chain(values).collect();
     let all: Vec<usize> = (0..nonlinear.len()).collect();
     // What is held at its bound does not vary; α = 0 leaves β and ω without a meaning, which the singular directions show.
     let held: Vec<bool> = (0..all.len()).map(|k| k >= zeros + 3 && nonlinear[k] == 0.0).collect();
@@ -229,8 +233,12 @@ pub fn assess(fitted: &Fitted<'_>, rows: &[Rows<'_>], noise: Option<&[Noise]>) -
         spread.widen(&changes::scores(&problem, &nonlinear, &linear, noise, &[change]).select_rows(&places));
     }
 
-    let place = |k: usize| free.iter().position(|&f| f == zeros + k);
-    let unit_vector = |k: usize| place(k).map(|p| DVector::from_fn(count, |i, _| if i == p { 1.0 } else { 0.0 }));
+    let of_free = |k: usize| {
+        let place = free.iter().position(|&f| f == k);
+        place.map(|p| DVector::from_fn(count, |i, _| if i == p { 1.0 } else { 0.0 }))
+    };
+    let unit_vector = |k: usize| of_free(zeros + k);
+    let zero_sd = |k: usize| of_free(k).and_then(|unit| spread.direction(&unit)).map(|direction| spread.sd(&direction));
     let mut report =
         Report { law: fitted.memory.law, kernel: fitted.memory.kernel, spread: &spread, lines: Vec::new() };
     let alpha_unit = if fitted.memory.kernel == Kernel::Rate { "N·m/rad" } else { "N·m/(rad·s)" };
@@ -250,12 +258,11 @@ pub fn assess(fitted: &Fitted<'_>, rows: &[Rows<'_>], noise: Option<&[Noise]>) -
         report.plain("reversal_play_rad", fitted.memory.reversal_play_rad, note);
     }
     if zeros > 0 {
-        let gradient = DVector::from_fn(count, |i, _| if free[i] == 0 { 1.0 } else { 0.0 });
-        report.push("deflection_zero_rad", "rad", fitted.stored_zero_rad, Some(gradient));
+        report.push(DEFLECTION_ZERO, "rad", fitted.stored_zero_rad, of_free(0));
     } else if fitted.stored_zero_rad != 0.0 {
-        report.plain("deflection_zero_rad", fitted.stored_zero_rad, "given, or the middle of the deflections seen");
+        report.plain(DEFLECTION_ZERO, fitted.stored_zero_rad, "given, or the middle of the deflections seen");
     }
-    Ok(report.finish())
+    Ok((report.finish(), (0..zeros).map(zero_sd).collect()))
 }
 
 /// Standard deviations of a problem whose parameters are those of the model file: the gear's linear ones as named by their columns, then the nonlinear ones.
@@ -309,7 +316,8 @@ impl Report<'_> {
         let at_bound = gradient.is_none();
         let direction = gradient.and_then(|g| self.spread.direction(&g));
         let sd = direction.as_ref().map(|d| self.spread.sd(d));
-        let vague = sd.is_some_and(|sd| 2.0 * sd >= value.abs());
+        // A zero of the encoders that cannot be told from none is as good as any.
+        let vague = sd.is_some_and(|sd| 2.0 * sd >= value.abs()) && name != DEFLECTION_ZERO;
         let open = !at_bound && sd.is_none();
         let note = if at_bound {
             Some("at its bound 0: the recordings ask for none".to_owned())
@@ -320,7 +328,7 @@ impl Report<'_> {
         } else {
             None
         };
-        let undetermined = open || (vague && name != "deflection_zero_rad");
+        let undetermined = open || vague;
         let (name, unit) = (name.into(), unit.into());
         self.lines.push((Estimated { name, value, sd, unit, at_bound, undetermined, note }, direction));
     }
@@ -383,7 +391,6 @@ fn vague_note(name: &str, relative: f64) -> String {
     let rows = (3.0 * relative).powi(2);
     let experiment = match name {
         "beta_per_s" | "alpha" => "cycles at several rates",
-        "deflection_zero_rad" => "longer recordings",
         _ => "cycles at several amplitudes up to the rated deflection",
     };
     if relative > 10.0 {

@@ -239,6 +239,7 @@ fn noise(fit: &Fit, names: &[String], unit: TorqueUnit) -> Table {
     let symbol = unit.symbol();
     // A joint log knows neither a loop that settles nor a deflection.
     let gear = fit.model.elastic.is_some();
+    let apart = fit.has_zeros_apart();
     let torque_steps = fit.noise.iter().any(|noise| noise.torque_step_nm.is_some());
     let deflection_steps = fit.noise.iter().any(|noise| noise.deflection_step_rad.is_some());
     let rows = fit.noise.iter().enumerate().map(|(index, noise)| {
@@ -253,6 +254,7 @@ fn noise(fit: &Fit, names: &[String], unit: TorqueUnit) -> Table {
             number(noise.innovation_sd, 3),
             noise.outliers.to_string(),
         ];
+        cells.extend(apart.then(|| number(fit.deflection_zeros[index].rad, 5)));
         cells.extend(gear.then(|| fit.unsettled_rows[index].to_string()));
         let steps = [(torque_steps, noise.torque_step_nm), (deflection_steps, noise.deflection_step_rad)];
         let told = steps.iter().filter(|(told, _)| *told);
@@ -266,6 +268,7 @@ fn noise(fit: &Fit, names: &[String], unit: TorqueUnit) -> Table {
         format!("sd of its innovations in {symbol}"),
         "outliers (rows)".to_owned(),
     ];
+    head.extend(apart.then(|| "zero of its deflection in rad".to_owned()));
     head.extend(gear.then(|| "unsettled start (rows)".to_owned()));
     head.extend(torque_steps.then(|| format!("{} counted in steps of {symbol}", unit.quantity())));
     head.extend(deflection_steps.then(|| "deflection counted in steps of rad".to_owned()));

@@ -24,9 +24,10 @@ use super::bounded::{self, Bound};
 use super::columns::{Column, Columns, Contribution, Evaluate, Mark, Nonlinear, Offset, Rows, Stretch};
 use super::heldout::heldout;
 use super::polish::polish;
+use super::prepare::{self, Prepared};
 use super::problem::{Problem, Sweep};
 use super::select::{self, search};
-use super::{EstimateError, FitOptions, Prepared, Progress, base, prepare};
+use super::{EstimateError, FitOptions, Progress, base};
 use crate::model::GearSection;
 use crate::recording::Recording;
 
@@ -171,7 +172,7 @@ pub fn compare(
     options: &FitOptions,
     progress: &dyn Progress,
 ) -> Result<Vec<Comparison>, EstimateError> {
-    let prepared = Prepared::new(recordings, options)?;
+    let prepared = Prepared::new(recordings, options, None)?;
     let Prepared { rows, rated_deflection_rad, start, .. } = &prepared;
     let structures = prepared.structures(options);
     let (table, _) = select::table(&structures, *rated_deflection_rad, rows, &start.known, options.seed, progress)?;
