@@ -154,6 +154,8 @@ fn what_is_odd_is_remarked_on() {
     assert!(matches!(remarks[..], [Remark::OutOfRange { .. }]), "{remarks:?}");
     let remarks = examine(&[with(|x| 8.0 * x, same)], &[], &published()).unwrap();
     assert!(matches!(remarks[..], [Remark::Stiffness { .. }]), "{remarks:?}");
+    let remarks = examine(&[with(|x| x.clamp(-20.0, 20.0), same)], &[], &published()).unwrap();
+    assert!(matches!(&remarks[..], [Remark::Clipped(clipped)] if clipped.channel == "torque"), "{remarks:?}");
 }
 
 #[test]

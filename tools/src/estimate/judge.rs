@@ -4,8 +4,8 @@ use gmhm::inverse::invertible_range;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use super::clipping::{Clipped, clipped};
 use super::coverage::{Coverage, JointCoverage};
-use super::noise::quantisation_step;
 use super::recorded::predict;
 use super::rivals::{Comparison, compare};
 use super::{EstimateError, Fit, FitOptions, Progress};
@@ -126,7 +126,7 @@ impl Assessment {
             structure: structure(recordings, &residuals, fit.seed),
             comparison: if rated.is_some() { compare(&beginnings, &options, progress)? } else { Vec::new() },
             comparison_rows,
-            clipped: recordings.iter().filter_map(clipped).collect(),
+            clipped: recordings.iter().filter_map(|r| clipped(r, r.deflection_rad.as_deref()?)).collect(),
             torque_peak: recordings.iter().map(size).fold(0.0, f64::max),
             predictions,
             residuals,
@@ -176,14 +176,8 @@ fn judge(fit: &Fit, evidence: &Assessment) -> Judgement {
         let words = "the torque falls while the deflection rises, so one of them is counted backwards: flip it with --map deflection_rad=-COLUMN";
         say(Grade::Bad, words.to_owned());
     }
-    for Clipped { recording, channel, at, unit } in &evidence.clipped {
-        let other = if *channel == "deflection" { fit.model.torque_unit.quantity() } else { "deflection" };
-        say(
-            Grade::Bad,
-            format!(
-                "{recording}: the {channel} stands at {at:.3} {unit} while the {other} goes on, as a sensor does that is driven beyond its range: repeat with a larger range, or less load"
-            ),
-        );
+    for clipped in &evidence.clipped {
+        say(Grade::Bad, format!("{clipped}: repeat with a larger range, or less load"));
     }
     if evidence.coverage.as_ref().is_some_and(|coverage| coverage.strokes <= 1) {
         let words = "the deflection never turns back, so that the hysteresis is only what the law makes of one branch: record a closed cycle";
@@ -267,53 +261,6 @@ fn judge(fit: &Fit, evidence: &Assessment) -> Judgement {
         _ => format!("Good enough to flash: {error}, and nothing in the recordings speaks against it."),
     };
     Judgement { grade, sentence, reasons }
-}
-
-/// A channel that stands at its extreme, to the digit, while the other goes on, as a sensor does that is driven beyond its range.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
-pub struct Clipped {
-    /// The recording.
-    pub recording: String,
-    /// The channel.
-    pub channel: &'static str,
-    /// Where it stands, mrad, N·m or A.
-    pub at: f64,
-    /// The unit of that.
-    pub unit: &'static str,
-}
-
-/// Part of the range of the other channel that may go by while the torque, and while the deflection stands at its extreme: a gear that is held creeps.
-const STANDS: (f64, f64) = (0.05, 0.2);
-
-fn clipped(recording: &Recording) -> Option<Clipped> {
-    let (theta, torque) = (recording.deflection_rad.as_deref()?, recording.torque.as_deref()?);
-    let unit = recording.torque_unit;
-    let found = |channel, at, unit| Clipped { recording: recording.name.clone(), channel, at, unit };
-    let of_torque = stands(torque, theta, STANDS.0).map(|at| found(unit.quantity(), at, unit.symbol()));
-    of_torque.or_else(|| stands(theta, torque, STANDS.1).map(|at| found("deflection", 1e3 * at, "mrad")))
-}
-
-/// The extreme at which a channel stands while more than a part of the other's range goes by. Counts stand too, but over a few of their own steps only, and at no load there is nothing
-/// to see.
-fn stands(channel: &[f64], other: &[f64], part: f64) -> Option<f64> {
-    let range = |values: &[f64]| {
-        values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(*x), high.max(*x)))
-    };
-    let ((low, high), (left, right)) = (range(channel), range(other));
-    let step = quantisation_step(channel).unwrap_or(0.0);
-    let most = part.max(4.0 * step / (high - low)) * (right - left);
-    [low, high].into_iter().filter(|extreme| *extreme != 0.0).find(|extreme| {
-        channel
-            .chunk_by(|a, b| a == b)
-            .scan(0, |row, run| {
-                *row += run.len();
-                Some((run[0], *row - run.len()..*row))
-            })
-            .any(|(value, rows)| {
-                let (from, to) = range(&other[rows]);
-                value == *extreme && to - from > most
-            })
-    })
 }
 
 /// What of a residual comes back at the same deflection (angle of a joint log) and direction.

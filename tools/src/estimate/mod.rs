@@ -10,7 +10,7 @@
 //! | `prepare`, [`zeros`], `start` | rows of recordings: zeros and scale of the deflection, the memory at the first row |
 //! | `invertible` | the parameters held where feed-forward has an inverse |
 //! | [`joint`] | joint logs: gravity, inertia, friction |
-//! | [`plausible`] | units, signs, zeros and dead channels, before anything is concluded |
+//! | [`plausible`], [`clipping`] | units, signs, zeros, channels dead or driven beyond their range, before anything is concluded |
 //! | [`noise`], `whitening`, `denoise`, `graduation` | colour, outliers; angles freed of noise |
 //! | [`counts`] | the motion behind a deflection in counts, and how far it may be from it |
 //! | [`recorded`], [`acceleration`] | a motion recorded with noise, as a model sees it |
@@ -35,6 +35,7 @@ pub mod base;
 pub mod basis;
 pub mod bounded;
 mod changes;
+pub mod clipping;
 pub mod columns;
 pub mod conversion;
 pub mod counts;

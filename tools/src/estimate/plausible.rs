@@ -4,6 +4,7 @@
 
 use std::fmt;
 
+use super::clipping::{Clipped, clipped};
 use super::conversion::{Channel, Conversion, conversions};
 use super::denoise::channel_sd;
 use super::recorded::evaluate;
@@ -137,6 +138,8 @@ pub enum Remark {
         /// The same slope of the model's torque.
         given: f64,
     },
+    /// A sensor driven beyond its range.
+    Clipped(Clipped),
     /// A recording that goes better with the others from a zero of its own.
     OtherZero {
         /// The first recording.
@@ -172,6 +175,7 @@ impl fmt::Display for Remark {
                 f,
                 "{file}: the torque rises by {recorded:.3e} per rad of deflection, that of the model by {given:.3e}: check units, signs, and that the model is of this gear"
             ),
+            Remark::Clipped(clipped) => write!(f, "{clipped}; what is found may be that"),
             Remark::OtherZero { first, other, apart_rad } => write!(
                 f,
                 "{other}: its deflection goes better with that of {first} from a zero {apart_rad:.4e} rad away; if its encoders were switched on anew or moved, add --own-zeros"
@@ -220,9 +224,12 @@ pub fn examine(recordings: &[Recording], held_out: &[Recording], model: &Model) 
         let still = still(recording, model)?;
         units(recording, model)?;
         range(recording, model, &mut remarks)?;
-        match still {
-            true => remarks.push(Remark::DeflectionStill { file: recording.name.clone() }),
-            false => remarks.extend(stiffness(recording, model)),
+        if still {
+            remarks.push(Remark::DeflectionStill { file: recording.name.clone() });
+        } else {
+            remarks.extend(stiffness(recording, model));
+            let theta = Signals::new(recording, &model.gear).deflection_rad;
+            remarks.extend(theta.and_then(|theta| clipped(recording, &theta)).map(Remark::Clipped));
         }
     }
     Ok(remarks)
