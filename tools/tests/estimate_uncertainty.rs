@@ -11,8 +11,9 @@ use gmhm_tools::estimate::bounded::Bound;
 use gmhm_tools::estimate::columns::{Column, Columns, Contribution, Evaluate, Mark, Offset, Past, Rows, Stretch};
 use gmhm_tools::estimate::problem::Problem;
 use gmhm_tools::estimate::uncertainty::of_columns;
-use gmhm_tools::estimate::{FitOptions, fit};
+use gmhm_tools::estimate::{Fit, FitOptions, fit};
 use gmhm_tools::recording::Recording;
+use rayon::prelude::*;
 
 const A: f64 = 1.168e-3;
 
@@ -29,6 +30,26 @@ fn standard_deviations_agree_with_the_scatter_of_refits() {
             assert!((ratio - 1.0).abs() < 0.15, "{told}");
         }
     }
+}
+
+#[test]
+fn what_is_at_its_bound_makes_the_others_no_better_known() {
+    // e is half its standard deviation from its bound.
+    let (elastic, memory) = published();
+    let memory = Memory { beta_per_s: 0.96, ..memory };
+    let path = || Path { theta: stroke(A, 1500), period_s: 1e-2 };
+    let refit = |seed: u64| fit(&[record(A, elastic, memory, &path(), 0.1, seed)], &given(A, memory), &()).unwrap();
+    let fits: Vec<Fit> = (0..300).into_par_iter().map(refit).collect();
+    let within = |fit: &&Fit| {
+        let c1 = fit.parameter("c1_nm_per_rad").unwrap();
+        (c1.value - elastic.c1_nm_per_rad).abs() < 2.0 * c1.sd.unwrap()
+    };
+    let share = fits.iter().filter(within).count() as f64 / fits.len() as f64;
+    println!("c1 within two standard deviations: {share:.3}");
+    assert!(share > 0.93, "{share}");
+    let bounded: Vec<_> = fits.iter().map(|fit| fit.parameter("e").unwrap()).filter(|e| e.at_bound).collect();
+    assert!((50..150).contains(&bounded.len()), "{}", bounded.len());
+    assert!(bounded.iter().all(|e| e.sd.is_none() && e.note.as_deref().unwrap().contains("no more than 2.")));
 }
 
 #[test]

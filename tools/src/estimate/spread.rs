@@ -2,7 +2,6 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::bounded::Solution;
 use super::noise::Noise;
 use super::problem::{Linear, Problem, Sweep, Tangent};
 use super::singular::Singular;
@@ -19,19 +18,13 @@ pub struct Spread {
 const SCORES: usize = 32;
 
 impl Spread {
-    /// The spread of those columns of a problem (the gear's linear parameters, then the nonlinear ones) that `choose` says are free, and the optimum.
+    /// The spread of those columns of a problem (the gear's linear parameters, then the nonlinear ones) that are `free`, and the optimum.
     ///
     /// Against a noise model: σ²(JᵀJ)⁻¹ of the filtered rows. Without: (JᵀJ)⁻¹ (Σ g gᵀ) (JᵀJ)⁻¹ with the scores g = Jᵀr of contiguous blocks, which holds whatever
     /// the residual is made of (Liang, Zeger, *Biometrika* 73, 1986).
-    pub fn of(
-        problem: &Problem<'_>,
-        nonlinear: &[f64],
-        noise: Option<&[Noise]>,
-        choose: impl FnOnce(&Solution) -> Vec<usize>,
-    ) -> (Self, Linear) {
+    pub fn of(problem: &Problem<'_>, nonlinear: &[f64], noise: Option<&[Noise]>, free: &[usize]) -> (Self, Linear) {
         let folds = if noise.is_some() { 1 } else { SCORES.div_ceil(problem.rows.len()).max(2) };
         let (linear, solution) = problem.solve(nonlinear, Sweep { noise, ..Sweep::PLAIN });
-        let free = choose(&solution);
         let all: Vec<usize> = (0..nonlinear.len()).collect();
         let tangent = Tangent { parameters: &all, linear: &linear };
         let factors = problem.factor(nonlinear, Some(tangent), Sweep { noise, folds, stride: 1 });

@@ -212,13 +212,10 @@ pub fn assess(
     let problem = Problem { rows, corrections, contributions: vec![&Offset, &whole] };
     let values = WholeGear::values(&fitted.elastic, &fitted.memory);
     let nonlinear: Vec<f64> = fitted.zeros_rad.iter().copied().chain(values).collect();
-    let all: Vec<usize> = (0..nonlinear.len()).collect();
-    // What is held at its bound does not vary; α = 0 leaves β and ω without a meaning, which the singular directions show.
-    let held: Vec<bool> = (0..all.len()).map(|k| k >= zeros + 3 && nonlinear[k] == 0.0).collect();
-    let free: Vec<usize> = all.iter().copied().filter(|&k| !held[k]).collect();
-    let count = free.len();
-    let places: Vec<usize> = free.iter().map(|k| 1 + k).collect();
-    let (mut spread, linear) = Spread::of(&problem, &nonlinear, noise, |_| places.clone());
+    let count = nonlinear.len();
+    // The first column is the torque itself. What is at its bound varies with the others, lest these look better known than they are.
+    let places: Vec<usize> = (1..=count).collect();
+    let (mut spread, linear) = Spread::of(&problem, &nonlinear, noise, &places);
     // Without a noise model the residual says what the counts do, too.
     if let Some(scores) = noise.and_then(|noise| counts::scores(&problem, &nonlinear, &linear, noise)) {
         spread.widen(&scores.select_rows(&places));
@@ -233,32 +230,28 @@ pub fn assess(
         spread.widen(&changes::scores(&problem, &nonlinear, &linear, noise, &[change]).select_rows(&places));
     }
 
-    let of_free = |k: usize| {
-        let place = free.iter().position(|&f| f == k);
-        place.map(|p| DVector::from_fn(count, |i, _| if i == p { 1.0 } else { 0.0 }))
-    };
-    let unit_vector = |k: usize| of_free(zeros + k);
-    let zero_sd = |k: usize| of_free(k).and_then(|unit| spread.direction(&unit)).map(|direction| spread.sd(&direction));
+    let unit_of = |place: usize| DVector::from_fn(count, |i, _| if i == place { 1.0 } else { 0.0 });
+    let unit_vector = |k: usize| unit_of(zeros + k);
+    let zero_sd = |k: usize| spread.direction(&unit_of(k)).map(|direction| spread.sd(&direction));
     let mut report =
         Report { law: fitted.memory.law, kernel: fitted.memory.kernel, spread: &spread, lines: Vec::new() };
     let alpha_unit = if fitted.memory.kernel == Kernel::Rate { "N·m/rad" } else { "N·m/(rad·s)" };
     for (k, (name, unit)) in NAMES.into_iter().enumerate() {
         let unit = if k == 3 { alpha_unit } else { unit };
         if !(fitted.memory.law == Law::Time && k == 5) {
-            report.push(name, unit, values[k], unit_vector(k));
+            report.push(name, unit, values[k], unit_vector(k), k >= 3 && values[k] == 0.0);
         }
     }
     for (name, unit, value, gradient) in combinations(&fitted.memory) {
-        let of = |k: usize, g: f64| unit_vector(k).map_or_else(|| DVector::zeros(count), |v| v * g);
-        let gradient = of(3, gradient[0]) + of(4, gradient[1]) + of(5, gradient[2]);
-        report.push(name, unit, value, Some(gradient).filter(|g| g.norm() > 0.0 && value != 0.0));
+        let gradient = unit_vector(3) * gradient[0] + unit_vector(4) * gradient[1] + unit_vector(5) * gradient[2];
+        report.push(name, unit, value, gradient, value == 0.0);
     }
     if fitted.memory.law == Law::Masing && fitted.memory.reversal_play_rad > 0.0 {
         let note = if fitted.searched_play { "searched, not differentiable: no standard deviation" } else { "given" };
         report.plain("reversal_play_rad", fitted.memory.reversal_play_rad, note);
     }
     if zeros > 0 {
-        report.push(DEFLECTION_ZERO, "rad", fitted.stored_zero_rad, of_free(0));
+        report.push(DEFLECTION_ZERO, "rad", fitted.stored_zero_rad, unit_of(0), false);
     } else if fitted.stored_zero_rad != 0.0 {
         report.plain(DEFLECTION_ZERO, fitted.stored_zero_rad, "given, or the middle of the deflections seen");
     }
@@ -270,37 +263,41 @@ pub fn assess(
 pub fn of_columns(problem: &Problem<'_>, nonlinear: &[f64], noise: Option<&[Noise]>, open: &str) -> Uncertainty {
     let columns = problem.gear_columns();
     let count = columns.len() + nonlinear.len();
-    let mut free = Vec::new();
-    let (spread, linear) = Spread::of(problem, nonlinear, noise, |solution| {
-        free = (0..count).filter(|&k| !solution.at_bound.get(k).copied().unwrap_or(false)).collect();
-        free.clone()
-    });
+    let all: Vec<usize> = (0..count).collect();
+    let (spread, linear) = Spread::of(problem, nonlinear, noise, &all);
     let infos = problem.nonlinear();
     let line = |k: usize| {
         let (name, unit, value) = match k.checked_sub(columns.len()) {
             None => (&columns[k].name, &columns[k].unit, linear.gear[k]),
             Some(own) => (&infos[own].name, &infos[own].unit, nonlinear[own]),
         };
-        let place = free.iter().position(|f| *f == k);
-        let direction = place.and_then(|place| {
-            spread.direction(&DVector::from_fn(free.len(), |i, _| if i == place { 1.0 } else { 0.0 }))
-        });
+        let at_bound = columns.get(k).is_some_and(|column| column.bound == Bound::NonNegative) && value == 0.0;
+        let direction = spread.direction(&DVector::from_fn(count, |i, _| if i == k { 1.0 } else { 0.0 }));
         let sd = direction.as_ref().map(|d| spread.sd(d));
+        if at_bound {
+            return bounded(name.clone(), unit.clone(), sd);
+        }
         let vague = sd.is_some_and(|sd| 2.0 * sd >= value.abs());
-        let note = match (place, sd) {
-            (None, _) => Some("at its bound 0: the recordings ask for none".to_owned()),
-            (Some(_), None) => Some(format!("the recordings do not tell it by itself: {open}")),
-            (Some(_), Some(sd)) if vague => {
+        let note = match sd {
+            None => Some(format!("the recordings do not tell it by itself: {open}")),
+            Some(sd) if vague => {
                 Some(format!("undetermined: standard deviation {:.0} % of the value; {open}", 100.0 * sd / value.abs()))
             }
             _ => None,
         };
-        let (at_bound, undetermined) = (place.is_none(), place.is_some() && (sd.is_none() || vague));
+        let undetermined = sd.is_none() || vague;
         let (name, unit) = (name.clone(), unit.clone());
         (Estimated { name, value, sd, unit, at_bound, undetermined, note }, direction)
     };
     let lines: Vec<(Estimated, Option<DVector<f64>>)> = (0..count).map(line).collect();
     correlated(lines)
+}
+
+/// What there is to say of a parameter at its bound 0, whose standard deviation would be `sd` without that.
+fn bounded(name: Cow<'static, str>, unit: Cow<'static, str>, sd: Option<f64>) -> (Estimated, Option<DVector<f64>>) {
+    let most = sd.map_or(String::new(), |sd| format!(", and for no more than {:.2e}", 2.0 * sd));
+    let note = Some(format!("at its bound 0: the recordings ask for none{most}"));
+    (Estimated { name, value: 0.0, sd: None, unit, at_bound: true, undetermined: false, note }, None)
 }
 
 struct Report<'s> {
@@ -311,24 +308,20 @@ struct Report<'s> {
 }
 
 impl Report<'_> {
-    /// `gradient` is `None` for a parameter at its bound.
-    fn push(&mut self, name: &'static str, unit: &'static str, value: f64, gradient: Option<DVector<f64>>) {
-        let at_bound = gradient.is_none();
-        let direction = gradient.and_then(|g| self.spread.direction(&g));
+    fn push(&mut self, name: &'static str, unit: &'static str, value: f64, gradient: DVector<f64>, at_bound: bool) {
+        let direction = self.spread.direction(&gradient).filter(|_| gradient.norm() > 0.0);
         let sd = direction.as_ref().map(|d| self.spread.sd(d));
+        if at_bound {
+            return self.lines.push(bounded(name.into(), unit.into(), sd));
+        }
         // A zero of the encoders that cannot be told from none is as good as any.
         let vague = sd.is_some_and(|sd| 2.0 * sd >= value.abs()) && name != DEFLECTION_ZERO;
-        let open = !at_bound && sd.is_none();
-        let note = if at_bound {
-            Some("at its bound 0: the recordings ask for none".to_owned())
-        } else if open {
-            Some(open_note(self.law, self.kernel, name))
-        } else if vague {
-            sd.map(|sd| vague_note(name, sd / value.abs()))
-        } else {
-            None
+        let note = match sd {
+            None => Some(open_note(self.law, self.kernel, name)),
+            Some(sd) if vague => Some(vague_note(name, sd / value.abs())),
+            _ => None,
         };
-        let undetermined = open || vague;
+        let undetermined = sd.is_none() || vague;
         let (name, unit) = (name.into(), unit.into());
         self.lines.push((Estimated { name, value, sd, unit, at_bound, undetermined, note }, direction));
     }
