@@ -149,6 +149,35 @@ fn recordings_that_do_not_go_together_are_told_apart() {
 }
 
 #[test]
+fn lost_words_of_an_encoder_are_bridged_and_told() {
+    let dir = WorkDir::new();
+    dir.succeed("demo --out demo");
+    let text = dir.read("demo/recording.csv");
+    let column = text.lines().next().unwrap().split(',').position(|name| name == "deflection_rad").unwrap();
+    let lost = |(number, line): (usize, &str)| {
+        let mut cells: Vec<&str> = line.split(',').collect();
+        if number % 400 == 210 {
+            cells[column] = "0.0031";
+        }
+        cells.join(",") + "\n"
+    };
+    dir.write("lost.csv", text.lines().enumerate().map(lost).collect::<String>());
+    let told = dir.succeed("fit lost.csv -o lost.toml --json lost.json").stderr;
+    assert!(told.contains("lost.csv: deflection_rad leaves and is back within 3 rows, 7 rows in all"), "{told}");
+    dir.succeed("fit demo/recording.csv -o gear.toml --json gear.json");
+    let e = |file: &str| {
+        let fit: serde_json::Value = serde_json::from_str(&dir.read(file)).unwrap();
+        let of = |p: &&serde_json::Value| p["name"] == "e";
+        fit["parameters"].as_array().unwrap().iter().find(of).unwrap()["value"].as_f64().unwrap()
+    };
+    assert!((e("lost.json") / e("gear.json") - 1.0).abs() < 1e-3, "{} {}", e("lost.json"), e("gear.json"));
+    for command in ["compare lost.csv", "diagnose gear.toml lost.csv -o x.toml", "health lost.csv demo/recording.csv"] {
+        let told = dir.succeed(command).stderr;
+        assert!(told.contains("7 rows in all"), "{command}: {told}");
+    }
+}
+
+#[test]
 fn a_zero_of_the_encoders_far_from_the_gears_is_found_beside_a_given_model() {
     let dir = WorkDir::new();
     dir.succeed("demo --out demo");

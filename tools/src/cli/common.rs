@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
+use super::Session;
 use super::failure::Failure;
 use super::progress::Progress;
 use crate::recording::{self, ColumnMap, Mapping, Needs, Recording};
@@ -40,9 +41,14 @@ impl ReadingArgs {
 }
 
 impl ReadingArgs {
-    /// Reads several recordings, one after the other.
-    pub fn read_all(&self, paths: &[PathBuf], needs: &Needs, quiet: bool) -> Result<Vec<Recording>, Failure> {
-        paths.iter().map(|path| self.read(path, needs, quiet)).collect()
+    /// Reads several recordings to identify from, one after the other; dropouts of their angles are bridged, and told.
+    pub fn read_all(&self, paths: &[PathBuf], session: &Session) -> Result<Vec<Recording>, Failure> {
+        let read = |path: &PathBuf| {
+            let mut recording = self.read(path, &Needs::FIT, session.quiet)?;
+            recording.bridge_dropouts().iter().for_each(|bridged| session.note(&bridged.to_string()));
+            Ok(recording)
+        };
+        paths.iter().map(read).collect()
     }
 }
 

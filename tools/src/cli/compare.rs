@@ -13,7 +13,6 @@ use crate::demo::paper;
 use crate::estimate::FitOptions;
 use crate::estimate::rivals::compare;
 use crate::output::Outputs;
-use crate::recording::Needs;
 use crate::report::figures;
 
 /// Compare the hysteresis model with lines, a polynomial, Dahl, Bouc-Wen and Maxwell slip on the same recordings
@@ -43,7 +42,7 @@ impl CompareArgs {
         for output in [Some(&self.plot), self.json.as_ref()].into_iter().flatten() {
             Outputs::check_beside(output, &self.recordings)?;
         }
-        let recordings = self.reading.read_all(&self.recordings, &Needs::FIT, session.quiet)?;
+        let recordings = self.reading.read_all(&self.recordings, session)?;
         let options = FitOptions {
             seed: self.seed.seed,
             rated_deflection_rad: self.reading.rated_deflection,

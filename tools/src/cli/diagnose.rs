@@ -13,7 +13,6 @@ use crate::discover::{Options, diagnose};
 use crate::estimate::zeros;
 use crate::model;
 use crate::output::Outputs;
-use crate::recording::Needs;
 use crate::report;
 use crate::report::page::Input;
 
@@ -62,8 +61,8 @@ impl DiagnoseArgs {
             Outputs::check_beside(output, &[&self.recordings[..], &self.holdout].concat())?;
         }
         let model = model::load(&self.model)?;
-        let mut recordings = self.reading.read_all(&self.recordings, &Needs::FIT, session.quiet)?;
-        let mut holdout = self.reading.read_all(&self.holdout, &Needs::FIT, session.quiet)?;
+        let mut recordings = self.reading.read_all(&self.recordings, session)?;
+        let mut holdout = self.reading.read_all(&self.holdout, session)?;
         let options =
             Options { rated_deflection_rad: self.reading.rated_deflection, seed: self.seed.seed, ..Options::default() };
         if self.own_zeros {

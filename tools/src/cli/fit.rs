@@ -13,7 +13,6 @@ use crate::estimate::judge::Assessment;
 use crate::estimate::{self, Fit, FitOptions, plausible};
 use crate::model;
 use crate::output::Outputs;
-use crate::recording::Needs;
 use crate::report;
 
 /// Identify a gear from recordings, with the uncertainty of every parameter
@@ -68,7 +67,7 @@ impl FitArgs {
             Outputs::check_beside(output, &self.recordings)?;
         }
         let start = self.model.as_deref().map(model::load).transpose()?;
-        let mut recordings = self.reading.read_all(&self.recordings, &Needs::FIT, session.quiet)?;
+        let mut recordings = self.reading.read_all(&self.recordings, session)?;
         let options = FitOptions {
             method: match self.method {
                 Method::Auto => estimate::Method::Auto,

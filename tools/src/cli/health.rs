@@ -13,7 +13,6 @@ use crate::health::catalogue::Asked;
 use crate::health::{self, Health, HealthOptions};
 use crate::model;
 use crate::output::Outputs;
-use crate::recording::Needs;
 use crate::report;
 use crate::report::page::Input;
 
@@ -93,7 +92,7 @@ impl HealthArgs {
     }
 
     fn of_recordings(&self, options: &HealthOptions, session: &Session) -> Result<(Health, Vec<Input>), Failure> {
-        let recordings = self.reading.read_all(&self.recordings, &Needs::FIT, session.quiet)?;
+        let recordings = self.reading.read_all(&self.recordings, session)?;
         let progress = Progress::new("Fitting", Progress::WHOLE, session.quiet);
         let found = health::of_recordings(&recordings, options, &progress)?;
         Ok((found, recordings.iter().map(Into::into).collect()))
