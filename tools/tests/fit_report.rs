@@ -110,6 +110,15 @@ fn a_sensor_at_its_end_a_single_stroke_and_a_flipped_sign_are_told() {
     flipped.torque.iter_mut().flatten().for_each(|x| *x = -*x);
     says(&assessed(&[flipped], A).1, Grade::Bad, "counted backwards");
 
+    // Of another cycle than the one recorded; a smaller stroke of the same is no reason.
+    says(
+        &assessed(&[gear(4000, 4.0, 0.1)], 1.03 * A).1,
+        Grade::Caution,
+        "of 1.1680 mrad, the largest seen, would leave",
+    );
+    let smaller = Path { theta: cycle(0.6 * A, 4000, 4.0), period_s: 1e-2 };
+    assert_eq!(assessed(&[record(A, elastic, memory, &smaller, 0.1, 5)], A).1.better_rated, None);
+
     // Counts of a coarse converter and a gear at rest are no such thing.
     let mut counted = gear(4000, 4.0, 0.1);
     counted.torque.iter_mut().flatten().for_each(|x| *x = (*x / 2.0).round() * 2.0);

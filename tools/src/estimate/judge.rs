@@ -6,6 +6,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::clipping::{Clipped, clipped};
 use super::coverage::{Coverage, JointCoverage};
+use super::rated::BetterRated;
 use super::recorded::predict;
 use super::rivals::{Comparison, compare};
 use super::{EstimateError, Fit, FitOptions, Progress};
@@ -69,6 +70,8 @@ pub struct Assessment {
     pub torque_peak: f64,
     /// Channels that were driven beyond their range.
     pub clipped: Vec<Clipped>,
+    /// A rated deflection that suits the recordings better than the one given.
+    pub better_rated: Option<BetterRated>,
 }
 
 /// Rows of all recordings together that the comparison looks at.
@@ -127,10 +130,15 @@ impl Assessment {
             comparison: if rated.is_some() { compare(&beginnings, &options, progress)? } else { Vec::new() },
             comparison_rows,
             clipped: recordings.iter().filter_map(|r| clipped(r, r.deflection_rad.as_deref()?)).collect(),
+            better_rated: None,
             torque_peak: recordings.iter().map(size).fold(0.0, f64::max),
             predictions,
             residuals,
         };
+        let given = assessment.comparison.first().filter(|_| !fit.rated_is_largest_seen);
+        if let Some((coverage, given)) = assessment.coverage.as_ref().zip(given) {
+            assessment.better_rated = BetterRated::of(&beginnings, &options, coverage, given.heldout_rms, progress)?;
+        }
         assessment.verdict = judge(fit, &assessment);
         Ok(assessment)
     }
@@ -175,6 +183,14 @@ fn judge(fit: &Fit, evidence: &Assessment) -> Judgement {
     if fit.model.elastic.is_some_and(|elastic| elastic.torque_nm(rated) < 0.0) {
         let words = "the torque falls while the deflection rises, so one of them is counted backwards: flip it with --map deflection_rad=-COLUMN";
         say(Grade::Bad, words.to_owned());
+    }
+    if let Some(better) = &evidence.better_rated {
+        let BetterRated { rated_deflection_rad: seen, heldout_rms, given_heldout_rms } = better;
+        let words = format!(
+            "a rated deflection of {:.4} mrad, the largest seen, would leave {heldout_rms:.3} instead of {given_heldout_rms:.3} {unit} of rows held out, and e and c1 to c3 hang on it: --rated-deflection {seen:e}",
+            1e3 * seen
+        );
+        say(Grade::Caution, words);
     }
     for clipped in &evidence.clipped {
         say(Grade::Bad, format!("{clipped}: repeat with a larger range, or less load"));

@@ -18,7 +18,7 @@
 //! | [`select`] | law, kernel, gate and play by held-out prediction |
 //! | [`heldout`] | blocks predicted by a fit to the others |
 //! | [`uncertainty`], `spread`, [`singular`], `changes` | standard deviations, and what the recordings cannot tell |
-//! | [`coverage`], [`judge`] | what the recordings exercise, and whether the fit is good enough for the drive |
+//! | [`coverage`], [`rated`], [`judge`] | what the recordings exercise, whether the rated deflection is theirs, and whether the fit is good enough for the drive |
 //! | [`pso`] | the paper's own identification |
 //! | [`rivals`] | foreign models, as yardsticks |
 //!
@@ -57,6 +57,7 @@ pub(crate) mod prepare;
 pub mod problem;
 pub mod profile;
 pub mod pso;
+pub mod rated;
 pub mod ready;
 pub mod recorded;
 mod refine;
