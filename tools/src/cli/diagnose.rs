@@ -13,6 +13,7 @@ use crate::discover::{Options, diagnose};
 use crate::estimate::zeros;
 use crate::model;
 use crate::output::Outputs;
+use crate::recording::Recording;
 use crate::report;
 use crate::report::page::Input;
 
@@ -66,15 +67,13 @@ impl DiagnoseArgs {
         let options =
             Options { rated_deflection_rad: self.reading.rated_deflection, seed: self.seed.seed, ..Options::default() };
         if self.own_zeros {
-            let all = [&recordings[..], &holdout].concat();
-            if let Some(apart) = zeros::between(&all, &model)? {
-                for (recording, zero) in all.iter().zip(&apart).skip(1) {
-                    session
-                        .note(&format!("{}: its zero is {zero:.4e} rad from that of {}", recording.name, all[0].name));
-                }
-                let (of_recordings, of_holdout) = apart.split_at(recordings.len());
-                zeros::take_off(&mut recordings, of_recordings, model.gear.ratio)?;
-                zeros::take_off(&mut holdout, of_holdout, model.gear.ratio)?;
+            let all: Vec<&Recording> = recordings.iter().chain(&holdout).collect();
+            let apart = zeros::between(&all, &model)?.unwrap_or_default();
+            for (recording, zero) in all.iter().zip(&apart).skip(1) {
+                session.note(&format!("{}: its zero is {zero:.4e} rad from that of {}", recording.name, all[0].name));
+            }
+            for (recording, zero) in recordings.iter_mut().chain(&mut holdout).zip(apart) {
+                zeros::take_off(recording, zero, model.gear.ratio)?;
             }
         }
         let progress = Progress::new("Diagnosing", Progress::WHOLE, session.quiet);

@@ -41,7 +41,7 @@ pub(super) fn fit(fit: &Fit) -> String {
     if let Some(rated) = fit.model.gear.rated_deflection_rad.filter(|_| fit.rated_is_largest_seen) {
         lines.push(format!("Rated deflection {rated:.6e} rad, the largest seen: e and c1 to c3 hang on it, their ± holds what may lie between its samples; --rated-deflection gives the gear's"));
     }
-    if fit.has_zeros_apart() {
+    if fit.zeros_apart_rad().is_some() {
         lines.push("The deflections count from zeros of their own; the model has the first:".to_owned());
         lines.extend(fit.deflection_zeros.iter().map(|zero| {
             let sd = zero.sd_rad.map_or(String::new(), |sd| format!("  ± {sd:.1e}"));

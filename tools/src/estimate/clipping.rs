@@ -3,6 +3,7 @@
 use std::fmt;
 
 use super::noise::quantisation_step;
+use super::prepare::range;
 use crate::recording::Recording;
 
 /// A channel that stands at its extreme, to the digit, while the other goes on, as a sensor does that is driven beyond its range.
@@ -45,9 +46,6 @@ pub fn clipped(recording: &Recording, deflection_rad: &[f64]) -> Option<Clipped>
 /// The extreme at which a channel stands while more than a part of the other's range goes by. Counts stand too, but over a few of their own steps only, and at no load there is nothing
 /// to see.
 fn stands(channel: &[f64], other: &[f64], part: f64) -> Option<f64> {
-    let range = |values: &[f64]| {
-        values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(*x), high.max(*x)))
-    };
     let ((low, high), (left, right)) = (range(channel), range(other));
     let step = quantisation_step(channel).unwrap_or(0.0);
     let most = part.max(4.0 * step / (high - low)) * (right - left);

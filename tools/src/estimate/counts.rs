@@ -18,7 +18,7 @@ use super::columns::Rows;
 use super::denoise::{FEWEST_ROWS, pieces};
 use super::graduation::unround;
 use super::noise::{Noise, quantisation_step};
-use super::prepare::beginning;
+use super::prepare::{beginning, range};
 use super::problem::{Linear, Problem};
 
 /// What counting took from a motion.
@@ -97,7 +97,7 @@ impl Counts {
 
 /// What the smoothest motion is off by where it is counted with the zero of the counter, and its own size, another part of a count each time.
 fn errors(motion_rad: &[f64], step_rad: f64, time_s: &[f64]) -> Vec<Vec<[f64; ABREAST]>> {
-    let (low, high) = motion_rad.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(*x), h.max(*x)));
+    let (low, high) = range(motion_rad);
     let (middle, half) = (0.5 * (low + high), 0.5 * (high - low).max(f64::MIN_POSITIVE));
     let draw = |abreast: usize| {
         let places: [[f64; 2]; ABREAST] = array::from_fn(|n| {

@@ -6,6 +6,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::clipping::{Clipped, clipped};
 use super::coverage::{Coverage, JointCoverage};
+use super::prepare::range;
 use super::rated::BetterRated;
 use super::recorded::predict;
 use super::rivals::{Comparison, compare};
@@ -305,8 +306,7 @@ pub fn structure(recordings: &[Recording], residuals: &[Vec<f64>], seed: u64) ->
     for (recording, residual) in recordings.iter().zip(residuals) {
         let theta = recording.deflection_rad.as_deref().or(recording.theta_out_rad.as_deref())?;
         let rows = theta.len().min(residual.len());
-        let fold = |(low, high): (f64, f64), x: &f64| (low.min(*x), high.max(*x));
-        let (low, high) = theta[..rows].iter().fold((f64::INFINITY, f64::NEG_INFINITY), fold);
+        let (low, high) = range(&theta[..rows]);
         if rows < 8 * BINS || high <= low {
             continue;
         }

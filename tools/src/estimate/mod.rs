@@ -89,7 +89,6 @@ use refine::Weighted;
 use select::Candidate;
 use swarm::Stop;
 use uncertainty::{Estimated, Fitted, Uncertainty};
-use zeros::Zeros;
 
 /// How the parameters are found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
@@ -197,9 +196,9 @@ pub struct DeflectionZero {
 }
 
 impl Fit {
-    /// Whether the encoders of the recordings count from different zeros.
-    pub fn has_zeros_apart(&self) -> bool {
-        self.deflection_zeros.windows(2).any(|pair| pair[0].rad != pair[1].rad)
+    /// How far the zero of each recording is from that of the first, rad, where the encoders count from different ones.
+    pub fn zeros_apart_rad(&self) -> Option<Vec<f64>> {
+        zeros::apart(&self.deflection_zeros.iter().map(|zero| zero.rad).collect::<Vec<_>>())
     }
 
     /// Shifts the deflections of the recordings that were fitted to the zero that the model has, that of the first.
@@ -207,8 +206,9 @@ impl Fit {
     /// # Errors
     /// Angles without a ratio.
     pub fn align(&self, recordings: &mut [Recording]) -> Result<(), RecordingError> {
-        let zeros = Zeros { rad: self.deflection_zeros.iter().map(|zero| zero.rad).collect(), free: 0 };
-        zeros.apart().map_or(Ok(()), |apart| zeros::take_off(recordings, &apart, self.model.gear.ratio))
+        let apart = self.zeros_apart_rad().unwrap_or_default();
+        let ratio = self.model.gear.ratio;
+        recordings.iter_mut().zip(apart).try_for_each(|(recording, zero)| zeros::take_off(recording, zero, ratio))
     }
 
     /// Whether what is left is physics more than noise: a fit against it as noise predicts worse.
@@ -237,10 +237,9 @@ const APART: f64 = 0.3;
 
 /// Whether what a fit leaves of a recording is more than that share.
 fn is_missed(recording: &Recording, left: &[f64]) -> bool {
-    let torque = recording.torque.as_deref().unwrap_or_default();
-    let mean = torque.iter().sum::<f64>() / torque.len().max(1) as f64;
     let squares = left.iter().map(|left| left.powi(2)).sum::<f64>();
-    squares > APART.powi(2) * torque.iter().map(|torque| (torque - mean).powi(2)).sum::<f64>()
+    let sd = plausible::sd(recording.torque.as_deref().unwrap_or_default());
+    squares > left.len() as f64 * (APART * sd).powi(2)
 }
 
 /// Rows that the choice of the structure looks at; the chosen one is then fitted to all.

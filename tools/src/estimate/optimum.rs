@@ -40,20 +40,21 @@ impl<'a> Optimum<'a> {
         options: &FitOptions,
         progress: &dyn Progress,
     ) -> Result<Self, EstimateError> {
-        let mut known = None;
-        for _ in 0..zeros::ROUNDS {
+        let (mut known, mut round) = (None, 0);
+        loop {
             let found = Self::search(Prepared::new(recordings, options, known)?, options, progress)?;
             let Prepared { rows, gear, rated_deflection_rad, zeros, .. } = &found.prepared;
             let given = options.rated_deflection_rad.or(gear.rated_deflection_rad);
             let zero_rad = |recording: usize| found.assembly.zero_rad(&found.weighted.polished.nonlinear, recording);
             let largest = zeros::largest(rows, zero_rad);
-            if given.is_some() || (largest - rated_deflection_rad).abs() <= zeros::SETTLED * largest {
+            let settled = given.is_some() || (largest - rated_deflection_rad).abs() <= zeros::SETTLED * largest;
+            if settled || round == zeros::ROUNDS {
                 return Ok(found);
             }
+            round += 1;
             let rad = zeros.rad.iter().enumerate().map(|(k, zero)| zero + zero_rad(k)).collect();
             known = Some(Zeros { rad, free: found.assembly.split(&found.weighted.polished.nonlinear).0.len() });
         }
-        Self::search(Prepared::new(recordings, options, known)?, options, progress)
     }
 
     fn search(

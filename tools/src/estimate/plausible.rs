@@ -7,6 +7,7 @@ use std::fmt;
 use super::clipping::{Clipped, clipped};
 use super::conversion::{Channel, Conversion, conversions};
 use super::denoise::channel_sd;
+use super::prepare::range;
 use super::recorded::evaluate;
 use super::zeros;
 use crate::model::Model;
@@ -221,15 +222,18 @@ pub fn examine(recordings: &[Recording], held_out: &[Recording], model: &Model) 
         if recording.torque.as_deref().is_some_and(|torque| sd(torque) <= resolution(torque)) {
             return Err(Implausible::NoTorqueChange { file: recording.name.clone() });
         }
-        let still = still(recording, model)?;
+        let theta = Signals::new(recording, &model.gear).deflection_rad;
+        let theta = theta.as_deref();
+        let still = still(recording, theta)?;
         units(recording, model)?;
-        range(recording, model, &mut remarks)?;
+        if let Some((theta, rated_rad)) = theta.zip(model.gear.rated_deflection_rad) {
+            remarks.extend(outside(&recording.name, theta, rated_rad, model.gear.deflection_zero_rad)?);
+        }
         if still {
             remarks.push(Remark::DeflectionStill { file: recording.name.clone() });
         } else {
             remarks.extend(stiffness(recording, model));
-            let theta = Signals::new(recording, &model.gear).deflection_rad;
-            remarks.extend(theta.and_then(|theta| clipped(recording, &theta)).map(Remark::Clipped));
+            remarks.extend(theta.and_then(|theta| clipped(recording, theta)).map(Remark::Clipped));
         }
     }
     Ok(remarks)
@@ -237,7 +241,7 @@ pub fn examine(recordings: &[Recording], held_out: &[Recording], model: &Model) 
 
 /// Recordings that go together better with zeros of their own.
 pub fn other_zeros(recordings: &[Recording], model: &Model) -> Vec<Remark> {
-    let Ok(Some(apart)) = zeros::between(recordings, model) else { return Vec::new() };
+    let Ok(Some(apart)) = zeros::between(&recordings.iter().collect::<Vec<_>>(), model) else { return Vec::new() };
     let first = &recordings[0].name;
     let remark = |(other, apart_rad): (&Recording, &f64)| Remark::OtherZero {
         first: first.clone(),
@@ -314,8 +318,7 @@ fn share_missed(recording: &Recording, model: &Model) -> f64 {
 }
 
 /// Whether the deflection stands still.
-fn still(recording: &Recording, model: &Model) -> Result<bool, Implausible> {
-    let signals = Signals::new(recording, &model.gear);
+fn still(recording: &Recording, deflection_rad: Option<&[f64]>) -> Result<bool, Implausible> {
     let torque = recording.torque.as_deref().unwrap_or_default();
     let stands = |x: &[f64]| {
         let (varies, noise) = (sd(x), channel_sd(x));
@@ -323,7 +326,7 @@ fn still(recording: &Recording, model: &Model) -> Result<bool, Implausible> {
     };
     let angles = [&recording.theta_in_rad, &recording.theta_out_rad, &recording.velocity_out_rad_per_s];
     let others: Vec<_> = angles.into_iter().flatten().map(|x| stands(x)).collect();
-    let deflection = signals.deflection_rad.as_deref().map(stands);
+    let deflection = deflection_rad.map(stands);
     let refused = |what, (varies, noise)| Implausible::Still { file: recording.name.clone(), what, varies, noise };
     match (deflection, others.iter().flatten().next()) {
         (Some(Some(found)), _) if others.iter().all(Option::is_some) => Err(refused("the deflection", found)),
@@ -332,24 +335,19 @@ fn still(recording: &Recording, model: &Model) -> Result<bool, Implausible> {
     }
 }
 
-/// Refuses recordings most of whose rows lie far outside what the gear is rated for.
+/// Refuses deflections beside a zero, most of which lie far outside what the gear is rated for.
 ///
 /// # Errors
 /// [`Implausible::BeyondRated`].
-pub fn within(recording: &Recording, model: &Model) -> Result<(), Implausible> {
-    range(recording, model, &mut Vec::new())
+pub fn within(file: &str, theta: &[f64], rated_rad: f64, zero_rad: f64) -> Result<(), Implausible> {
+    outside(file, theta, rated_rad, zero_rad).map(drop)
 }
 
 /// Deflections outside what the gear is rated for.
-fn range(recording: &Recording, model: &Model, remarks: &mut Vec<Remark>) -> Result<(), Implausible> {
-    let signals = Signals::new(recording, &model.gear);
-    let gear = &model.gear;
-    let (Some(theta), Some(rated_rad)) = (signals.deflection_rad, gear.rated_deflection_rad) else {
-        return Ok(());
-    };
-    let (file, of) = (recording.name.clone(), theta.len());
+fn outside(file: &str, theta: &[f64], rated_rad: f64, zero_rad: f64) -> Result<Option<Remark>, Implausible> {
+    let (file, of) = (file.to_owned(), theta.len());
     let beyond = |times: f64| theta.iter().filter(|x| x.abs() > times * rated_rad).count();
-    let (low, high) = theta.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(*x), h.max(*x)));
+    let (low, high) = range(theta);
     let (far, rows) = (beyond(FAR), beyond(OUTSIDE.0));
     if 2 * far > of {
         let near = high - low <= FAR * rated_rad;
@@ -359,13 +357,11 @@ fn range(recording: &Recording, model: &Model, remarks: &mut Vec<Remark>) -> Res
             of,
             rated_rad,
             farthest_rad: if high > -low { high } else { low },
-            middle_rad: near.then_some(0.5 * (low + high) + gear.deflection_zero_rad),
+            middle_rad: near.then_some(0.5 * (low + high) + zero_rad),
         });
     }
-    if rows as f64 > OUTSIDE.1 * of as f64 {
-        remarks.push(Remark::OutOfRange { file, rows, of, rated_rad });
-    }
-    Ok(())
+    let many = rows as f64 > OUTSIDE.1 * of as f64;
+    Ok(many.then_some(Remark::OutOfRange { file, rows, of, rated_rad }))
 }
 
 /// A stiffness that is none of the model's.
@@ -391,7 +387,7 @@ fn mean(x: &[f64]) -> f64 {
 }
 
 /// Root mean square about the mean.
-fn sd(x: &[f64]) -> f64 {
+pub(super) fn sd(x: &[f64]) -> f64 {
     let mean = mean(x);
     (x.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / x.len().max(1) as f64).sqrt()
 }

@@ -8,7 +8,7 @@ use super::counts::{Counts, DRAWN_ROWS};
 use super::start::{Start, decide_start};
 use super::zeros::{self, Zeros};
 use super::{EstimateError, FitOptions, Method, plausible, select};
-use crate::model::{GearSection, Model};
+use crate::model::GearSection;
 use crate::recording::{Recording, TorqueUnit};
 
 /// Recordings ready to be fitted.
@@ -55,16 +55,12 @@ impl<'a> Prepared<'a> {
         };
         rows.iter_mut().zip(&zeros.rad).filter(|(_, zero)| **zero != 0.0).for_each(|(rows, zero)| rows.shift(*zero));
         let rated_deflection_rad = given.unwrap_or_else(|| zeros::largest(&rows, |_| 0.0));
-        if zeros.apart().is_none() {
+        if zeros::apart(&zeros.rad).is_none() {
             reach_each_other(&rows)?;
         }
-        for (recording, zero) in recordings.iter().zip(&zeros.rad) {
-            let gear = GearSection {
-                rated_deflection_rad: Some(rated_deflection_rad),
-                deflection_zero_rad: gear.deflection_zero_rad + zero,
-                ..gear.clone()
-            };
-            plausible::within(recording, &Model { gear, ..options.start.clone().unwrap_or_default() })?;
+        for (rows, zero) in rows.iter().zip(&zeros.rad) {
+            let zero_rad = gear.deflection_zero_rad + zero;
+            plausible::within(&rows.recording.name, &rows.deflection_rad, rated_deflection_rad, zero_rad)?;
         }
         let start = decide_start(&mut rows, rated_deflection_rad)?;
         Ok(Self { rows, gear, rated_deflection_rad, torque_nm, start, zeros })
@@ -89,7 +85,7 @@ pub fn rows<'a>(recordings: &'a [Recording], gear: &GearSection) -> Result<Vec<R
     let mut rows = with_deflection(recordings, |recording| {
         let drawn = share_of_beginning(recording.len(), total, DRAWN_ROWS);
         let recorded = deflection(recording, gear)?;
-        let (low, high) = range(recorded.iter());
+        let (low, high) = range(&*recorded);
         // Where the torque is steepest and the motion slowest, near the tips, a count weighs most, and many rows share it.
         Ok(match Counts::found(recorded, &recording.time_s, FINEST * (high - low), drawn) {
             Ok((motion, counts)) => (Cow::Owned(motion), Some(counts)),
@@ -174,11 +170,12 @@ pub fn gaps(time_s: &[f64]) -> Vec<Mark> {
 
 /// Lowest and highest deflection of all recordings, rad.
 pub fn deflection_range(rows: &[Rows<'_>]) -> (f64, f64) {
-    range(rows.iter().flat_map(|r| r.deflection_rad.iter()))
+    range(rows.iter().flat_map(|r| &*r.deflection_rad))
 }
 
-fn range<'v>(values: impl Iterator<Item = &'v f64>) -> (f64, f64) {
-    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &x| (low.min(x), high.max(x)))
+/// Lowest and highest value.
+pub fn range<'v>(values: impl IntoIterator<Item = &'v f64>) -> (f64, f64) {
+    values.into_iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &x| (low.min(x), high.max(x)))
 }
 
 /// Largest torque beside its mean, N·m; 0 where only rounding is left.
@@ -187,6 +184,12 @@ pub fn torque_size(rows: &[Rows<'_>]) -> f64 {
     let mean = rows.iter().flat_map(|r| r.torque.iter()).sum::<f64>() / count.max(1) as f64;
     let size = rows.iter().flat_map(|r| r.torque.iter()).fold(0.0, |size: f64, t| size.max((t - mean).abs()));
     if size > 1e-12 * mean.abs() { size } else { 0.0 }
+}
+
+/// Squares of the rows that are but rounding, N²·m².
+pub fn rounding(rows: &[Rows<'_>]) -> f64 {
+    let count: usize = rows.iter().map(Rows::len).sum();
+    count as f64 * (1e-9 * torque_size(rows)).powi(2)
 }
 
 /// The rates 1/s between which a memory can be told from a spring and from an offset: a tenth of the recordings' length to ten a sample.
@@ -206,7 +209,7 @@ pub fn believable(rows: &Rows<'_>) -> Result<(), EstimateError> {
     let channels: [(&'static str, &[f64], &'static str); 2] =
         [("deflection", &rows.deflection_rad, "rad"), (unit.quantity(), &rows.torque, unit.symbol())];
     for (what, values, unit) in channels {
-        let (low, high) = range(values.iter());
+        let (low, high) = range(values);
         let size = high - low;
         if size != 0.0 && !BELIEVABLE.contains(&size) {
             return Err(EstimateError::Absurd { recording: rows.recording.name.clone(), what, size, unit });
@@ -233,9 +236,9 @@ pub fn all_move(rows: &[Rows<'_>]) -> Result<(), EstimateError> {
 /// Refuses recordings whose deflections lie too far from each other to be of one gear and one zero.
 pub fn reach_each_other(rows: &[Rows<'_>]) -> Result<(), EstimateError> {
     let Some((first, others)) = rows.split_first() else { return Ok(()) };
-    let (low, high) = range(first.deflection_rad.iter());
+    let (low, high) = range(&*first.deflection_rad);
     for other in others {
-        let (left, right) = range(other.deflection_rad.iter());
+        let (left, right) = range(&*other.deflection_rad);
         let apart_rad = 0.5 * ((left + right) - (low + high)).abs();
         // Loads to one side and to the other meet at least at rest.
         if apart_rad > (high - low) + (right - left) {
@@ -260,8 +263,7 @@ pub fn unit_word(unit: TorqueUnit) -> &'static str {
 /// branch starts at a turning point that was seen, so the past shifts the loop and no more, and the offset of the recording takes that up. `None`
 /// if that never comes.
 pub fn settled_row(deflection_rad: &[f64], rated_deflection_rad: f64) -> Option<usize> {
-    let fold = |(low, high): (f64, f64), &theta: &f64| (low.min(theta), high.max(theta));
-    let (lowest, highest) = deflection_rad.iter().fold((f64::INFINITY, f64::NEG_INFINITY), fold);
+    let (lowest, highest) = range(deflection_rad);
     // Noise decides which cycle holds the very extreme; the first visit to its neighbourhood counts, at the furthest point of that visit.
     let margin = 0.02 * (highest - lowest);
     let furthest = |height: &dyn Fn(f64) -> f64, level: f64| {

@@ -221,8 +221,7 @@ impl Found {
         let assembly = Assembly::new(assembly.structure, rated, rows, known_start)?.with_free_zeros(count);
         let problem = assembly.problem(rows);
         let row_count = rows.iter().map(Rows::len).sum::<usize>() as f64;
-        let size = super::prepare::torque_size(rows);
-        let explained = without.rss <= row_count * (1e-9 * size).powi(2);
+        let explained = without.rss <= super::prepare::rounding(rows);
         // One derivative tells what a zero could explain; most recordings end here.
         let promises = || {
             let smooth: Vec<usize> = (0..from.len()).filter(|&k| problem.nonlinear()[k].smooth).collect();

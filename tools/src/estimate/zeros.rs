@@ -77,12 +77,10 @@ pub struct Zeros {
     pub free: usize,
 }
 
-impl Zeros {
-    /// How far each is from the first, rad; `None` where all are one.
-    pub fn apart(&self) -> Option<Vec<f64>> {
-        let first = self.rad.first()?;
-        self.rad.iter().any(|zero| zero != first).then(|| self.rad.iter().map(|zero| zero - first).collect())
-    }
+/// How far zeros are from the first, rad; `None` where all are one.
+pub fn apart(zeros_rad: &[f64]) -> Option<Vec<f64>> {
+    let first = zeros_rad.first()?;
+    zeros_rad.iter().any(|zero| zero != first).then(|| zeros_rad.iter().map(|zero| zero - first).collect())
 }
 
 /// A zero elsewhere, or zeros of their own, have to leave less than this share of the squares.
@@ -134,11 +132,11 @@ pub fn settle(rows: &[Rows<'_>], structures: &[Structure], given: Option<f64>) -
     } else {
         (stays.min(shared.0), Zeros { rad: vec![0.0; count], free: 0 })
     };
-    if count == 1 || left <= trial.rounding() {
+    if count == 1 || left <= prepare::rounding(&trial.rows) {
         return Ok(zeros);
     }
     let middles = rows.iter().map(|rows| {
-        let (low, high) = prepare::deflection_range(std::slice::from_ref(rows));
+        let (low, high) = prepare::range(&*rows.deflection_rad);
         0.5 * (low + high)
     });
     let (near, far) = (trial.polished(&zeros.rad, count)?, trial.polished(&middles.collect::<Vec<_>>(), count)?);
@@ -150,24 +148,25 @@ pub fn settle(rows: &[Rows<'_>], structures: &[Structure], given: Option<f64>) -
 ///
 /// # Errors
 /// As [`fit`](super::fit()).
-pub fn between(recordings: &[Recording], model: &Model) -> Result<Option<Vec<f64>>, EstimateError> {
+pub fn between(recordings: &[&Recording], model: &Model) -> Result<Option<Vec<f64>>, EstimateError> {
     if recordings.len() < 2 || model.memory.is_none() {
         return Ok(None);
     }
     let beginnings: Vec<Recording> =
         recordings.iter().map(|r| r.beginning(SELECTION_ROWS.div_ceil(recordings.len()))).collect();
     let rows = prepare::rows(&beginnings, &model.gear)?;
-    Ok(settle(&rows, &structures(model.memory.as_ref()), model.gear.rated_deflection_rad)?.apart())
+    let zeros = settle(&rows, &structures(model.memory.as_ref()), model.gear.rated_deflection_rad)?;
+    Ok(apart(&zeros.rad))
 }
 
-/// Takes a zero off the deflection of each recording.
+/// Takes a zero off the deflection of a recording.
 ///
 /// # Errors
 /// Angles without a ratio.
-pub fn take_off(recordings: &mut [Recording], zeros_rad: &[f64], ratio: Option<f64>) -> Result<(), RecordingError> {
-    for (recording, zero) in recordings.iter_mut().zip(zeros_rad).filter(|(_, zero)| **zero != 0.0) {
+pub fn take_off(recording: &mut Recording, zero_rad: f64, ratio: Option<f64>) -> Result<(), RecordingError> {
+    if zero_rad != 0.0 {
         recording.derive_deflection(ratio)?;
-        recording.deflection_rad.iter_mut().flatten().for_each(|theta| *theta -= zero);
+        recording.deflection_rad.iter_mut().flatten().for_each(|theta| *theta -= zero_rad);
     }
     Ok(())
 }
@@ -175,7 +174,7 @@ pub fn take_off(recordings: &mut [Recording], zeros_rad: &[f64], ratio: Option<f
 /// The largest deflection of all recordings beside their zeros, rad.
 pub fn largest(rows: &[Rows<'_>], zero_rad: impl Fn(usize) -> f64) -> f64 {
     let farthest = |(index, rows): (usize, &Rows<'_>)| {
-        let (low, high) = prepare::deflection_range(std::slice::from_ref(rows));
+        let (low, high) = prepare::range(&*rows.deflection_rad);
         (high - zero_rad(index)).max(zero_rad(index) - low)
     };
     rows.iter().enumerate().map(farthest).fold(0.0, f64::max)
@@ -196,12 +195,6 @@ impl<'a> Trial<'a> {
         // The same rows wherever the zero is: what is told by the extremes of each recording, not by the tips of the rated cycle.
         let settled = leave_out_unsettled(&mut rows, f64::INFINITY);
         Self { rows, settled, structures, given }
-    }
-
-    /// Squares that are but rounding.
-    fn rounding(&self) -> f64 {
-        let count: usize = self.rows.iter().map(Rows::len).sum();
-        count as f64 * (1e-9 * prepare::torque_size(&self.rows)).powi(2)
     }
 
     /// The squares that the best structure leaves and the zeros of each recording, from these on to where they suit best: none moved, all by the same, or each by its own.
@@ -227,12 +220,13 @@ impl<'a> Trial<'a> {
         let mut rated = f64::NAN;
         let mut left = f64::INFINITY;
         for _ in 0..ROUNDS {
-            let mut rows = self.rows.clone();
-            rows.iter_mut().zip(&zeros).for_each(|(rows, zero)| rows.shift(*zero));
-            let before = std::mem::replace(&mut rated, self.given.unwrap_or_else(|| largest(&rows, |_| 0.0)));
-            if (rated - before).abs() <= SETTLED * rated {
+            let beside = self.given.unwrap_or_else(|| largest(&self.rows, |recording| zeros[recording]));
+            if (beside - rated).abs() <= SETTLED * beside {
                 break;
             }
+            rated = beside;
+            let mut rows = self.rows.clone();
+            rows.iter_mut().zip(&zeros).for_each(|(rows, zero)| rows.shift(*zero));
             let fixed = Assembly::new(structure, rated, &rows, &[])?;
             let assembly = if count == 0 { fixed } else { fixed.with_free_zeros(count) };
             if structure.law == Law::Masing {

@@ -239,7 +239,7 @@ fn noise(fit: &Fit, names: &[String], unit: TorqueUnit) -> Table {
     let symbol = unit.symbol();
     // A joint log knows neither a loop that settles nor a deflection.
     let gear = fit.model.elastic.is_some();
-    let apart = fit.has_zeros_apart();
+    let apart = fit.zeros_apart_rad().is_some();
     let torque_steps = fit.noise.iter().any(|noise| noise.torque_step_nm.is_some());
     let deflection_steps = fit.noise.iter().any(|noise| noise.deflection_step_rad.is_some());
     let rows = fit.noise.iter().enumerate().map(|(index, noise)| {
