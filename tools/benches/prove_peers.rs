@@ -10,18 +10,19 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::sync::Mutex;
 
-use gmhm_tools::diagnosis::{Diagnosis, Effect, Heldout, Place, Rms, Side, Unit};
-use gmhm_tools::discover::explain::Search;
-use gmhm_tools::discover::fit::Fitted;
-use gmhm_tools::discover::library::{Proposal, proposals};
-use gmhm_tools::discover::subject::Subject;
-use gmhm_tools::discover::{Diagnostician, judge, parameters};
-use gmhm_tools::estimate::noise::mark_outliers;
+use gmhm_tools::diagnose::diagnosis::{Diagnosis, Effect, Heldout, Location, Rms, Side, Unit};
+use gmhm_tools::diagnose::explain::Search;
+use gmhm_tools::diagnose::{Diagnostician, naming};
+use gmhm_tools::kinds::library::{Proposal, proposals};
+use gmhm_tools::numerics::autoregression::mark_outliers;
 use gmhm_tools::physics::Evaluation;
 use gmhm_tools::prove::generator::{Case, Unseen, real_residuals};
 use gmhm_tools::prove::key::Key;
 use gmhm_tools::prove::table::{BlockRow, ProveReport, Rate};
 use gmhm_tools::prove::{Answer, Sealed, mix};
+use gmhm_tools::regression::dataset::Dataset;
+use gmhm_tools::regression::fit::Fitted;
+use gmhm_tools::regression::parameters;
 use indicatif::{ProgressBar, ProgressStyle};
 
 #[path = "peers/environment.rs"]
@@ -160,17 +161,17 @@ impl Table {
     fn new(case: &Case) -> Result<Self, Fault> {
         let search =
             Search { removed: &case.removed, only: None, base_terms: case.base.terms.len(), zero: true, seed: 1 };
-        let mut subject = Subject::new(&case.recordings, &case.base)?;
-        let plain = subject.fit(&case.base, &subject.places(&case.base, search), None, 2)?;
-        for (span, marks) in subject.spans.iter().zip(&mut subject.marks) {
+        let mut dataset = Dataset::new(&case.recordings, &case.base)?;
+        let plain = dataset.fit(&case.base, &dataset.places(&case.base, search), None, 2)?;
+        for (span, marks) in dataset.spans.iter().zip(&mut dataset.marks) {
             mark_outliers(&plain.residual[span.clone()], marks);
         }
-        let fit = subject.fit(&plain.model, &subject.places(&plain.model, search), None, 12)?;
-        let evaluations = subject.evaluate(&fit.model)?;
-        let groups = proposals(&subject, &evaluations, &fit, search);
+        let fit = dataset.fit(&plain.model, &dataset.places(&plain.model, search), None, 12)?;
+        let evaluations = dataset.evaluate(&fit.model)?;
+        let groups = proposals(&dataset, &evaluations, &fit, search);
         drop(evaluations);
-        let counts = (0..subject.len()).map(|row| subject.counts(row)).collect();
-        let spans = subject.spans.iter().map(|s| [s.start, s.end]).collect();
+        let counts = (0..dataset.len()).map(|row| dataset.counts(row)).collect();
+        let spans = dataset.spans.iter().map(|s| [s.start, s.end]).collect();
         Ok(Self { fit, counts, spans, groups })
     }
 
@@ -248,9 +249,9 @@ fn named(kinds: &[&str], key: &Key) -> Diagnosis {
     let mut diagnosis = Diagnosis::nothing(Unit::NewtonMetre, 0.0, Rms::default(), Heldout::default());
     diagnosis.mismatch = !kinds.is_empty();
     for kind in kinds {
-        for coordinate in judge::coordinates(kind) {
+        for coordinate in naming::coordinates(kind) {
             let coordinate = coordinate.to_owned();
-            diagnosis.places.push(Place { coordinate, share: 0.0, detail: String::new(), seconds: Vec::new() });
+            diagnosis.places.push(Location { coordinate, share: 0.0, detail: String::new(), seconds: Vec::new() });
         }
         diagnosis.effects.push(Effect {
             name: (*kind).to_owned(),

@@ -1,21 +1,26 @@
 //! The host side of `gmhm`: recordings in, models out.
 //!
-//! Data flows one way: [`recording`] → [`estimate`] / [`discover`] → [`model`] file → parameter block → drive.
+//! Data flows one way: [`recording`] → [`signal`] → [`fit`] / [`diagnose`] → [`model`] file → parameter block → drive.
 //! Every equation of the gear is evaluated by the core crate [`gmhm`] in `f64`; nothing here writes one again.
 #![forbid(unsafe_code)]
 
+pub mod baselines;
 pub mod bench;
 pub mod block;
 pub mod cli;
 pub mod demo;
 pub mod device;
-pub mod diagnosis;
-pub mod discover;
-pub mod estimate;
+pub mod diagnose;
+pub mod fit;
 pub mod health;
+pub mod kinds;
 pub mod model;
+pub mod numerics;
 pub mod output;
 pub mod physics;
+pub mod progress;
 pub mod prove;
 pub mod recording;
+pub mod regression;
 pub mod report;
+pub mod signal;

@@ -5,13 +5,14 @@ mod common;
 use std::f64::consts::PI;
 
 use common::{PUBLISHED, WorkDir};
-use gmhm_tools::discover::{DiscoverError, Options, diagnose};
-use gmhm_tools::estimate::conversion::Channel;
-use gmhm_tools::estimate::plausible::{Implausible, Remark, examine};
-use gmhm_tools::estimate::{EstimateError, FitOptions, fit};
+use gmhm_tools::diagnose::{DiagnoseError, Options, diagnose};
+use gmhm_tools::fit::{FitOptions, fit};
 use gmhm_tools::model::{Model, parse};
 use gmhm_tools::physics::predict;
 use gmhm_tools::recording::Recording;
+use gmhm_tools::regression::error::EstimateError;
+use gmhm_tools::signal::conversion::Channel;
+use gmhm_tools::signal::plausible::{Implausible, Remark, examine};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 
@@ -81,7 +82,7 @@ fn a_unit_or_a_sign_is_refused_where_it_explains() {
         assert!((conversion.factor / factor - 1.0).abs() < 1e-12 && left < missed, "{refused:?}");
         // The same by the diagnosis and by the fit, of recordings held out too.
         let diagnosed = diagnose(&[cycles()], &published(), std::slice::from_ref(&recording), &Options::default(), &());
-        assert!(matches!(diagnosed, Err(DiscoverError::Implausible(_))));
+        assert!(matches!(diagnosed, Err(DiagnoseError::Implausible(_))));
         let options = FitOptions { start: Some(published()), ..FitOptions::default() };
         let fitted = fit(&[recording], &options, &());
         assert!(matches!(fitted, Err(EstimateError::Implausible(_))), "{:?}", fitted.err());

@@ -2,11 +2,11 @@
 
 use std::f64::consts::PI;
 
-use gmhm_tools::discover::{Options, diagnose};
-use gmhm_tools::estimate::recorded;
+use gmhm_tools::diagnose::{Options, diagnose};
 use gmhm_tools::model::{Model, parse};
 use gmhm_tools::physics::{Prediction, predict};
 use gmhm_tools::recording::Recording;
+use gmhm_tools::signal::recorded;
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 

@@ -1,12 +1,12 @@
 //! The concealed cases: every kind can be hidden at the size asked for, from any seed, and the key is honest about it.
 
-use gmhm_tools::prove::generator::{CaseSpec, Colour, KINDS, NatureKind, OUTSIDE, case, fits_a_joint, real_residuals};
+use gmhm_tools::prove::generator::{CaseSpec, Colour, KINDS, OUTSIDE, PlantKind, case, fits_a_joint, real_residuals};
 use gmhm_tools::prove::key::{INDISTINGUISHABLE, Key, Role};
 
-fn spec(nature: NatureKind, effects: &[(&str, f64)]) -> CaseSpec {
+fn spec(plant_model: PlantKind, effects: &[(&str, f64)]) -> CaseSpec {
     CaseSpec {
         block: "test".to_owned(),
-        nature,
+        plant_model,
         effects: effects.iter().map(|(k, s)| ((*k).to_owned(), *s)).collect(),
         colour: Colour::Any,
         removed: Vec::new(),
@@ -18,7 +18,7 @@ fn spec(nature: NatureKind, effects: &[(&str, f64)]) -> CaseSpec {
 fn every_kind_can_be_hidden_and_seen() {
     let mut visible = 0;
     for (i, kind) in KINDS.iter().chain(&OUTSIDE).enumerate() {
-        let case = case(i as u64, &spec(NatureKind::Gmhm, &[(kind, 0.15)]));
+        let case = case(i as u64, &spec(PlantKind::Gmhm, &[(kind, 0.15)]));
         let effect = case.key.effects.first().unwrap_or_else(|| panic!("{kind} could not be hidden"));
         assert_eq!((&*effect.kind, effect.size_nm), (*kind, 0.15));
         assert!(effect.before_nm > 0.13, "{kind}: {} before the refit", effect.before_nm);
@@ -45,19 +45,19 @@ fn every_kind_can_be_hidden_and_seen() {
 
 #[test]
 fn classes_hold_what_the_recording_cannot_tell_and_no_more() {
-    let class = |seed, nature, kind| {
-        let case = case(seed, &spec(nature, &[(kind, 0.15)]));
+    let class = |seed, plant_model, kind| {
+        let case = case(seed, &spec(plant_model, &[(kind, 0.15)]));
         (case.key.motion, case.key.effects[0].class.clone())
     };
     // With the input locked v = −θ̇, and friction that acts on v is damping.
     let mut locked = 0;
     for seed in 0..8 {
-        let (motion, damping) = class(seed, NatureKind::Gmhm, "viscous_damping");
+        let (motion, damping) = class(seed, PlantKind::Gmhm, "viscous_damping");
         if motion == "LockedCycles" || motion == "BandLimited" {
             locked += 1;
             assert_eq!(damping, ["viscous_damping", "viscous_friction"], "{motion}");
         }
-        let (_, stribeck) = class(seed, NatureKind::Joint, "stribeck_friction");
+        let (_, stribeck) = class(seed, PlantKind::Joint, "stribeck_friction");
         assert!(stribeck.len() <= 2, "{stribeck:?}");
     }
     assert!(locked > 1);
@@ -66,7 +66,7 @@ fn classes_hold_what_the_recording_cannot_tell_and_no_more() {
 #[test]
 fn a_joint_log_has_no_motor_side() {
     for kind in KINDS.iter().filter(|k| fits_a_joint(k)) {
-        let case = case(5, &spec(NatureKind::Joint, &[(kind, 0.15)]));
+        let case = case(5, &spec(PlantKind::Joint, &[(kind, 0.15)]));
         assert!(case.recordings[0].theta_in_rad.is_none() && case.recordings[0].deflection_rad.is_none());
         assert!(case.base.elastic.is_none() && case.base.terms.len() == 4);
     }
@@ -74,7 +74,7 @@ fn a_joint_log_has_no_motor_side() {
 
 #[test]
 fn the_same_seed_gives_the_same_case() {
-    let spec = spec(NatureKind::Gmhm, &[("creep", 0.05), ("torque_ripple", 0.05)]);
+    let spec = spec(PlantKind::Gmhm, &[("creep", 0.05), ("torque_ripple", 0.05)]);
     let (a, b, c) = (case(42, &spec), case(42, &spec), case(43, &spec));
     assert_eq!(a, b);
     assert_ne!(a.recordings, c.recordings);
@@ -83,8 +83,8 @@ fn the_same_seed_gives_the_same_case() {
 
 #[test]
 fn the_key_survives_its_file() {
-    let case = case(u64::MAX - 3, &spec(NatureKind::Maxwell, &[("kinematic_error", 0.15)]));
-    assert_eq!(case.key.effects.iter().filter(|e| e.role == Role::Nature).count(), 1);
+    let case = case(u64::MAX - 3, &spec(PlantKind::Maxwell, &[("kinematic_error", 0.15)]));
+    assert_eq!(case.key.effects.iter().filter(|e| e.role == Role::PlantModel).count(), 1);
     let again = Key::from_toml(&case.key.to_toml()).unwrap();
     assert_eq!(again, case.key);
     assert!(Key::from_toml("seed = 1").is_err());
@@ -93,7 +93,7 @@ fn the_key_survives_its_file() {
 #[test]
 fn nothing_is_hidden_in_a_null_and_its_unseen_torque_is_the_base_models() {
     for seed in 0..6 {
-        let case = case(seed, &spec(NatureKind::Gmhm, &[]));
+        let case = case(seed, &spec(PlantKind::Gmhm, &[]));
         assert!(case.key.effects.is_empty());
         assert!(case.unseen[0].base_leaves_nm < 1e-6, "{}", case.unseen[0].base_leaves_nm);
     }
@@ -108,7 +108,7 @@ fn real_residuals_carry_an_effect_like_any_noise() {
         return;
     }
     assert!(residuals.len() >= 5);
-    let mut spec = spec(NatureKind::Gmhm, &[("kinematic_error", 0.15)]);
+    let mut spec = spec(PlantKind::Gmhm, &[("kinematic_error", 0.15)]);
     spec.real = Some(residuals[0].clone());
     let case = case(3, &spec);
     assert_eq!(case.key.noise, "real");
@@ -120,7 +120,7 @@ fn the_true_base_model_predicts_a_null_through_the_core() {
     // Two hysteresis codes that share nothing, a play profile here and turning points in the core, are the same law.
     let mut met = 0;
     for seed in 0..40 {
-        let mut case = case(seed, &spec(NatureKind::Gmhm, &[]));
+        let mut case = case(seed, &spec(PlantKind::Gmhm, &[]));
         if case.key.handed != "true" || !case.base.terms.is_empty() {
             continue;
         }

@@ -2,7 +2,9 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use gmhm_tools::diagnosis::{Diagnosis, Effect, Heldout, Parameter, ParameterValue, Place, Rms, Side, Unit};
+use gmhm_tools::diagnose::diagnosis::{
+    Diagnosis, Effect, Heldout, Location, Parameter, ParameterValue, Rms, Side, Unit,
+};
 use gmhm_tools::model::Model;
 use gmhm_tools::prove::generator::{Case, case, case_seed};
 use gmhm_tools::prove::key::Key;
@@ -66,7 +68,7 @@ impl Detector for Oracle {
                 side: Side::Plant,
                 why: String::new(),
             });
-            diagnosis.places.push(Place {
+            diagnosis.places.push(Location {
                 coordinate: hidden.coordinates[0].clone(),
                 share: 1.0,
                 detail: String::new(),

@@ -4,18 +4,18 @@
 
 use std::collections::BTreeMap;
 
-use gmhm_tools::diagnosis::ParameterValue;
+use gmhm_tools::diagnose::diagnosis::ParameterValue;
 use gmhm_tools::model::{Model, Term, TermValue};
 use gmhm_tools::physics::Evaluation;
-use gmhm_tools::prove::generator::{Case, CaseSpec, Colour, NatureKind, case};
+use gmhm_tools::prove::generator::{Case, CaseSpec, Colour, PlantKind, case};
 use gmhm_tools::prove::key::INDISTINGUISHABLE;
 use gmhm_tools::recording::Recording;
 use nalgebra::{DMatrix, DVector};
 
-fn hidden(seed: u64, nature: NatureKind, kind: &str) -> Case {
+fn hidden(seed: u64, plant_model: PlantKind, kind: &str) -> Case {
     let spec = CaseSpec {
         block: "test".to_owned(),
-        nature,
+        plant_model,
         effects: vec![(kind.to_owned(), 0.15)],
         colour: Colour::Any,
         removed: Vec::new(),
@@ -132,11 +132,11 @@ fn an_effect_leaves_its_size_after_the_core_is_refitted() {
         (9, "backlash"),
         (10, "thermal_stiffness"),
     ] {
-        let case = hidden(seed, NatureKind::Gmhm, kind);
+        let case = hidden(seed, PlantKind::Gmhm, kind);
         let size = rms(&left(&base_columns(&case), &mismatch(&case)));
         assert!((size / 0.15 - 1.0).abs() < 0.03, "{kind}: {size} left by the core, 0.15 asked for");
     }
-    let case = hidden(11, NatureKind::Joint, "torque_ripple");
+    let case = hidden(11, PlantKind::Joint, "torque_ripple");
     let size = rms(&left(&base_columns(&case), &mismatch(&case)));
     assert!((size / 0.15 - 1.0).abs() < 0.03, "joint: {size}");
 }
@@ -162,7 +162,7 @@ fn a_model_file_with_the_true_parameters_explains_the_effect() {
     ];
     let mut checked: BTreeMap<&str, usize> = BTreeMap::new();
     for (kind, seed) in kinds.iter().flat_map(|kind| [23_u64, 25].map(move |seed| (*kind, seed))) {
-        let case = hidden(seed, NatureKind::Gmhm, kind);
+        let case = hidden(seed, PlantKind::Gmhm, kind);
         let Some(effect) = case.key.effects.first() else { continue };
         // A clearance of the generator closes gently; what a gear remembers from before a recording is no parameter of the effect.
         if effect.parameters.is_empty()
@@ -199,7 +199,7 @@ fn a_model_file_with_the_true_parameters_explains_the_effect() {
 fn inertia_is_hidden_where_samples_show_the_acceleration() {
     let mut checked = 0;
     for seed in 0..12 {
-        let case = hidden(seed, NatureKind::Gmhm, "inertia");
+        let case = hidden(seed, PlantKind::Gmhm, "inertia");
         if case.key.remanent {
             continue;
         }
@@ -261,7 +261,7 @@ fn what_a_kind_leaves_unexplained_is_what_brute_force_finds() {
     for (seed, kind) in (0..6).flat_map(|seed| {
         ["viscous_damping", "sensor_drift", "gravity_load", "time_skew", "thermal_zero_drift"].map(|k| (seed, k))
     }) {
-        let case = hidden(seed, NatureKind::Gmhm, kind);
+        let case = hidden(seed, PlantKind::Gmhm, kind);
         let plain = !case.key.remanent && case.recordings.len() == 1;
         let Some(effect) = case.key.effects.first().filter(|_| plain) else { continue };
         // The noise as the base model sees it: of the torque, and of the deflection through the stiffness.

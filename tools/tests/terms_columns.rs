@@ -6,14 +6,14 @@ use std::f64::consts::TAU;
 
 use common::PUBLISHED;
 use gmhm::terms::{Domain, Form, KINDS, KeyInfo, Role};
-use gmhm_tools::discover::parameters::{of_gear, of_term, put, step, value};
-use gmhm_tools::discover::projection::{Walk, Weights, is_linear, linear_together};
-use gmhm_tools::discover::subject::Subject;
-use gmhm_tools::estimate::descent::descend;
 use gmhm_tools::model::{Model, Term, TermValue, parse};
+use gmhm_tools::numerics::levenberg_marquardt::descend;
 use gmhm_tools::physics::Evaluation;
 use gmhm_tools::physics::columns::{get, set};
 use gmhm_tools::recording::Recording;
+use gmhm_tools::regression::dataset::Dataset;
+use gmhm_tools::regression::parameters::{of_gear, of_term, put, step, value};
+use gmhm_tools::regression::variable_projection::{VariableProjection, Weights, is_linear, linear_together};
 
 const ROWS: usize = 2000;
 
@@ -240,7 +240,7 @@ fn a_fit_leaves_nothing_that_the_eliminated_numbers_could_take() {
     let mut model = truth.clone();
     let elastic = model.elastic.as_mut().unwrap();
     (elastic.c1_nm_per_rad, elastic.c2_nm_per_rad3) = (2e4, 0.0);
-    let subject = Subject::new(&recordings, &model).unwrap();
+    let dataset = Dataset::new(&recordings, &model).unwrap();
     let mut places = of_gear(&model);
     places.extend((0..model.terms.len()).flat_map(|term| of_term(&model, term)));
     places.iter().for_each(|&place| {
@@ -250,9 +250,10 @@ fn a_fit_leaves_nothing_that_the_eliminated_numbers_could_take() {
     let together = linear_together(&model, &places);
     assert_eq!(together.iter().filter(|l| **l).count(), 7);
     for steps in [1, 3] {
-        let (mut walk, from) = Walk::start(&subject, &model, &places, Weights::White, None, steps).unwrap();
-        let pace = walk.pace();
-        let (mut stand, _) = descend(&mut walk, from, pace, &()).unwrap();
+        let (mut walk, from) =
+            VariableProjection::start(&dataset, &model, &places, Weights::White, None, steps).unwrap();
+        let schedule = walk.schedule();
+        let (mut stand, _) = descend(&mut walk, from, schedule, &()).unwrap();
         let columns = walk.columns(&mut stand).unwrap();
         for ((place, column), _) in places.iter().zip(&columns).zip(&together).filter(|(_, linear)| **linear) {
             let product: f64 = column.iter().zip(&stand.residual).map(|(x, r)| x * r).sum();

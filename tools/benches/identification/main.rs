@@ -1,12 +1,12 @@
 //! Every number of the README's table of identification: `cargo bench -p gmhm-tools --bench identification [-- PART…] [COUNT]`.
 //!
-//! Parts: `speed`, `uncertainty`, `peers`, `natures`; all without any. COUNT: refits of `uncertainty` (2000) and seeds of `peers` (20). All data are synthetic and
+//! Parts: `speed`, `uncertainty`, `peers`, `plants`; all without any. COUNT: refits of `uncertainty` (2000) and seeds of `peers` (20). All data are synthetic and
 //! seeded, but for the friction damper, whose recordings are read where they lie beside the checkout.
 
 #[path = "../../tests/gears/mod.rs"]
 mod gears;
-mod natures;
 mod peers;
+mod plants;
 mod speed;
 mod uncertainty;
 
@@ -45,8 +45,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     if asked("peers") {
         peers::measure(count.unwrap_or(20))?;
     }
-    if asked("natures") {
-        natures::measure()?;
+    if asked("plants") {
+        plants::measure()?;
     }
     println!("\n| what | aim | measured |\n|---|---|---|");
     for Line { what, aim, measured } in &lines {

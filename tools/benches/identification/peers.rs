@@ -1,7 +1,7 @@
 //! The fit beside common optimisers on the same file.
 //!
 //! Published loop from rest, σ = 0.1 N·m, 64 and 2000 points, 20,000 evaluations where a method counts them; `gmhm` with uncertainty. All minimise the sum of
-//! squares over (c1, c2, c3, α, β, ω) in the box of `estimate::pso`, with the offset taken out; the peers get the columns of e and h ready made.
+//! squares over (c1, c2, c3, α, β, ω) in the box of `fit::pso`, with the offset taken out; the peers get the columns of e and h ready made.
 //! Times are the shortest of all seeds, those of Python in CPU time, as others use the machine too. Success is a sum of squares within 1.01 of the bounded
 //! optimum. SciPy and pyswarms run in a virtual environment that this command sets up under the target folder (python3 with venv and a package index are
 //! needed; without them the rows are missing and the reason is printed). argmin's swarm seeds itself.
@@ -16,7 +16,7 @@ use argmin::solver::particleswarm::ParticleSwarm;
 use gmhm::Params;
 use gmhm::memory::Frame;
 use gmhm::memory::masing::{Path as LoopPath, single_valued_column};
-use gmhm_tools::estimate::{FitOptions, Method, fit, pso};
+use gmhm_tools::fit::{FitOptions, Method, fit, pso};
 use gmhm_tools::recording::Recording;
 
 #[path = "../peers/environment.rs"]

@@ -5,8 +5,9 @@
 
 use std::time::Instant;
 
-use gmhm_tools::estimate::{EstimateError, FitOptions, fit};
+use gmhm_tools::fit::{FitOptions, fit};
 use gmhm_tools::recording::Recording;
+use gmhm_tools::regression::error::EstimateError;
 
 use super::gears::{Path, cycle, given, published, record};
 use super::{A, COUNT_RAD, Line};

@@ -34,10 +34,10 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::device::DeviceError;
-use crate::estimate::EstimateError;
 use crate::model::Model;
 use crate::physics::{self, PredictError};
 use crate::recording::Recording;
+use crate::regression::error::EstimateError;
 use plan::Plan;
 
 /// Why nothing was simulated.

@@ -9,15 +9,15 @@ use miette::{Diagnostic, GraphicalReportHandler, LabeledSpan, SourceCode};
 use crate::bench::BenchError;
 use crate::block::{FileError, PackError};
 use crate::device::DeviceError;
-use crate::discover::DiscoverError;
-use crate::estimate::EstimateError;
-use crate::estimate::judge::AssessError;
+use crate::diagnose::DiagnoseError;
+use crate::fit::verdict::AssessError;
 use crate::health::HealthError;
 use crate::model::ModelError;
 use crate::output::OutputError;
 use crate::physics::PredictError;
 use crate::physics::invert::InvertError;
 use crate::recording::{CopyError, RecordingError};
+use crate::regression::error::EstimateError;
 
 /// Whatever may end a command.
 #[derive(Debug, thiserror::Error)]
@@ -51,7 +51,7 @@ pub enum Failure {
     Assess(#[from] AssessError),
     /// Nothing could be diagnosed.
     #[error(transparent)]
-    Discover(#[from] DiscoverError),
+    Discover(#[from] DiagnoseError),
     /// No block was made.
     #[error(transparent)]
     Pack(#[from] PackError),
@@ -87,9 +87,9 @@ impl Failure {
             Failure::BlockFile(e) => e.mend(),
             Failure::Predict(e)
             | Failure::Assess(AssessError::Predict(e))
-            | Failure::Discover(DiscoverError::Predict(e)) => e.mend(),
+            | Failure::Discover(DiagnoseError::Predict(e)) => e.mend(),
             Failure::Invert(e) => e.mend(),
-            Failure::Discover(DiscoverError::Implausible(e)) => Some(e.mend()),
+            Failure::Discover(DiagnoseError::Implausible(e)) => Some(e.mend()),
             Failure::Estimate(e) | Failure::Assess(AssessError::Estimate(e)) => e.mend(),
             Failure::NoRealNoise { .. } => {
                 Some("name their folder with --recordings FOLDER, or prove other blocks".to_owned())

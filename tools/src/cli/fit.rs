@@ -9,11 +9,13 @@ use super::common::{ReadingArgs, SeedArgs, json, provenance, say};
 use super::failure::Failure;
 use super::progress::Progress;
 use super::tables;
-use crate::estimate::judge::Assessment;
-use crate::estimate::{self, Fit, FitOptions, plausible};
+use crate::fit;
+use crate::fit::verdict::Assessment;
+use crate::fit::{Fit, FitOptions};
 use crate::model;
 use crate::output::Outputs;
 use crate::report;
+use crate::signal::plausible;
 
 /// Identify a gear from recordings, with the uncertainty of every parameter
 ///
@@ -70,8 +72,8 @@ impl FitArgs {
         let mut recordings = self.reading.read_all(&self.recordings, session)?;
         let options = FitOptions {
             method: match self.method {
-                Method::Auto => estimate::Method::Auto,
-                Method::Pso => estimate::Method::Pso,
+                Method::Auto => fit::Method::Auto,
+                Method::Pso => fit::Method::Pso,
             },
             seed: self.seed.seed,
             start,
@@ -80,7 +82,7 @@ impl FitArgs {
         };
         plausible::repeated(&recordings, &[]).iter().for_each(|remark| session.note(&remark.to_string()));
         let progress = Progress::new("Fitting", Progress::WHOLE, session.quiet);
-        let mut fit = estimate::fit(&recordings, &options, &progress)?;
+        let mut fit = fit::fit(&recordings, &options, &progress)?;
         if self.model.is_none() {
             fit.model.name = self.recordings[0].file_stem().unwrap_or_default().to_string_lossy().into_owned();
         }

@@ -7,10 +7,10 @@ use clap::Args;
 use super::Session;
 use super::common::ReadingArgs;
 use super::failure::Failure;
-use crate::estimate::recorded::predict;
 use crate::model;
 use crate::output::Outputs;
 use crate::recording::{Needs, copy_with_columns};
+use crate::signal::recorded::predict;
 
 /// Predict the torque of a recording's motion, row by row
 ///

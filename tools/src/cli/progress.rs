@@ -36,7 +36,7 @@ impl Progress {
     }
 }
 
-impl crate::estimate::Progress for Progress {
+impl crate::progress::Progress for Progress {
     fn report(&self, stage: &str, done: f64) {
         self.bar.set_message(stage.to_owned());
         self.at((done * Self::WHOLE as f64) as u64);

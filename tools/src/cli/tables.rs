@@ -1,12 +1,12 @@
 //! Results as text for people.
 
+use crate::baselines::Comparison;
 use crate::demo::paper;
-use crate::diagnosis::{Diagnosis, ParameterValue, Unit};
-use crate::estimate::Fit;
-use crate::estimate::rivals::Comparison;
-use crate::estimate::uncertainty::Estimated;
+use crate::diagnose::diagnosis::{Diagnosis, ParameterValue, Unit};
+use crate::fit::Fit;
 use crate::health::Health;
 use crate::recording::TorqueUnit;
+use crate::regression::uncertainty::Estimated;
 
 /// A fit: structure, parameters with standard deviations, what is left.
 pub(super) fn fit(fit: &Fit) -> String {
@@ -101,7 +101,7 @@ pub(super) fn diagnosis(found: &Diagnosis) -> String {
         let share = percent(place.share);
         lines.push(format!("Seen in {}: {share}, {} ({}{more})", place.coordinate, place.detail, stretches.join(", ")));
     }
-    let row = |name: &str, rms: &crate::diagnosis::Rms| {
+    let row = |name: &str, rms: &crate::diagnose::diagnosis::Rms| {
         format!("  {name:<10} {:>10.5} {:>10.5} {:>10.5} {unit} rms", rms.given, rms.refitted, rms.extended)
     };
     lines.push("Left over    as given   refitted   extended".to_owned());

@@ -9,9 +9,12 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, Normal};
 
-use crate::estimate::rivals::{fitted, spring, two_lines};
-use crate::estimate::{self, EstimateError, Fit, FitOptions, Progress};
+use crate::baselines::{fitted, spring, two_lines};
+use crate::fit;
+use crate::fit::{Fit, FitOptions};
+use crate::progress::Progress;
 use crate::recording::Recording;
+use crate::regression::error::EstimateError;
 
 /// Standard deviation of the noise on the built-in recording's torque, N·m.
 pub const NOISE_NM: f64 = 0.1;
@@ -106,14 +109,14 @@ pub struct TwoLines {
     pub rss: f64,
 }
 
-/// Runs the chain: recording → fit → the core in `f32` → what is left, beside two rivals, and the paper's tables.
+/// Runs the chain: recording → fit → the core in `f32` → what is left, beside two baselines, and the paper's tables.
 ///
 /// # Errors
 /// What `fit` refuses.
 pub fn run(seed: u64, progress: &dyn Progress) -> Result<Demo, EstimateError> {
     let built_in = built_in(seed)?;
     let options = FitOptions { seed, ..FitOptions::default() };
-    let fit = estimate::fit(std::slice::from_ref(&built_in.recording), &options, progress)?;
+    let fit = fit::fit(std::slice::from_ref(&built_in.recording), &options, progress)?;
     let rated = fit.model.gear.rated_deflection_rad.unwrap_or(paper::RATED_DEFLECTION_RAD);
     let identified = fit.model.params(rated).unwrap_or_else(paper::published)?;
 

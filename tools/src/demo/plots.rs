@@ -18,9 +18,9 @@ impl Demo {
         let mut state = gear.start::<16>(deflection.first().copied().unwrap_or(0.0));
         let (elastic, hysteresis): (Vec<f64>, Vec<f64>) =
             deflection.iter().map(|x| gear.step(&mut state, *x)).map(|out| (out.elastic, out.hysteresis)).unzip();
-        let rivals =
+        let baselines =
             [("linear spring", Role::Third, &self.spring_nm[..]), ("two lines", Role::Second, &self.lines_nm[..])];
-        let models = [rivals[0], rivals[1], ("GMHM, core in f32", Role::Model, &self.drive_nm[..])];
+        let models = [baselines[0], baselines[1], ("GMHM, core in f32", Role::Model, &self.drive_nm[..])];
         [
             (
                 "loop.svg",

@@ -8,10 +8,10 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::HealthError;
 use super::catalogue::{Catalogue, Rating, catalogue};
-use crate::estimate::Fit;
-use crate::estimate::assembly::from_cycle;
+use crate::fit::Fit;
 use crate::model::{Model, key_per};
 use crate::recording::Recording;
+use crate::regression::assembly::from_cycle;
 
 /// A number that is followed.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -135,7 +135,7 @@ impl Gear {
     /// Law, kernel and gate in words.
     pub fn structure(&self) -> String {
         self.model.memory.map_or_else(String::new, |memory| {
-            crate::estimate::select::name(&crate::estimate::base::Structure::of(&memory))
+            crate::fit::select::name(&crate::regression::base::Structure::of(&memory))
         })
     }
 

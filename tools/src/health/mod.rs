@@ -20,10 +20,13 @@ pub mod verdict;
 
 use std::path::PathBuf;
 
-use crate::estimate::{self, EstimateError, Fit, FitOptions, Progress};
+use crate::fit;
+use crate::fit::{Fit, FitOptions};
 use crate::model::Model;
 use crate::physics::PredictError;
+use crate::progress::Progress;
 use crate::recording::{Recording, TorqueUnit};
+use crate::regression::error::EstimateError;
 use against::{Property, Regression};
 use catalogue::{Asked, Rating};
 use change::Change;
@@ -210,13 +213,13 @@ pub fn of_recordings(
         if progress.cancelled() {
             return Err(EstimateError::Cancelled.into());
         }
-        let fit = estimate::fit(std::slice::from_ref(recording), &common, &())?;
+        let fit = fit::fit(std::slice::from_ref(recording), &common, &())?;
         gears.push(Gear::of_fit(recording, &fit));
         let middle = recording.len() / 2;
         // A half that cannot be fitted tells nothing about repeatability.
         let half = |rows| {
             let part = recording.part(rows);
-            estimate::fit(std::slice::from_ref(&part), &common, &()).ok().map(|fit| Gear::of_fit(&part, &fit))
+            fit::fit(std::slice::from_ref(&part), &common, &()).ok().map(|fit| Gear::of_fit(&part, &fit))
         };
         halves.extend(half(0..middle).zip(half(middle..recording.len())));
     }
@@ -241,7 +244,7 @@ fn structure(recordings: &[Recording], options: &HealthOptions, progress: &dyn P
     let rated = match options.rated_deflection_rad {
         Some(rated) => rated,
         None => {
-            let seen = recordings.iter().map(estimate::largest_deflection_rad).collect::<Result<Vec<_>, _>>()?;
+            let seen = recordings.iter().map(fit::largest_deflection_rad).collect::<Result<Vec<_>, _>>()?;
             seen.into_iter().fold(0.0, f64::max)
         }
     };
@@ -249,7 +252,7 @@ fn structure(recordings: &[Recording], options: &HealthOptions, progress: &dyn P
     for (index, recording) in recordings.iter().enumerate() {
         progress.report("choosing the law", 0.5 * index as f64 / recordings.len() as f64);
         let own = FitOptions { rated_deflection_rad: Some(rated), ..fit_options(options) };
-        fits.push(estimate::fit(std::slice::from_ref(recording), &own, &())?);
+        fits.push(fit::fit(std::slice::from_ref(recording), &own, &())?);
     }
     let error = |candidate: usize| -> f64 {
         let relative = |fit: &Fit| {

@@ -192,8 +192,8 @@ fn read_term(section: &Section<'_>) -> Checked<Term> {
         let known: Vec<&str> = KINDS.iter().map(|kind| kind.name).collect();
         return Err(section.fault(Some("kind"), unknown("kind of term", &term.kind, &known)));
     }
-    if let (known, Some(stranger)) = term.known_keys() {
-        return Err(section.fault(Some(stranger), unknown("key", stranger, &known)));
+    if let (known, Some(unknown_key)) = term.known_keys() {
+        return Err(section.fault(Some(unknown_key), unknown("key", unknown_key, &known)));
     }
     match term.check() {
         Ok(()) => Ok(term),

@@ -3,8 +3,8 @@
 use gmhm::terms::{Domain, Form, KeyInfo, KindInfo, Range, Role};
 
 use super::error::PredictError;
-use super::evaluate::{Followed, Scene};
-use super::predict::{add, scene};
+use super::evaluate::{Followed, RecordingContext};
+use super::predict::{add, context};
 use super::signals::Signals;
 use super::term::{Terms, no_terms};
 use crate::model::{Model, Term, TermValue};
@@ -24,7 +24,7 @@ pub struct UnitColumn {
 /// A model evaluated on a recording.
 #[derive(Debug)]
 pub struct Evaluation<'a> {
-    scene: Scene<'a>,
+    context: RecordingContext<'a>,
     terms: Terms,
     followed: Followed,
     total: Vec<f64>,
@@ -54,18 +54,18 @@ impl<'a> Evaluation<'a> {
         recording: &'a Recording,
         signals: Signals<'a>,
     ) -> Result<Self, PredictError> {
-        let scene = scene(model, asked_rad, recording, signals)?;
+        let context = context(model, asked_rad, recording, signals)?;
         let mut terms = no_terms(model);
         model.terms.iter().try_for_each(|term| add(&mut terms, term))?;
-        scene.check(&terms)?;
-        let followed = scene.follow(&terms)?;
-        let total = scene.total(&followed, &terms);
-        Ok(Self { scene, terms, followed, total })
+        context.check(&terms)?;
+        let followed = context.follow(&terms)?;
+        let total = context.total(&followed, &terms);
+        Ok(Self { context, terms, followed, total })
     }
 
     /// The recording's signals and the gear.
-    pub fn scene(&self) -> &Scene<'a> {
-        &self.scene
+    pub fn context(&self) -> &RecordingContext<'a> {
+        &self.context
     }
 
     /// The corrected deflection, its rate, and the base model along it.
@@ -136,11 +136,11 @@ impl<'a> Evaluation<'a> {
     fn with(&self, term: &Term) -> Result<Vec<f64>, PredictError> {
         let mut terms = self.terms.clone();
         add(&mut terms, term)?;
-        self.scene.check(&terms)?;
+        self.context.check(&terms)?;
         if term.info().is_some_and(|info| info.domain == Domain::Deflection) {
-            Ok(self.scene.total(&self.scene.follow(&terms)?, &terms))
+            Ok(self.context.total(&self.context.follow(&terms)?, &terms))
         } else {
-            Ok(self.scene.total(&self.followed, &terms))
+            Ok(self.context.total(&self.followed, &terms))
         }
     }
 
@@ -154,9 +154,9 @@ impl<'a> Evaluation<'a> {
         // Alone, but for what scales it.
         let mut alone = self.terms.only(|term| term.info().domain == Domain::FrictionScale);
         add(&mut alone, &unit)?;
-        self.scene.check(&alone)?;
-        let torque = self.scene.torque(&self.followed, &alone);
-        Ok(self.scene.delayed(torque, self.terms.delay()))
+        self.context.check(&alone)?;
+        let torque = self.context.torque(&self.followed, &alone);
+        Ok(self.context.delayed(torque, self.terms.delay()))
     }
 }
 

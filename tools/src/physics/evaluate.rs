@@ -13,7 +13,7 @@ pub const CAPACITY: usize = 256;
 
 /// A recording with the signals of one gear.
 #[derive(Debug)]
-pub struct Scene<'a> {
+pub struct RecordingContext<'a> {
     /// Its name, for messages.
     pub file: &'a str,
     /// Its signals.
@@ -41,7 +41,7 @@ pub struct Followed {
     pub merged_pairs: u32,
 }
 
-impl<'a> Scene<'a> {
+impl<'a> RecordingContext<'a> {
     /// A recording and the gear that it is of.
     ///
     /// # Errors

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use gmhm::terms::{Domain, TermError};
 
 use super::error::PredictError;
-use super::evaluate::Scene;
+use super::evaluate::RecordingContext;
 use super::signals::Signals;
 use super::term::{Terms, no_terms};
 use crate::model::{Model, Term};
@@ -48,16 +48,16 @@ pub fn predict_along(
     recording: &Recording,
     signals: Signals<'_>,
 ) -> Result<Prediction, PredictError> {
-    let scene = scene(model, asked_rad, recording, signals)?;
+    let context = context(model, asked_rad, recording, signals)?;
     let mut terms = no_terms(model);
-    let uncorrected = scene.follow(&terms)?;
+    let uncorrected = context.follow(&terms)?;
     let rows = recording.len();
     let mut prediction = Prediction {
         rows_out_of_range: uncorrected.rows_out_of_range,
         merged_pairs: uncorrected.merged_pairs,
         ..Prediction::default()
     };
-    let mut total = scene.total(&uncorrected, &terms);
+    let mut total = context.total(&uncorrected, &terms);
     prediction.torque = total.clone();
     let mut followed = uncorrected.clone();
     let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
@@ -65,11 +65,11 @@ pub fn predict_along(
         add(&mut terms, term)?;
         let newest = terms.terms().last();
         if newest.is_some_and(|term| term.info().domain == Domain::Deflection) {
-            scene.check(&terms)?;
-            followed = scene.follow(&terms)?;
+            context.check(&terms)?;
+            followed = context.follow(&terms)?;
         }
-        scene.check(&terms)?;
-        let with = scene.total(&followed, &terms);
+        context.check(&terms)?;
+        let with = context.total(&followed, &terms);
         if let Some(row) = with.iter().position(|torque| !torque.is_finite()) {
             return Err(PredictError::NotFinite {
                 file: recording.name.clone(),
@@ -94,12 +94,12 @@ pub fn predict_along(
 ///
 /// # Errors
 /// A model that predicts nothing, parameters that are refused, a gear without a deflection.
-pub fn scene<'a>(
+pub fn context<'a>(
     model: &Model,
     asked_rad: Option<f64>,
     recording: &'a Recording,
     signals: Signals<'a>,
-) -> Result<Scene<'a>, PredictError> {
+) -> Result<RecordingContext<'a>, PredictError> {
     let seen = || signals.deflection_rad.as_ref().map(|theta| theta.iter().fold(0.0, |a: f64, x| a.max(x.abs())));
     let rated = asked_rad.or(model.gear.rated_deflection_rad).or_else(seen).unwrap_or(f64::NAN);
     let params = model.params(rated);
@@ -108,10 +108,10 @@ pub fn scene<'a>(
     }
     if params.is_some() && signals.deflection_rad.is_none() {
         // Says what is missing before it says that the rated deflection is unknown.
-        return Scene::new(recording, signals, model.params(1.0).and_then(Result::ok));
+        return RecordingContext::new(recording, signals, model.params(1.0).and_then(Result::ok));
     }
     let refused = |error| PredictError::Params { rated_deflection_rad: rated, error };
-    Scene::new(recording, signals, params.transpose().map_err(refused)?)
+    RecordingContext::new(recording, signals, params.transpose().map_err(refused)?)
 }
 
 /// Adds a term of a model file.

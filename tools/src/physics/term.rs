@@ -40,8 +40,8 @@ impl Term {
         };
         let keys = self.info().map_or(&[][..], |info| info.keys);
         let known: Vec<&str> = keys.iter().filter(|key| key.belongs_to(shape)).map(|key| key.name).collect();
-        let stranger = self.values.keys().map(String::as_str).find(|key| !known.contains(key));
-        (known, stranger)
+        let unknown_key = self.values.keys().map(String::as_str).find(|key| !known.contains(key));
+        (known, unknown_key)
     }
 
     /// Checks the values of all keys.

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-use crate::diagnosis::ParameterValue;
+use crate::diagnose::diagnosis::ParameterValue;
 
 /// A kind counts as indistinguishable while noise makes it look at least as good as the truth in more than 1 % of
 /// repeats: with λ the squared deviations of noise that it leaves unexplained, Φ(−√λ/2) > 0.01, so λ < 21.6.
@@ -19,7 +19,8 @@ pub struct Key {
     /// The seed that remakes it.
     pub seed: u64,
     /// `gmhm`, `maxwell` or `joint`.
-    pub nature: String,
+    #[serde(rename = "nature")]
+    pub plant_model: String,
     /// The experiment.
     pub motion: String,
     /// Whether the recordings start after an excursion that was not recorded.
@@ -43,8 +44,9 @@ pub struct Key {
 pub enum Role {
     /// Hidden on purpose: to be found.
     Hidden,
-    /// The gear is by nature not the base model's: may be found.
-    Nature,
+    /// The plant model is not the base model's: may be found.
+    #[serde(rename = "nature")]
+    PlantModel,
 }
 
 /// One hidden effect.
@@ -54,7 +56,7 @@ pub struct HiddenEffect {
     pub kind: String,
     /// Is it a kind of MODEL.md section 7 that the detector's library holds?
     pub listed: bool,
-    /// Hidden on purpose, or the gear's nature.
+    /// Hidden on purpose, or part of the plant model.
     pub role: Role,
     /// Its shape, in the generator's words.
     pub shape: String,

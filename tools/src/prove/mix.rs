@@ -1,6 +1,6 @@
 //! Which cases make up a proof.
 
-use super::generator::{CaseSpec, Colour, Dice, KINDS, NatureKind, OUTSIDE, case_seed, fits_a_joint};
+use super::generator::{CaseSpec, Colour, KINDS, OUTSIDE, PlantKind, Rng, case_seed, fits_a_joint};
 
 /// Blocks of the proof, in the order of the table.
 pub const BLOCKS: [&str; 8] =
@@ -28,13 +28,13 @@ fn spec(seed: u64, index: usize, real: &[Vec<f64>]) -> Option<CaseSpec> {
     let per_round = ROUND.iter().filter(|b| **b == block).count();
     let before = ROUND[..index % ROUND.len()].iter().filter(|b| **b == block).count();
     let count = index / ROUND.len() * per_round + before;
-    let mut dice = Dice::new(case_seed(seed, index as u64)).stream(50);
+    let mut rng = Rng::new(case_seed(seed, index as u64)).stream(50);
     // Steps coprime to the number of kinds: every kind comes in turn.
     let kind = KINDS[(count * 5 + seed as usize % KINDS.len()) % KINDS.len()];
-    let joint = |dice: &mut Dice, kind: &str| fits_a_joint(kind) && dice.chance(0.35);
+    let joint = |rng: &mut Rng, kind: &str| fits_a_joint(kind) && rng.chance(0.35);
     let mut spec = CaseSpec {
         block: BLOCKS[block].to_owned(),
-        nature: NatureKind::Gmhm,
+        plant_model: PlantKind::Gmhm,
         effects: Vec::new(),
         colour: Colour::Any,
         removed: Vec::new(),
@@ -44,8 +44,8 @@ fn spec(seed: u64, index: usize, real: &[Vec<f64>]) -> Option<CaseSpec> {
     match BLOCKS[block] {
         "null" => {
             spec.colour = Colour::Coloured;
-            if dice.chance(0.2) {
-                spec.nature = NatureKind::Joint;
+            if rng.chance(0.2) {
+                spec.plant_model = PlantKind::Joint;
             }
         }
         "pair" => {
@@ -55,18 +55,18 @@ fn spec(seed: u64, index: usize, real: &[Vec<f64>]) -> Option<CaseSpec> {
                 |a: &str, b: &str| a == "thermal_friction" && matches!(b, "coulomb_friction" | "viscous_friction");
             let others: Vec<&str> =
                 KINDS.into_iter().filter(|k| *k != kind && !clash(k, kind) && !clash(kind, k)).collect();
-            hide(dice.pick(&others), 0.15);
+            hide(rng.pick(&others), 0.15);
         }
         "open world" => {
             let kind = OUTSIDE[count % OUTSIDE.len()];
             hide(kind, 0.15);
-            if joint(&mut dice, kind) {
-                spec.nature = NatureKind::Joint;
+            if joint(&mut rng, kind) {
+                spec.plant_model = PlantKind::Joint;
             }
         }
         "maxwell slip" => {
             hide(kind, 0.15);
-            spec.nature = NatureKind::Maxwell;
+            spec.plant_model = PlantKind::Maxwell;
         }
         "left out" => {
             hide(kind, 0.15);
@@ -78,8 +78,8 @@ fn spec(seed: u64, index: usize, real: &[Vec<f64>]) -> Option<CaseSpec> {
         }
         name => {
             hide(kind, if name == "single 0.15" { 0.15 } else { 0.05 });
-            if joint(&mut dice, kind) {
-                spec.nature = NatureKind::Joint;
+            if joint(&mut rng, kind) {
+                spec.plant_model = PlantKind::Joint;
             }
         }
     }

@@ -36,7 +36,7 @@ pub mod table;
 
 pub use sealed::{Answer, Sealed};
 
-use crate::diagnosis::Diagnosis;
+use crate::diagnose::diagnosis::Diagnosis;
 use crate::model::Model;
 use crate::recording::Recording;
 use table::ProveReport;

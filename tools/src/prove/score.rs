@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::generator::{Case, Unseen, deviation};
 use super::key::{HiddenEffect, Key, Role};
 use super::table::Rate;
-use crate::diagnosis::{Diagnosis, Effect, ParameterValue, UNKNOWN};
+use crate::diagnose::diagnosis::{Diagnosis, Effect, ParameterValue, UNKNOWN};
 
 /// How a detector did on one case.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -82,7 +82,7 @@ impl CaseScore {
     pub fn judge(&mut self, key: &Key, diagnosis: &Diagnosis) {
         self.set_key(key);
         self.mismatch = diagnosis.mismatch;
-        // A gear that is by nature not the base model's does differ from it.
+        // A plant whose model is not the base model's does differ from it.
         self.false_alarm = diagnosis.mismatch && key.effects.is_empty();
         self.named = diagnosis.effects.iter().map(|e| e.name.clone()).collect();
         let pairs = assign(key, &diagnosis.effects);

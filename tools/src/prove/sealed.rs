@@ -11,7 +11,7 @@ use super::generator::{Case, CaseSpec, Unseen, case, case_seed};
 use super::key::sha256;
 use super::score::CaseScore;
 use super::table::ProveReport;
-use crate::diagnosis::Diagnosis;
+use crate::diagnose::diagnosis::Diagnosis;
 
 /// What is said of a case, with the recordings that nobody saw predicted.
 #[derive(Debug, Clone, PartialEq)]

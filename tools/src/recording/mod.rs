@@ -1,7 +1,6 @@
 //! Recordings: rows of time, deflection and torque, in SI units, checked once at the door.
 
 mod dialect;
-mod dropouts;
 mod error;
 mod header;
 mod map;
@@ -11,7 +10,6 @@ mod write;
 
 use std::borrow::Cow;
 
-pub use dropouts::Bridged;
 pub use error::{ColumnPlace, RecordingError, RecordingProblem};
 pub use map::{ColumnMap, MapError, Mapping};
 pub use quantity::{Quantity, Unit};

@@ -5,9 +5,9 @@ use super::figures;
 use super::number;
 use super::page::{Page, Provenance, Section, Table, TableRow, Tone, Verdict};
 use super::plot::{Curve, Drawing, Figure, HeatMap, Role, Side, Style};
-use crate::diagnosis::{Diagnosis, Effect, ParameterValue, UNKNOWN, Unit};
-use crate::discover::Finding;
-use crate::discover::scene::Scene;
+use crate::diagnose::Finding;
+use crate::diagnose::diagnosis::{Diagnosis, Effect, ParameterValue, UNKNOWN, Unit};
+use crate::diagnose::report_data::ReportData;
 use crate::recording::TorqueUnit;
 
 /// The page of a diagnosis.
@@ -90,8 +90,8 @@ fn four(value: f64) -> String {
 }
 
 /// A coordinate of every row with its label; angles within a turn.
-fn along<'s>(scene: &'s Scene, coordinate: &str) -> Option<(std::borrow::Cow<'s, [f64]>, &'static str)> {
-    let see = &scene.coordinates;
+fn along<'s>(report_data: &'s ReportData, coordinate: &str) -> Option<(std::borrow::Cow<'s, [f64]>, &'static str)> {
+    let see = &report_data.coordinates;
     let turn = |q: &Option<Vec<f64>>| {
         let degrees = |q: &f64| q.rem_euclid(std::f64::consts::TAU).to_degrees();
         q.as_ref().map(|q| q.iter().map(degrees).collect::<Vec<f64>>().into())
@@ -124,15 +124,15 @@ fn axis(coordinate: &str) -> &str {
 
 /// What is left along a coordinate, before and after.
 fn before_and_after(finding: &Finding, coordinate: &str, unit: TorqueUnit) -> Option<Drawing> {
-    let (x, label) = along(&finding.scene, coordinate)?;
-    let judgement = &finding.judgement;
+    let (x, label) = along(&finding.report_data, coordinate)?;
+    let verdict = &finding.verdict;
     let curve = |name: &str, role, residual: &[f64]| {
         let (points, error) = binned(&x, residual);
         Curve { label: name.into(), points, role, style: Style::Dots, error }
     };
-    let mut curves = vec![curve("base model refitted", Role::Second, &judgement.base.residual)];
+    let mut curves = vec![curve("base model refitted", Role::Second, &verdict.base.residual)];
     if finding.diagnosis.mismatch {
-        curves.push(curve("with what was found", Role::Model, &judgement.extended.residual));
+        curves.push(curve("with what was found", Role::Model, &verdict.extended.residual));
     }
     let figure = Figure {
         title: format!("What the models leave along the {}", words(coordinate)),
@@ -145,9 +145,9 @@ fn before_and_after(finding: &Finding, coordinate: &str, unit: TorqueUnit) -> Op
 }
 
 /// A line of rows, broken between recordings.
-fn recordings_apart(scene: &Scene, line: &[f64]) -> Vec<f64> {
-    let ends = scene.first_rows.iter().skip(1).copied().chain([line.len()]);
-    let spans = scene.first_rows.iter().copied().zip(ends);
+fn recordings_apart(report_data: &ReportData, line: &[f64]) -> Vec<f64> {
+    let ends = report_data.first_rows.iter().skip(1).copied().chain([line.len()]);
+    let spans = report_data.first_rows.iter().copied().zip(ends);
     spans.flat_map(|(from, to)| line[from..to].iter().copied().chain([f64::NAN])).collect()
 }
 
@@ -155,13 +155,13 @@ fn picture(finding: &Finding, unit: TorqueUnit) -> Section {
     let section = Section::new("The picture");
     let found = &finding.diagnosis;
     let first = found.places.first().map(|p| p.coordinate.as_str());
-    let fallback = if finding.scene.coordinates.deflection.is_some() { "deflection" } else { "output_velocity" };
+    let fallback = if finding.report_data.coordinates.deflection.is_some() { "deflection" } else { "output_velocity" };
     let coordinate = first.unwrap_or(fallback);
     let seconds: Vec<(f64, f64)> =
         found.places.first().map(|p| p.seconds.iter().map(|[a, b]| (*a, *b)).collect()).unwrap_or_default();
-    let judgement = &finding.judgement;
-    let apart = |line: &[f64]| recordings_apart(&finding.scene, line);
-    let (base, extended) = (apart(&judgement.base.residual), apart(&judgement.extended.residual));
+    let verdict = &finding.verdict;
+    let apart = |line: &[f64]| recordings_apart(&finding.report_data, line);
+    let (base, extended) = (apart(&verdict.base.residual), apart(&verdict.extended.residual));
     let mut over_time = vec![("base model refitted", Role::Second, &base[..])];
     if found.mismatch {
         over_time.push(("with what was found", Role::Model, &extended[..]));
@@ -169,7 +169,7 @@ fn picture(finding: &Finding, unit: TorqueUnit) -> Section {
     let shaded: &[(f64, f64)] = if seconds.len() < 20 { &seconds } else { &[] };
     let time = figures::residual_over_time(
         "What the models leave over time",
-        &apart(&finding.scene.coordinates.time),
+        &apart(&finding.report_data.coordinates.time),
         &over_time,
         shaded,
         unit,
@@ -187,10 +187,12 @@ fn picture(finding: &Finding, unit: TorqueUnit) -> Section {
 fn gain(finding: &Finding, unit: TorqueUnit) -> Section {
     let found = &finding.diagnosis;
     let from = match found.heldout.from {
-        crate::diagnosis::HeldoutFrom::Blocks => "blocks of the same recordings, each predicted from the others",
-        crate::diagnosis::HeldoutFrom::Recordings => "recordings that took no part",
+        crate::diagnose::diagnosis::HeldoutFrom::Blocks => {
+            "blocks of the same recordings, each predicted from the others"
+        }
+        crate::diagnose::diagnosis::HeldoutFrom::Recordings => "recordings that took no part",
     };
-    let row = |name: &str, rms: &crate::diagnosis::Rms| {
+    let row = |name: &str, rms: &crate::diagnose::diagnosis::Rms| {
         TableRow::new([name.to_owned(), four(rms.given), four(rms.refitted), four(rms.extended)])
     };
     let table = Table {
@@ -268,11 +270,11 @@ fn places(finding: &Finding, unit: TorqueUnit) -> Section {
     let first = found.places.first().map_or("time", |p| p.coordinate.as_str());
     let second = found.places.iter().skip(1).map(|p| p.coordinate.as_str()).find(|c| axis(c) != axis(first));
     let second = second.unwrap_or(if axis(first) == "deflection" { "deflection_rate" } else { "deflection" });
-    let second = if along(&finding.scene, second).is_some() { second } else { "time" };
+    let second = if along(&finding.report_data, second).is_some() { second } else { "time" };
     if let Some(map) = heat(finding, first, second, unit) {
         drawings.push((map, "Mean residual of the refitted base model. A pattern of stripes depends on one coordinate alone, a chequered one on both.".to_owned()));
     }
-    if let Some((before, after)) = &finding.scene.orders {
+    if let Some((before, after)) = &finding.report_data.orders {
         let strong: Vec<(f64, f64)> =
             before.iter().filter(|l| l.power > PROMINENT).map(|l| (l.order, l.power)).collect();
         let lines: Vec<(f64, f64)> = before.iter().map(|l| (l.order, l.power)).collect();
@@ -319,14 +321,15 @@ fn places(finding: &Finding, unit: TorqueUnit) -> Section {
 const PROMINENT: f64 = 8.0;
 
 fn heat(finding: &Finding, horizontal: &str, vertical: &str, unit: TorqueUnit) -> Option<Drawing> {
-    let ((x, x_label), (y, y_label)) = (along(&finding.scene, horizontal)?, along(&finding.scene, vertical)?);
+    let ((x, x_label), (y, y_label)) =
+        (along(&finding.report_data, horizontal)?, along(&finding.report_data, vertical)?);
     let ((x0, x1), (y0, y1)) = (drawn_range(&x), drawn_range(&y));
     if x1 <= x0 || y1 <= y0 {
         return None;
     }
     let mut sums = vec![vec![(0.0, 0.0); CELLS.0]; CELLS.1];
     let drawn = |i: usize| (x0..=x1).contains(&x[i]) && (y0..=y1).contains(&y[i]);
-    for (i, r) in finding.judgement.base.residual.iter().enumerate().filter(|(i, _)| drawn(*i)) {
+    for (i, r) in finding.verdict.base.residual.iter().enumerate().filter(|(i, _)| drawn(*i)) {
         let column = (((x[i] - x0) / (x1 - x0) * CELLS.0 as f64) as usize).min(CELLS.0 - 1);
         let row = (((y[i] - y0) / (y1 - y0) * CELLS.1 as f64) as usize).min(CELLS.1 - 1);
         sums[row][column].0 += 1.0;
@@ -347,7 +350,7 @@ fn heat(finding: &Finding, horizontal: &str, vertical: &str, unit: TorqueUnit) -
 
 fn evidence(finding: &Finding) -> Section {
     let mut rows = Vec::new();
-    for effect in &finding.judgement.effects {
+    for effect in &finding.verdict.effects {
         let free = effect.places.first().map_or("", |p| p.coordinate);
         rows.push(TableRow::new([words(&effect.name), whole(effect.gain), "–".into(), "taken".into()]).chosen(true));
         rows.push(TableRow::new([
@@ -361,7 +364,7 @@ fn evidence(finding: &Finding) -> Section {
             rows.push(TableRow::new([format!("– {}", words(kind)), whole(*gain), numbers.to_string(), verdict.into()]));
         }
     }
-    for (kind, gain, numbers) in finding.judgement.rejected.iter().take(6) {
+    for (kind, gain, numbers) in finding.verdict.rejected.iter().take(6) {
         rows.push(TableRow::new([
             format!("beside all of it: {}", words(kind)),
             whole(*gain),
@@ -376,7 +379,7 @@ fn evidence(finding: &Finding) -> Section {
 }
 
 fn bias(finding: &Finding) -> Section {
-    let (base, extended) = (&finding.judgement.base.model, &finding.judgement.extended.model);
+    let (base, extended) = (&finding.verdict.base.model, &finding.verdict.extended.model);
     let mut rows = Vec::new();
     let mut row = |name: &str, unit: &str, before: f64, after: f64| {
         let change = if after != 0.0 {

@@ -1,8 +1,8 @@
 //! The figures that the commands show: which curves, in which units.
 
 use super::plot::{Bars, Curve, Drawing, Figure, HeatMap, Level, Role, Side, Style};
-use crate::estimate::coverage::{Coverage, JointCoverage};
-use crate::estimate::rivals::Comparison;
+use crate::baselines::Comparison;
+use crate::fit::coverage::{Coverage, JointCoverage};
 use crate::recording::TorqueUnit;
 
 const MRAD: f64 = 1e3;

@@ -5,12 +5,12 @@ use super::number::{estimate, number};
 use super::page::{Page, Provenance, Section, Table, TableRow, Tone, Verdict};
 use super::plot::{Drawing, Role};
 use crate::demo::paper;
-use crate::estimate::coverage::{Coverage, JointCoverage};
-use crate::estimate::judge::{Assessment, Grade, Judgement};
-use crate::estimate::swarm::Stop;
-use crate::estimate::uncertainty::Estimated;
-use crate::estimate::{Fit, Method};
+use crate::fit::coverage::{Coverage, JointCoverage};
+use crate::fit::verdict::{Assessment, FitVerdict, Grade};
+use crate::fit::{Fit, Method};
+use crate::numerics::particle_swarm::Stop;
 use crate::recording::{Recording, TorqueUnit};
+use crate::regression::uncertainty::Estimated;
 
 /// The page of a fit of these recordings, whose deflection has been derived.
 pub fn page(fit: &Fit, assessment: &Assessment, recordings: &[Recording], provenance: Provenance) -> Page {
@@ -36,16 +36,16 @@ pub fn page(fit: &Fit, assessment: &Assessment, recordings: &[Recording], proven
     }
 }
 
-/// A judgement as the head of a page.
-pub fn verdict(judgement: &Judgement) -> Verdict {
-    let tone = match judgement.grade {
+/// A verdict as the head of a page.
+pub fn verdict(verdict: &FitVerdict) -> Verdict {
+    let tone = match verdict.grade {
         Grade::Good => Tone::Good,
         Grade::Caution => Tone::Caution,
         Grade::Bad => Tone::Bad,
     };
     // The sentence holds the first reason.
-    let reasons = judgement.reasons.iter().skip(1).map(|reason| capitalised(&reason.words) + ".").collect();
-    Verdict { tone, sentence: judgement.sentence.clone(), reasons }
+    let reasons = verdict.reasons.iter().skip(1).map(|reason| capitalised(&reason.words) + ".").collect();
+    Verdict { tone, sentence: verdict.sentence.clone(), reasons }
 }
 
 fn capitalised(words: &str) -> String {
@@ -376,7 +376,7 @@ fn moved(coverage: &JointCoverage) -> Section {
 }
 
 fn structures(fit: &Fit, unit: TorqueUnit) -> Section {
-    let row = |c: &crate::estimate::select::Candidate| {
+    let row = |c: &crate::fit::select::Candidate| {
         let word = match (c.chosen, c.tied) {
             (true, _) => "chosen",
             (false, true) => "predicts as well",
@@ -429,9 +429,9 @@ fn comparison(assessment: &Assessment, recordings: &[Recording], unit: TorqueUni
 }
 
 /// The comparison of models as a table.
-pub fn comparison_table(lines: &[crate::estimate::rivals::Comparison], unit: TorqueUnit) -> Table {
+pub fn comparison_table(lines: &[crate::baselines::Comparison], unit: TorqueUnit) -> Table {
     let symbol = unit.symbol();
-    let row = |(index, line): (usize, &crate::estimate::rivals::Comparison)| {
+    let row = |(index, line): (usize, &crate::baselines::Comparison)| {
         let errors = [Some(line.rms), Some(line.heldout_rms), line.unseen_recording_rms];
         let cells = [line.model.clone(), line.parameters.to_string()].into_iter();
         let cells = cells.chain(errors.into_iter().flatten().map(|rms| number(rms, 4)));

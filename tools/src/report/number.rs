@@ -28,7 +28,7 @@ pub fn number(value: f64, digits: usize) -> String {
 /// An estimate as people write it: its value and the ends of ± two standard deviations, all to the place of the second digit of the standard deviation.
 pub fn estimate(value: f64, sd: f64) -> (String, String) {
     let ends = [value - 2.0 * sd, value + 2.0 * sd];
-    let Some(place) = Place::of(sd, ends[0].abs().max(ends[1].abs())) else {
+    let Some(place) = LastDigit::of(sd, ends[0].abs().max(ends[1].abs())) else {
         return (number(value, 6), "–".to_owned());
     };
     let [value, low, high] = [value, ends[0], ends[1]].map(|x| place.digits(x));
@@ -37,21 +37,21 @@ pub fn estimate(value: f64, sd: f64) -> (String, String) {
 
 /// A value and its error after ±, both to the place of the second digit of the error.
 pub fn plus_minus(value: f64, error: f64) -> String {
-    match Place::of(error, value.abs().max(error)) {
+    match LastDigit::of(error, value.abs().max(error)) {
         Some(place) => place.raised(format!("{} ± {}", place.digits(value), place.digits(error))),
         None => number(value, 6),
     }
 }
 
 /// How numbers that belong together are written: by one power of ten, to one place.
-struct Place {
+struct LastDigit {
     scale: i32,
     decimals: usize,
     /// The power of ten; empty for 1.
     power: String,
 }
 
-impl Place {
+impl LastDigit {
     /// The place of the second digit of an error, where there is one, beside the largest number.
     fn of(error: f64, largest: f64) -> Option<Self> {
         if !(error > 0.0 && largest.is_finite()) {

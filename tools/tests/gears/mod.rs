@@ -2,9 +2,10 @@
 #![allow(dead_code)]
 
 use gmhm::{Elastic, Gate, Gear, Kernel, Law, Memory, Params};
-use gmhm_tools::estimate::{EstimateError, Fit, FitOptions, fit};
+use gmhm_tools::fit::{Fit, FitOptions, fit};
 use gmhm_tools::model::Model;
 use gmhm_tools::recording::Recording;
+use gmhm_tools::regression::error::EstimateError;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};

@@ -5,8 +5,8 @@
 //! is left has the size. Each effect is sized by itself, in the order given, with those before it in place; their torque is not counted.
 
 mod draft;
+mod measures;
 mod recipes;
-mod scene;
 mod sizing;
 
 use std::fmt;
@@ -16,7 +16,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::{BenchError, Stage};
 use crate::model::Model;
-use scene::Scene;
+use measures::Measures;
 
 /// An effect to be hidden: `KIND=SIZE` or `KIND:SHAPE=SIZE`.
 #[derive(Debug, Clone, PartialEq)]
@@ -130,8 +130,8 @@ pub(super) fn inject(
     let mut truth = model.clone();
     let mut hidden = Vec::new();
     for hide in hides {
-        let scene = Scene::of(&stage.record(&truth)?);
-        let draft = recipes::draw(&hide.kind, hide.shape.as_deref(), &scene, random)
+        let measures = Measures::of(&stage.record(&truth)?);
+        let draft = recipes::draw(&hide.kind, hide.shape.as_deref(), &measures, random)
             .ok_or_else(|| HideError::Kind { kind: hide.kind.clone() })?;
         let (term, effect) = sizing::size(&truth, &draft, hide, stage)?;
         truth.terms.push(term);

@@ -5,14 +5,14 @@ use std::borrow::Cow;
 use super::draft::Draft;
 use super::{Hidden, Hide, HideError};
 use crate::bench::{BenchError, Stage};
-use crate::estimate::assembly::Assembly;
-use crate::estimate::base::Structure;
-use crate::estimate::columns::{Column, Columns, Contribution, Evaluate, Mark, Past, Rows, Stretch};
-use crate::estimate::polish::polish;
-use crate::estimate::problem::Sweep;
-use crate::estimate::select;
+use crate::fit::select;
 use crate::model::{Model, Term, TermValue};
 use crate::recording::Recording;
+use crate::regression::assembly::Assembly;
+use crate::regression::base::Structure;
+use crate::regression::columns::{Column, Columns, Contribution, Evaluate, Mark, Past, Rows, Stretch};
+use crate::regression::polish::polish;
+use crate::regression::problem::Sweep;
 
 /// The size is met within this share.
 const TOLERANCE: f64 = 1e-3;

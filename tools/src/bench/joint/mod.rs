@@ -26,9 +26,12 @@ use super::noise::Noise;
 use super::plan;
 use super::{BenchError, Experiment, Options, Stream, random, sensors};
 use crate::device::Lockstep;
-use crate::estimate::{self, FitOptions, Progress};
+use crate::fit;
+use crate::fit::FitOptions;
 use crate::model::Model;
+use crate::progress::Progress;
 use crate::recording::Recording;
+use crate::regression::error::EstimateError;
 use crate::report::plot::Drawing;
 use compensator::Knowledge;
 use drive::{Drive, PERIOD_S, Servo};
@@ -100,7 +103,7 @@ pub fn run(model: &Model, plants: &[Plant], seed: u64, progress: &dyn Progress) 
     let done = std::sync::atomic::AtomicUsize::new(0);
     let line = |(plant, knows, compensation, fitted): &(Plant, Knows, Compensation, Knowledge)| {
         if progress.cancelled() {
-            return Err(BenchError::Estimate(estimate::EstimateError::Cancelled));
+            return Err(BenchError::Estimate(EstimateError::Cancelled));
         }
         let [elastic, memory] = knows.factors();
         let line = bench.line(*plant, *knows, *compensation, &fitted.scaled(elastic, memory)?);
@@ -292,7 +295,7 @@ fn identify(plant: Plant, params: &Params, seed: u64, progress: &dyn Progress) -
     let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let spring_nm_per_rad = product(torque, theta) / product(theta, theta);
     let options = FitOptions { seed, start: Some(start), ..FitOptions::default() };
-    let fit = estimate::fit(&[recording], &options, progress)?;
+    let fit = fit::fit(&[recording], &options, progress)?;
     let params = fit.model.params(params.rated_deflection_rad()).ok_or(BenchError::NoGear)??;
     Ok(Knowledge { params, spring_nm_per_rad, left_nm: fit.rms })
 }

@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use super::dice::Dice;
 use super::motion::{MotionKind, Plan, Warmth};
 use super::physics::{Angle, Knee, Outside, Piece, Sign, World};
-use crate::diagnosis::ParameterValue;
+use crate::diagnose::diagnosis::ParameterValue;
+use crate::prove::generator::rng::Rng;
 
 /// The kinds of MODEL.md section 7, `unknown` apart.
 pub const KINDS: [&str; 22] = [
@@ -138,16 +138,16 @@ pub fn slow(kind: &str) -> bool {
 }
 
 /// Lets the temperature move where `kind` needs it to, and the motion be one that shows it.
-pub fn prepare(kind: &str, dice: &mut Dice, plan: &mut Plan) {
+pub fn prepare(kind: &str, rng: &mut Rng, plan: &mut Plan) {
     if kind.starts_with("thermal") {
-        plan.warmth = if dice.chance(0.5) {
-            Warmth::WarmUp { rise: dice.uniform(6.0, 15.0), tau_s: dice.uniform(8.0, 30.0) }
+        plan.warmth = if rng.chance(0.5) {
+            Warmth::WarmUp { rise: rng.uniform(6.0, 15.0), tau_s: rng.uniform(8.0, 30.0) }
         } else {
-            Warmth::Swing { rise: dice.uniform(3.0, 8.0), period_s: dice.uniform(15.0, 40.0) }
+            Warmth::Swing { rise: rng.uniform(3.0, 8.0), period_s: rng.uniform(15.0, 40.0) }
         };
     }
     if kind.contains("friction") {
-        plan.reversal_s = dice.uniform(2.5, 7.0);
+        plan.reversal_s = rng.uniform(2.5, 7.0);
     }
     if matches!(kind, "inertia" | "jerky") {
         // The acceleration in a corner has no end: what samples show of it is only how differences are taken.
@@ -155,40 +155,40 @@ pub fn prepare(kind: &str, dice: &mut Dice, plan: &mut Plan) {
     }
 }
 
-fn wave(pieces: &mut Vec<(Piece, f64)>, dice: &mut Dice, orders: &[f64], make: impl Fn(f64, bool) -> Piece) {
+fn wave(pieces: &mut Vec<(Piece, f64)>, rng: &mut Rng, orders: &[f64], make: impl Fn(f64, bool) -> Piece) {
     for (i, &order) in orders.iter().enumerate() {
-        let (a, phase) = (if i == 0 { 1.0 } else { dice.uniform(0.2, 0.7) }, dice.phase());
+        let (a, phase) = (if i == 0 { 1.0 } else { rng.uniform(0.2, 0.7) }, rng.phase());
         pieces.extend([(make(order, false), a * phase.cos()), (make(order, true), a * phase.sin())]);
     }
 }
 
 /// Draws one effect of `kind` for a gear that moves as `world` does.
-pub fn draw(kind: &str, dice: &mut Dice, world: &World) -> Hidden {
+pub fn draw(kind: &str, rng: &mut Rng, world: &World) -> Hidden {
     let fastest = world.velocity.iter().fold(1e-9_f64, |m, v| m.max(v.abs()));
     let end = world.time_s[world.time_s.len() - 1];
     let a = world.rated;
     let reference = world.temperature.as_ref().map_or(20.0, |t| t[0]);
-    let width = fastest * dice.log_uniform(0.01, 0.05);
-    let sign = dice.pick(&[Sign::Tanh, Sign::Tanh, Sign::Atan, Sign::Root, Sign::Clip, Sign::Dahl]);
-    let plain = dice.pick(&[Sign::Tanh, Sign::Tanh, Sign::Root]);
+    let width = fastest * rng.log_uniform(0.01, 0.05);
+    let sign = rng.pick(&[Sign::Tanh, Sign::Tanh, Sign::Atan, Sign::Root, Sign::Clip, Sign::Dahl]);
+    let plain = rng.pick(&[Sign::Tanh, Sign::Tanh, Sign::Root]);
     let mut shape = String::new();
     let mut library = true;
     let one = |piece| vec![(piece, 1.0)];
     let mut pieces = Vec::new();
     match kind {
         "kinematic_error" => {
-            let orders: &[f64] = dice.pick(&[&[2.0][..], &[2.0, 4.0], &[1.0, 2.0], &[1.0, 2.0, 4.0]]);
-            wave(&mut pieces, dice, orders, |order, sine| Piece::AngleDeflection { angle: Angle::Motor, order, sine });
+            let orders: &[f64] = rng.pick(&[&[2.0][..], &[2.0, 4.0], &[1.0, 2.0], &[1.0, 2.0, 4.0]]);
+            wave(&mut pieces, rng, orders, |order, sine| Piece::AngleDeflection { angle: Angle::Motor, order, sine });
         }
         "torque_ripple" => {
-            let orders: &[f64] = dice.pick(&[&[1.0][..], &[2.0], &[3.0], &[1.0, 3.0], &[6.0], &[2.0, 5.0], &[5.43]]);
-            wave(&mut pieces, dice, orders, |order, sine| Piece::AngleTorque { angle: Angle::Motor, order, sine });
+            let orders: &[f64] = rng.pick(&[&[1.0][..], &[2.0], &[3.0], &[1.0, 3.0], &[6.0], &[2.0, 5.0], &[5.43]]);
+            wave(&mut pieces, rng, orders, |order, sine| Piece::AngleTorque { angle: Angle::Motor, order, sine });
         }
         "encoder_eccentricity" => {
-            wave(&mut pieces, dice, &[1.0], |order, sine| Piece::AngleDeflection { angle: Angle::Output, order, sine });
+            wave(&mut pieces, rng, &[1.0], |order, sine| Piece::AngleDeflection { angle: Angle::Output, order, sine });
         }
         "gravity_load" => {
-            wave(&mut pieces, dice, &[1.0], |order, sine| Piece::AngleTorque { angle: Angle::Output, order, sine });
+            wave(&mut pieces, rng, &[1.0], |order, sine| Piece::AngleTorque { angle: Angle::Output, order, sine });
         }
         "coulomb_friction" => {
             (shape, library) = (format!("{sign:?}").to_lowercase(), sign == Sign::Tanh);
@@ -196,11 +196,11 @@ pub fn draw(kind: &str, dice: &mut Dice, world: &World) -> Hidden {
         }
         "viscous_friction" => pieces = one(Piece::Viscous),
         "stribeck_friction" => {
-            let exponent = dice.pick(&[0.5, 1.0, 1.0, 2.0, 2.0, 0.0]);
-            let velocity = fastest * dice.uniform(0.08, 0.3);
+            let exponent = rng.pick(&[0.5, 1.0, 1.0, 2.0, 2.0, 0.0]);
+            let velocity = fastest * rng.uniform(0.08, 0.3);
             (shape, library) =
                 (format!("{plain:?}, exponent {exponent}").to_lowercase(), plain == Sign::Tanh && exponent > 0.0);
-            let (drop, slope) = (dice.uniform(0.4, 1.2), dice.uniform(0.0, 0.3) / fastest);
+            let (drop, slope) = (rng.uniform(0.4, 1.2), rng.uniform(0.0, 0.3) / fastest);
             pieces = vec![
                 (Piece::Friction { sign: plain, width }, 1.0),
                 (Piece::Stribeck { sign: plain, width, velocity, exponent }, drop),
@@ -212,10 +212,10 @@ pub fn draw(kind: &str, dice: &mut Dice, world: &World) -> Hidden {
             pieces = one(Piece::LoadFriction { sign: plain, width });
         }
         "position_dependent_friction" => {
-            let angle = if dice.chance(0.6) { Angle::Motor } else { Angle::Output };
-            let orders: &[f64] = if angle == Angle::Motor { dice.pick(&[&[1.0][..], &[2.0]]) } else { &[1.0] };
+            let angle = if rng.chance(0.6) { Angle::Motor } else { Angle::Output };
+            let orders: &[f64] = if angle == Angle::Motor { rng.pick(&[&[1.0][..], &[2.0]]) } else { &[1.0] };
             (shape, library) = (format!("{angle:?}").to_lowercase(), plain == Sign::Tanh);
-            wave(&mut pieces, dice, orders, |order, sine| Piece::AngleFriction {
+            wave(&mut pieces, rng, orders, |order, sine| Piece::AngleFriction {
                 angle,
                 order,
                 sine,
@@ -225,58 +225,58 @@ pub fn draw(kind: &str, dice: &mut Dice, world: &World) -> Hidden {
         }
         "viscous_damping" => pieces = one(Piece::Rate),
         "inertia" => pieces = one(Piece::Acceleration),
-        "soft_windup" if dice.chance(0.25) => {
+        "soft_windup" if rng.chance(0.25) => {
             (shape, library) = ("piecewise".to_owned(), false);
-            let (w1, w2) = (a * dice.uniform(0.08, 0.2), a * dice.uniform(0.3, 0.6));
+            let (w1, w2) = (a * rng.uniform(0.08, 0.2), a * rng.uniform(0.3, 0.6));
             pieces = vec![
                 (Piece::Windup { knee: Knee::Clip, width: w1 }, 1.0),
                 (Piece::Windup { knee: Knee::Clip, width: w2 }, 0.5),
             ];
         }
         "soft_windup" => {
-            let knee = dice.pick(&[Knee::Tanh, Knee::Rational, Knee::Gaussian, Knee::Atan]);
+            let knee = rng.pick(&[Knee::Tanh, Knee::Rational, Knee::Gaussian, Knee::Atan]);
             (shape, library) = (format!("{knee:?}").to_lowercase(), knee != Knee::Atan);
-            pieces = one(Piece::Windup { knee, width: a * dice.log_uniform(0.06, 0.25) });
+            pieces = one(Piece::Windup { knee, width: a * rng.log_uniform(0.06, 0.25) });
         }
-        "stiffness_asymmetry" if dice.chance(0.5) => {
+        "stiffness_asymmetry" if rng.chance(0.5) => {
             shape = "abs".to_owned();
-            pieces = vec![(Piece::Abs, dice.sign())];
+            pieces = vec![(Piece::Abs, rng.sign())];
         }
         "stiffness_asymmetry" => {
             shape = "square".to_owned();
-            pieces = vec![(Piece::Square, dice.sign())];
+            pieces = vec![(Piece::Square, rng.sign())];
         }
-        "backlash" if dice.chance(0.5) => {
+        "backlash" if rng.chance(0.5) => {
             shape = "clearance".to_owned();
             let largest = world.base.iter().fold(0.0_f64, |m, t| m.max(t.abs()));
-            pieces = one(Piece::Clearance { contact_nm: largest * dice.log_uniform(2e-3, 2e-2) });
+            pieces = one(Piece::Clearance { contact_nm: largest * rng.log_uniform(2e-3, 2e-2) });
         }
         "backlash" => {
             shape = "play".to_owned();
             pieces = one(Piece::Play);
         }
         "nonlocal_memory" => {
-            let count = dice.pick(&[1, 2, 3]);
+            let count = rng.pick(&[1, 2, 3]);
             pieces = (0..count)
                 .map(|_| {
-                    let radius = a * dice.log_uniform(0.04, 0.4);
-                    (Piece::Stop { radius }, dice.uniform(0.5, 1.0) / radius)
+                    let radius = a * rng.log_uniform(0.04, 0.4);
+                    (Piece::Stop { radius }, rng.uniform(0.5, 1.0) / radius)
                 })
                 .collect();
             shape = format!("{count} sliders");
         }
-        "creep" if dice.chance(0.25) => {
+        "creep" if rng.chance(0.25) => {
             (shape, library) = ("stretched exponential".to_owned(), false);
-            pieces = one(Piece::Creep { tau: dice.log_uniform(2.0, 6.0), exponent: dice.uniform(0.5, 0.8) });
+            pieces = one(Piece::Creep { tau: rng.log_uniform(2.0, 6.0), exponent: rng.uniform(0.5, 0.8) });
         }
         "creep" => {
-            let count = dice.pick(&[1, 1, 2, 3]);
+            let count = rng.pick(&[1, 1, 2, 3]);
             pieces = (0..count)
-                .map(|_| (Piece::Creep { tau: dice.log_uniform(1.5, 12.0), exponent: 1.0 }, dice.uniform(0.4, 1.0)))
+                .map(|_| (Piece::Creep { tau: rng.log_uniform(1.5, 12.0), exponent: 1.0 }, rng.uniform(0.4, 1.0)))
                 .collect();
             shape = format!("{count} time constants");
         }
-        "time_skew" if dice.chance(0.3) => {
+        "time_skew" if rng.chance(0.3) => {
             (shape, library) = ("lag".to_owned(), false);
             pieces = one(Piece::Lag);
         }
@@ -285,37 +285,37 @@ pub fn draw(kind: &str, dice: &mut Dice, world: &World) -> Hidden {
             pieces = one(Piece::Delay);
         }
         "thermal_stiffness" => pieces = one(Piece::WarmStiffness { reference }),
-        "thermal_zero_drift" => pieces = vec![(Piece::WarmZero { reference }, dice.sign())],
+        "thermal_zero_drift" => pieces = vec![(Piece::WarmZero { reference }, rng.sign())],
         "thermal_friction" => pieces = one(Piece::WarmFriction { reference }),
-        "sensor_drift" => pieces = vec![(Piece::Time, dice.sign())],
+        "sensor_drift" => pieces = vec![(Piece::Time, rng.sign())],
         "wear" => {
-            let start = end * dice.uniform(0.25, 0.6);
-            let choice = dice.pick(&["step", "ramp", "sigmoid"]);
-            let duration = if choice == "step" { 1e-3 } else { end * dice.uniform(0.15, 0.35) };
+            let start = end * rng.uniform(0.25, 0.6);
+            let choice = rng.pick(&["step", "ramp", "sigmoid"]);
+            let duration = if choice == "step" { 1e-3 } else { end * rng.uniform(0.15, 0.35) };
             (shape, library) = (choice.to_owned(), choice != "sigmoid");
             pieces = one(Piece::Wear { start, duration, sigmoid: choice == "sigmoid" });
         }
         _ => {
             (shape, library) = (kind.to_owned(), false);
-            let order = dice.pick(&[1.0, 2.0, 3.0]);
+            let order = rng.pick(&[1.0, 2.0, 3.0]);
             pieces = one(Piece::Outside(match kind {
                 "loaded_ripple" => Outside::LoadedRipple { order },
                 "dead_spot" => {
-                    let middle = world.output[world.output.len() / dice.pick(&[2, 3, 4])];
-                    Outside::DeadSpot { angle: middle, width: dice.uniform(0.1, 0.4) }
+                    let middle = world.output[world.output.len() / rng.pick(&[2, 3, 4])];
+                    Outside::DeadSpot { angle: middle, width: rng.uniform(0.1, 0.4) }
                 }
                 "one_sided_loop" => Outside::OneSidedLoop,
                 "cubic_drift" => Outside::CubicDrift,
                 "notch" => Outside::Notch {
-                    velocity: fastest * dice.uniform(0.35, 0.6),
-                    width: fastest * dice.uniform(0.08, 0.2),
+                    velocity: fastest * rng.uniform(0.35, 0.6),
+                    width: fastest * rng.uniform(0.08, 0.2),
                     order,
                 },
                 "burst" => {
-                    let start = end * dice.uniform(0.2, 0.6);
-                    Outside::Burst { frequency: dice.uniform(3.0, 15.0), start, end: start + end * 0.2 }
+                    let start = end * rng.uniform(0.2, 0.6);
+                    Outside::Burst { frequency: rng.uniform(3.0, 15.0), start, end: start + end * 0.2 }
                 }
-                "detent" => Outside::Detent { pitch: dice.uniform(0.15, 0.4) },
+                "detent" => Outside::Detent { pitch: rng.uniform(0.15, 0.4) },
                 _ => {
                     let sharpest = world.acceleration.iter().fold(1e-9_f64, |m, v| m.max(v.abs()));
                     Outside::Jerky { velocity: 0.2 * fastest, acceleration: 0.1 * sharpest }

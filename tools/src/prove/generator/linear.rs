@@ -97,15 +97,15 @@ impl Whitener {
 
 #[cfg(test)]
 mod tests {
-    use super::super::dice::Dice;
     use super::*;
+    use crate::prove::generator::rng::Rng;
 
     #[test]
     fn whitener_whitens_and_scales_to_one() {
-        let mut dice = Dice::new(3);
+        let mut rng = Rng::new(3);
         let mut x = vec![0.0_f64; 20_000];
         for i in 1..x.len() {
-            x[i] = 0.95 * x[i - 1] + 0.2 * dice.normal();
+            x[i] = 0.95 * x[i - 1] + 0.2 * rng.normal();
         }
         let w = Whitener::fit(&x, 8).apply(&x);
         let power = w.iter().map(|x| x * x).sum::<f64>() / w.len() as f64;

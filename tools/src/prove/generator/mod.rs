@@ -1,23 +1,23 @@
 //! Concealed cases from a generator that shares nothing with the detector.
 
-mod dice;
 mod families;
 mod kinds;
 mod linear;
 mod motion;
-mod nature;
 mod noise;
 mod physics;
+mod plant_model;
+mod rng;
 mod truth;
 
-pub use dice::{Dice, case_seed};
 pub use kinds::{KINDS, OUTSIDE, coordinates, fits_a_joint};
 pub use noise::{Colour, real_residuals};
+pub use rng::{Rng, case_seed};
 
 use kinds::Hidden;
 use motion::{MotionKind, Plan};
-use nature::{Gear, Hysteresis, Joint, Nature};
 use noise::{Noise, quantise, rms};
+use plant_model::{Gear, Hysteresis, Joint, PlantModel};
 use truth::{Experiment, Scaled, Truth};
 
 use super::key::{HiddenEffect, INDISTINGUISHABLE, Key, Role};
@@ -26,8 +26,8 @@ use crate::recording::Recording;
 
 /// Which gear a case is about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum NatureKind {
-    /// A gear of the base model's nature.
+pub enum PlantKind {
+    /// A plant of the base model's structure.
     Gmhm,
     /// A gear of Maxwell-slip sliders.
     Maxwell,
@@ -40,8 +40,8 @@ pub enum NatureKind {
 pub struct CaseSpec {
     /// The block of the proof.
     pub block: String,
-    /// The gear's nature.
-    pub nature: NatureKind,
+    /// The plant model.
+    pub plant_model: PlantKind,
     /// Kinds to hide (of [`KINDS`] or [`OUTSIDE`]) and the rms each leaves, N·m. Empty for a null.
     pub effects: Vec<(String, f64)>,
     /// The colours that the noise may have.
@@ -92,15 +92,15 @@ struct Draft {
 
 /// Makes the case of `seed`.
 pub fn case(seed: u64, spec: &CaseSpec) -> Case {
-    let dice = Dice::new(seed);
-    let mut noise = Noise::draw(&mut dice.stream(1), spec.colour);
+    let rng = Rng::new(seed);
+    let mut noise = Noise::draw(&mut rng.stream(1), spec.colour);
     if let Some(real) = &spec.real {
         noise = Noise { name: "real".to_owned(), real: Some(real.clone()), torque_step_nm: 0.0, ..noise };
     }
     let mut made = None;
     for attempt in 0..ATTEMPTS {
-        let Some(draft) = draft(&dice, attempt, spec) else { continue };
-        let case = record(seed, &dice, spec, &noise, &draft);
+        let Some(draft) = draft(&rng, attempt, spec) else { continue };
+        let case = record(seed, &rng, spec, &noise, &draft);
         let done = case.key.hidden().all(|e| e.visible);
         made = Some(case);
         if done {
@@ -111,15 +111,15 @@ pub fn case(seed: u64, spec: &CaseSpec) -> Case {
     made.unwrap_or_else(|| case(seed, &CaseSpec { effects: Vec::new(), ..spec.clone() }))
 }
 
-fn draft(dice: &Dice, attempt: u64, spec: &CaseSpec) -> Option<Draft> {
-    let mut choose = dice.stream(100 + attempt);
+fn draft(rng: &Rng, attempt: u64, spec: &CaseSpec) -> Option<Draft> {
+    let mut choose = rng.stream(100 + attempt);
     let names: Vec<&str> = spec.effects.iter().map(|e| e.0.as_str()).collect();
-    let kind = motion_for(&mut choose, spec.nature, &names);
-    let nature = match spec.nature {
-        NatureKind::Joint => Nature::Joint(Joint::draw(&mut choose)),
-        other => Nature::Bench(Gear::draw(&mut choose, other == NatureKind::Maxwell)),
+    let kind = motion_for(&mut choose, spec.plant_model, &names);
+    let plant_model = match spec.plant_model {
+        PlantKind::Joint => PlantModel::Joint(Joint::draw(&mut choose)),
+        other => PlantModel::Bench(Gear::draw(&mut choose, other == PlantKind::Maxwell)),
     };
-    let rated = if let Nature::Bench(gear) = &nature { gear.rated } else { 1.0 };
+    let rated = if let PlantModel::Bench(gear) = &plant_model { gear.rated } else { 1.0 };
     let slow = names.iter().any(|k| kinds::slow(k));
     let mut plan = Plan::draw(&mut choose, kind, rated, slow);
     names.iter().for_each(|k| kinds::prepare(k, &mut choose, &mut plan));
@@ -135,8 +135,8 @@ fn draft(dice: &Dice, attempt: u64, spec: &CaseSpec) -> Option<Draft> {
     });
     let rows = if slow { 5000 } else { choose.pick(&[3000, 4000, 5000]) };
     let recordings = if choose.chance(0.15) { 2 } else { 1 };
-    let motions = (0..recordings).map(|i| plan.motion(&mut dice.stream(200 + 8 * attempt + i), rows, false)).collect();
-    let experiment = Experiment { nature, plan, side, extra, motions };
+    let motions = (0..recordings).map(|i| plan.motion(&mut rng.stream(200 + 8 * attempt + i), rows, false)).collect();
+    let experiment = Experiment { plant_model, plan, side, extra, motions };
     let world = experiment.truth(&[]).swap_remove(0).world;
     let hidden: Vec<Hidden> = names.iter().map(|k| kinds::draw(k, &mut choose, &world)).collect();
     let (mut scales, mut before) = (Vec::new(), Vec::new());
@@ -153,38 +153,34 @@ fn draft(dice: &Dice, attempt: u64, spec: &CaseSpec) -> Option<Draft> {
     Some(Draft { experiment, hidden, scales, before })
 }
 
-fn motion_for(dice: &mut Dice, nature: NatureKind, names: &[&str]) -> MotionKind {
-    if nature == NatureKind::Joint {
+fn motion_for(rng: &mut Rng, plant_model: PlantKind, names: &[&str]) -> MotionKind {
+    if plant_model == PlantKind::Joint {
         return MotionKind::Joint;
     }
     let all = [MotionKind::LockedCycles, MotionKind::Running, MotionKind::BandLimited, MotionKind::RunningBandLimited];
     let common: Vec<MotionKind> =
         all.into_iter().filter(|m| names.iter().all(|k| kinds::motions(k).contains(m))).collect();
     if !common.is_empty() {
-        return dice.pick(&if names.is_empty() { all.to_vec() } else { common });
+        return rng.pick(&if names.is_empty() { all.to_vec() } else { common });
     }
     // Two kinds without a common choice: what needs a turning motor decides.
-    if names.iter().any(|k| kinds::motions(k).iter().all(|m| m.turns())) {
-        MotionKind::Running
-    } else {
-        dice.pick(&all)
-    }
+    if names.iter().any(|k| kinds::motions(k).iter().all(|m| m.turns())) { MotionKind::Running } else { rng.pick(&all) }
 }
 
 /// Adds noise, works out the key and packs the case.
-fn record(seed: u64, dice: &Dice, spec: &CaseSpec, noise: &Noise, draft: &Draft) -> Case {
+fn record(seed: u64, rng: &Rng, spec: &CaseSpec, noise: &Noise, draft: &Draft) -> Case {
     let experiment = &draft.experiment;
     let effects: Vec<Scaled> = draft.hidden.iter().zip(draft.scales.iter().copied()).collect();
     let truths = experiment.truth(&effects);
-    let mut measure = dice.stream(2);
+    let mut measure = rng.stream(2);
     let (mut recordings, mut realised, mut noise_free) = (Vec::new(), Vec::new(), Vec::new());
     for (index, truth) in truths.iter().enumerate() {
         let (recording, left) = measured(&mut measure, experiment, truth, Some(noise), index);
         recordings.push(recording);
-        noise_free.push(measured(&mut Dice::new(0), experiment, truth, None, index).0);
+        noise_free.push(measured(&mut Rng::new(0), experiment, truth, None, index).0);
         realised.push(left);
     }
-    let (base, handed) = handed(&mut dice.stream(3), experiment, &effects, noise, spec.nature);
+    let (base, handed) = handed(&mut rng.stream(3), experiment, &effects, noise, spec.plant_model);
     let mut entries: Vec<HiddenEffect> = (0..effects.len())
         .map(|i| {
             let leaves = experiment.unexplained(&effects, i, &realised);
@@ -196,7 +192,7 @@ fn record(seed: u64, dice: &Dice, spec: &CaseSpec, noise: &Noise, draft: &Draft)
     let unseen = {
         let fitted = experiment.refitted(&effects);
         let rows = experiment.motions[0].time_s.len();
-        let motions = vec![experiment.plan.motion(&mut dice.stream(4), rows, true)];
+        let motions = vec![experiment.plan.motion(&mut rng.stream(4), rows, true)];
         let elsewhere = Experiment { motions, ..experiment.clone() };
         let truths = elsewhere.truth(&effects);
         let columns = elsewhere.base_columns(&truths, false);
@@ -206,7 +202,7 @@ fn record(seed: u64, dice: &Dice, spec: &CaseSpec, noise: &Noise, draft: &Draft)
     let key = Key {
         block: spec.block.clone(),
         seed,
-        nature: format!("{:?}", spec.nature).to_lowercase(),
+        plant_model: format!("{:?}", spec.plant_model).to_lowercase(),
         motion: format!("{:?}", experiment.plan.kind),
         remanent: experiment.motions.iter().any(|m| !m.history.is_empty()),
         noise: noise.name.clone(),
@@ -219,7 +215,7 @@ fn record(seed: u64, dice: &Dice, spec: &CaseSpec, noise: &Noise, draft: &Draft)
 }
 
 fn pack_unseen(experiment: &Experiment, truth: &Truth, columns: &[Vec<f64>], fitted: &[f64]) -> Unseen {
-    let (mut recording, _) = measured(&mut Dice::new(0), experiment, truth, None, 0);
+    let (mut recording, _) = measured(&mut Rng::new(0), experiment, truth, None, 0);
     recording.torque = None;
     let left: Vec<f64> = (0..truth.torque.len())
         .map(|i| truth.torque[i] - columns.iter().zip(fitted).map(|(c, w)| w * c[i]).sum::<f64>())
@@ -235,7 +231,7 @@ pub fn deviation(x: &[f64]) -> f64 {
 
 /// The recording of `truth`, and the noise in it as the base model would see it. Without `noise`: the bare channels.
 fn measured(
-    dice: &mut Dice,
+    rng: &mut Rng,
     experiment: &Experiment,
     truth: &Truth,
     noise: Option<&Noise>,
@@ -243,15 +239,15 @@ fn measured(
 ) -> (Recording, Vec<f64>) {
     let rows = truth.torque.len();
     let world = &truth.world;
-    let joint = matches!(experiment.nature, Nature::Joint(_));
-    let offset = if noise.is_some() { dice.uniform(-0.5, 0.5) } else { 0.0 };
+    let joint = matches!(experiment.plant_model, PlantModel::Joint(_));
+    let offset = if noise.is_some() { rng.uniform(-0.5, 0.5) } else { 0.0 };
     let clean = vec![0.0; rows];
-    let torque_noise = noise.map_or(clean, |n| n.torque(dice, rows));
+    let torque_noise = noise.map_or(clean, |n| n.torque(rng, rows));
     let (step_nm, theta_rms, theta_step) =
         noise.map_or((0.0, 0.0, 0.0), |n| (n.torque_step_nm, n.deflection_rms_rad, n.deflection_step_rad));
     let torque: Vec<f64> = (0..rows).map(|i| quantise(truth.torque[i] + offset + torque_noise[i], step_nm)).collect();
     let deflection: Vec<f64> =
-        truth.measured.iter().map(|x| quantise(x + theta_rms * dice.normal(), theta_step)).collect();
+        truth.measured.iter().map(|x| quantise(x + theta_rms * rng.normal(), theta_step)).collect();
     let left = (0..rows)
         .map(|i| torque[i] - offset - truth.torque[i] - world.c1 * (deflection[i] - truth.measured[i]))
         .collect();
@@ -260,16 +256,16 @@ fn measured(
         time_s: world.time_s.clone(),
         torque: Some(torque),
         temperature_c: world.temperature.as_ref().map(|t| {
-            t.iter().map(|t| if noise.is_some() { quantise(t + 0.05 * dice.normal(), 0.01) } else { *t }).collect()
+            t.iter().map(|t| if noise.is_some() { quantise(t + 0.05 * rng.normal(), 0.01) } else { *t }).collect()
         }),
         ..Recording::default()
     };
     let fastest = world.velocity.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-    let with_velocity = if joint { dice.chance(0.7) } else { dice.chance(0.3) };
+    let with_velocity = if joint { rng.chance(0.7) } else { rng.chance(0.3) };
     let output =
         |theta: &[f64]| -> Vec<f64> { (0..rows).map(|i| world.motor[i] / experiment.plan.ratio - theta[i]).collect() };
     if joint {
-        let step = if noise.is_some() { 2e-6 * 10.0_f64.powf(dice.uniform(0.0, 1.0)) } else { 0.0 };
+        let step = if noise.is_some() { 2e-6 * 10.0_f64.powf(rng.uniform(0.0, 1.0)) } else { 0.0 };
         recording.theta_out_rad = Some(output(&truth.measured).iter().map(|q| quantise(*q, step)).collect());
     } else {
         recording.theta_in_rad = Some(world.motor.clone());
@@ -279,33 +275,33 @@ fn measured(
     if with_velocity || (noise.is_none() && joint) {
         let spread = if noise.is_some() { 1e-3 * fastest } else { 0.0 };
         let speed = motion::derivative(&world.output, world.period_s);
-        recording.velocity_out_rad_per_s = Some(speed.iter().map(|v| v + spread * dice.normal()).collect());
+        recording.velocity_out_rad_per_s = Some(speed.iter().map(|v| v + spread * rng.normal()).collect());
     }
     (recording, left)
 }
 
 /// The base model handed to the detector, and how it was made.
 fn handed(
-    dice: &mut Dice,
+    rng: &mut Rng,
     experiment: &Experiment,
     effects: &[Scaled],
     noise: &Noise,
-    nature: NatureKind,
+    plant_model: PlantKind,
 ) -> (Model, &'static str) {
     let refitted = experiment.refitted(effects);
-    let how = match dice.uniform(0.0, 1.0) {
-        _ if nature == NatureKind::Maxwell => "refitted",
+    let how = match rng.uniform(0.0, 1.0) {
+        _ if plant_model == PlantKind::Maxwell => "refitted",
         x if x < 0.4 => "refitted",
         x if x < 0.8 => "perturbed",
         _ => "true",
     };
     let mut extra = experiment.extra;
-    let mut weights: Vec<f64> = match &experiment.nature {
-        Nature::Joint(joint) => joint.weights().to_vec(),
-        Nature::Bench(Gear { elastic, hysteresis: Hysteresis::Uniform { h, e }, .. }) => {
+    let mut weights: Vec<f64> = match &experiment.plant_model {
+        PlantModel::Joint(joint) => joint.weights().to_vec(),
+        PlantModel::Bench(Gear { elastic, hysteresis: Hysteresis::Uniform { h, e }, .. }) => {
             [&elastic[..], &[*h, *e]].concat()
         }
-        Nature::Bench(_) => refitted[..5].to_vec(),
+        PlantModel::Bench(_) => refitted[..5].to_vec(),
     };
     match how {
         "refitted" => {
@@ -314,10 +310,10 @@ fn handed(
                 (*coulomb, *viscous) = (refitted[5].max(0.0), refitted[6].max(0.0));
             }
         }
-        "perturbed" => weights.iter_mut().for_each(|w| *w *= 1.0 + 0.03 * dice.normal()),
+        "perturbed" => weights.iter_mut().for_each(|w| *w *= 1.0 + 0.03 * rng.normal()),
         _ => {}
     }
-    (experiment.nature.model(&weights, extra, experiment.plan.ratio, experiment.side, noise.play_rad()), how)
+    (experiment.plant_model.model(&weights, extra, experiment.plan.ratio, experiment.side, noise.play_rad()), how)
 }
 
 fn entry(
@@ -358,7 +354,8 @@ fn entry(
 
 /// A Maxwell-slip gear's own departure from the base model.
 fn nature_entry(experiment: &Experiment, noise: &Noise) -> Option<HiddenEffect> {
-    let Nature::Bench(Gear { hysteresis: Hysteresis::MaxwellSlip { radius, .. }, .. }) = &experiment.nature else {
+    let PlantModel::Bench(Gear { hysteresis: Hysteresis::MaxwellSlip { radius, .. }, .. }) = &experiment.plant_model
+    else {
         return None;
     };
     let truths = experiment.truth(&[]);
@@ -367,7 +364,7 @@ fn nature_entry(experiment: &Experiment, noise: &Noise) -> Option<HiddenEffect> 
     Some(HiddenEffect {
         kind: "nonlocal_memory".to_owned(),
         listed: true,
-        role: Role::Nature,
+        role: Role::PlantModel,
         shape: format!("{} sliders", radius.len()),
         size_nm,
         before_nm: size_nm,

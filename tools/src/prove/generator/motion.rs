@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::dice::Dice;
+use crate::prove::generator::rng::Rng;
 
 /// The experiment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -85,60 +85,60 @@ pub struct Motion {
 
 impl Plan {
     /// A plan for `kind`.
-    pub fn draw(dice: &mut Dice, kind: MotionKind, rated: f64, slow: bool) -> Self {
-        let smallest = dice.uniform(0.25, 0.5);
-        let rate = dice.log_uniform(0.15, 0.6);
-        let reversal_s = if dice.chance(0.1) { f64::INFINITY } else { dice.uniform(2.5, 7.0) };
-        let ratio = dice.pick(&[50.0, 80.0, 100.0, 100.0, 120.0, 160.0]) * if dice.chance(0.15) { -1.0 } else { 1.0 };
+    pub fn draw(rng: &mut Rng, kind: MotionKind, rated: f64, slow: bool) -> Self {
+        let smallest = rng.uniform(0.25, 0.5);
+        let rate = rng.log_uniform(0.15, 0.6);
+        let reversal_s = if rng.chance(0.1) { f64::INFINITY } else { rng.uniform(2.5, 7.0) };
+        let ratio = rng.pick(&[50.0, 80.0, 100.0, 100.0, 120.0, 160.0]) * if rng.chance(0.15) { -1.0 } else { 1.0 };
         let speed = match kind {
-            MotionKind::Joint => dice.uniform(0.15, 0.5),
-            _ => dice.log_uniform(5.0, 25.0) / f64::abs(ratio),
+            MotionKind::Joint => rng.uniform(0.15, 0.5),
+            _ => rng.log_uniform(5.0, 25.0) / f64::abs(ratio),
         };
         Self {
             kind,
-            period_s: if slow || kind == MotionKind::Joint { 0.01 } else { dice.pick(&[0.005, 0.008, 0.01]) },
+            period_s: if slow || kind == MotionKind::Joint { 0.01 } else { rng.pick(&[0.005, 0.008, 0.01]) },
             rated,
             ratio,
-            amplitudes: vec![dice.uniform(0.9, 0.97), dice.uniform(smallest, 0.85), smallest],
-            stroke_s: [rate, rate * dice.uniform(2.0, 8.0)],
-            band_hz: dice.uniform(1.0, 4.0),
-            triangular: dice.chance(0.25),
+            amplitudes: vec![rng.uniform(0.9, 0.97), rng.uniform(smallest, 0.85), smallest],
+            stroke_s: [rate, rate * rng.uniform(2.0, 8.0)],
+            band_hz: rng.uniform(1.0, 4.0),
+            triangular: rng.chance(0.25),
             speed,
             reversal_s,
-            warmth: match (dice.chance(0.35), dice.chance(0.6)) {
-                (true, true) => Warmth::Ramp { rise: dice.uniform(2.0, 10.0) },
-                (true, false) => Warmth::WarmUp { rise: dice.uniform(3.0, 12.0), tau_s: dice.uniform(8.0, 40.0) },
+            warmth: match (rng.chance(0.35), rng.chance(0.6)) {
+                (true, true) => Warmth::Ramp { rise: rng.uniform(2.0, 10.0) },
+                (true, false) => Warmth::WarmUp { rise: rng.uniform(3.0, 12.0), tau_s: rng.uniform(8.0, 40.0) },
                 _ => Warmth::Absent,
             },
-            remanent: dice.chance(0.2),
+            remanent: rng.chance(0.2),
         }
     }
 
     /// One motion of `rows` rows. `virgin` overrides an unrecorded history.
-    pub fn motion(&self, dice: &mut Dice, rows: usize, virgin: bool) -> Motion {
+    pub fn motion(&self, rng: &mut Rng, rows: usize, virgin: bool) -> Motion {
         let time_s: Vec<f64> = (0..rows).map(|i| i as f64 * self.period_s).collect();
         let end = rows as f64 * self.period_s;
-        let mut motion = Motion { temperature: self.temperature(dice, &time_s), ..Motion::default() };
+        let mut motion = Motion { temperature: self.temperature(rng, &time_s), ..Motion::default() };
         if self.remanent && !virgin && self.kind != MotionKind::Joint {
-            let a = self.rated * dice.uniform(0.2, 0.8) * dice.sign();
+            let a = self.rated * rng.uniform(0.2, 0.8) * rng.sign();
             motion.history = vec![a, -0.4 * a, 0.0];
         }
         motion.deflection = match self.kind {
-            MotionKind::LockedCycles | MotionKind::Running => self.strokes(dice, &time_s),
-            MotionKind::BandLimited | MotionKind::RunningBandLimited => self.band(dice, &time_s),
+            MotionKind::LockedCycles | MotionKind::Running => self.strokes(rng, &time_s),
+            MotionKind::BandLimited | MotionKind::RunningBandLimited => self.band(rng, &time_s),
             MotionKind::Joint => vec![0.0; rows],
         };
         motion.motor = match self.kind {
-            MotionKind::LockedCycles | MotionKind::BandLimited => vec![dice.phase(); rows],
-            MotionKind::Joint => self.joint(dice, &time_s, end).iter().map(|q| q * self.ratio).collect(),
-            _ => self.run(dice, &time_s),
+            MotionKind::LockedCycles | MotionKind::BandLimited => vec![rng.phase(); rows],
+            MotionKind::Joint => self.joint(rng, &time_s, end).iter().map(|q| q * self.ratio).collect(),
+            _ => self.run(rng, &time_s),
         };
         motion.time_s = time_s;
         motion
     }
 
-    fn temperature(&self, dice: &mut Dice, time_s: &[f64]) -> Option<Vec<f64>> {
-        let (start, phase, end) = (dice.uniform(19.0, 26.0), dice.phase(), time_s[time_s.len() - 1]);
+    fn temperature(&self, rng: &mut Rng, time_s: &[f64]) -> Option<Vec<f64>> {
+        let (start, phase, end) = (rng.uniform(19.0, 26.0), rng.phase(), time_s[time_s.len() - 1]);
         let profile: Box<dyn Fn(f64) -> f64> = match self.warmth {
             Warmth::Absent => return None,
             Warmth::WarmUp { rise, tau_s } => Box::new(move |t| rise * (1.0 - (-t / tau_s).exp())),
@@ -149,7 +149,7 @@ impl Plan {
     }
 
     /// Load strokes between turning points: full cycles of every amplitude, then random ones and minor loops.
-    fn strokes(&self, dice: &mut Dice, time_s: &[f64]) -> Vec<f64> {
+    fn strokes(&self, rng: &mut Rng, time_s: &[f64]) -> Vec<f64> {
         let mut queue: Vec<f64> = Vec::new();
         for (i, &a) in self.amplitudes.iter().enumerate() {
             for _ in 0..if i == 0 { 2 } else { 1 } {
@@ -164,11 +164,11 @@ impl Plan {
                 start += length;
                 from = to;
                 to = queue.pop().unwrap_or_else(|| {
-                    let a = dice.pick(&self.amplitudes);
-                    if dice.chance(0.3) { dice.uniform(-a, a) } else { -a * f64::signum(from) }
+                    let a = rng.pick(&self.amplitudes);
+                    if rng.chance(0.3) { rng.uniform(-a, a) } else { -a * f64::signum(from) }
                 });
                 let span: f64 = f64::abs(to - from);
-                length = dice.log_uniform(self.stroke_s[0], self.stroke_s[1]) * (0.3 + 0.7 * span);
+                length = rng.log_uniform(self.stroke_s[0], self.stroke_s[1]) * (0.3 + 0.7 * span);
             }
             let s = ((t - start) / length).clamp(0.0, 1.0);
             let s = if self.triangular { s } else { 0.5 - 0.5 * (PI * s).cos() };
@@ -178,12 +178,12 @@ impl Plan {
     }
 
     /// A sum of sines with random phases, faded in, its largest value that of the first amplitude.
-    fn band(&self, dice: &mut Dice, time_s: &[f64]) -> Vec<f64> {
+    fn band(&self, rng: &mut Rng, time_s: &[f64]) -> Vec<f64> {
         let top = self.band_hz;
         let parts: Vec<[f64; 3]> = (0..24)
             .map(|_| {
-                let f = dice.log_uniform(0.06, top);
-                [TAU * f, dice.phase(), dice.uniform(0.3, 1.0) / f.sqrt()]
+                let f = rng.log_uniform(0.06, top);
+                [TAU * f, rng.phase(), rng.uniform(0.3, 1.0) / f.sqrt()]
             })
             .collect();
         let mut path: Vec<f64> = time_s
@@ -196,20 +196,20 @@ impl Plan {
     }
 
     /// Motor angle: forth and back with smooth reversals at a speed that changes from run to run.
-    fn run(&self, dice: &mut Dice, time_s: &[f64]) -> Vec<f64> {
-        let mut angle = dice.phase();
-        let (mut velocity, mut target, mut next, mut sign) = (0.0, 0.0, 0.0, dice.sign());
+    fn run(&self, rng: &mut Rng, time_s: &[f64]) -> Vec<f64> {
+        let mut angle = rng.phase();
+        let (mut velocity, mut target, mut next, mut sign) = (0.0, 0.0, 0.0, rng.sign());
         let settle = (0.12_f64 / self.period_s).recip().min(1.0);
         time_s
             .iter()
             .map(|&t| {
                 if t >= next {
                     let pause = if self.reversal_s.is_finite() { self.reversal_s } else { 6.0 };
-                    next = t + pause * dice.uniform(0.6, 1.4);
+                    next = t + pause * rng.uniform(0.6, 1.4);
                     if self.reversal_s.is_finite() {
                         sign = -sign;
                     }
-                    target = sign * self.speed * self.ratio * dice.uniform(0.25, 1.0);
+                    target = sign * self.speed * self.ratio * rng.uniform(0.25, 1.0);
                 }
                 velocity += settle * (target - velocity);
                 angle += velocity * self.period_s;
@@ -219,11 +219,11 @@ impl Plan {
     }
 
     /// Joint angle: a sum of a few sines, or moves from stop to stop.
-    fn joint(&self, dice: &mut Dice, time_s: &[f64], end: f64) -> Vec<f64> {
-        let middle = dice.uniform(-1.5, 1.5);
-        if dice.chance(0.6) {
-            let parts: Vec<[f64; 3]> = (0..dice.pick(&[1, 3, 5]))
-                .map(|k| [TAU * dice.uniform(0.05, 0.2) * f64::from(1 + k / 2), dice.phase(), 0.0])
+    fn joint(&self, rng: &mut Rng, time_s: &[f64], end: f64) -> Vec<f64> {
+        let middle = rng.uniform(-1.5, 1.5);
+        if rng.chance(0.6) {
+            let parts: Vec<[f64; 3]> = (0..rng.pick(&[1, 3, 5]))
+                .map(|k| [TAU * rng.uniform(0.05, 0.2) * f64::from(1 + k / 2), rng.phase(), 0.0])
                 .collect();
             let share = self.speed * 1.6 / parts.len() as f64;
             return time_s
@@ -232,14 +232,14 @@ impl Plan {
                 .collect();
         }
         let mut moves = vec![[0.0, 0.0, 0.0, 1.0]];
-        let (mut t, mut q) = (dice.uniform(0.3, 1.0), 0.0);
+        let (mut t, mut q) = (rng.uniform(0.3, 1.0), 0.0);
         while t < end {
-            let to: f64 = dice.uniform(-1.5, 1.5);
+            let to: f64 = rng.uniform(-1.5, 1.5);
             // A raised-cosine velocity of mean half its peak.
-            let length = (2.0 * f64::abs(to - q) / (self.speed * dice.uniform(0.5, 1.0))).max(0.5);
+            let length = (2.0 * f64::abs(to - q) / (self.speed * rng.uniform(0.5, 1.0))).max(0.5);
             moves.push([t, q, to, length]);
             q = to;
-            t += length + dice.uniform(0.1, 0.6);
+            t += length + rng.uniform(0.1, 0.6);
         }
         time_s
             .iter()

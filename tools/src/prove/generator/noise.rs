@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::dice::Dice;
+use crate::prove::generator::rng::Rng;
 
 /// The disturbance of one case.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,37 +36,37 @@ pub enum Colour {
 
 impl Noise {
     /// Draws the noise of a case.
-    pub fn draw(dice: &mut Dice, colour: Colour) -> Self {
-        let choice = if colour == Colour::Any { dice.uniform(0.0, 1.0) } else { dice.uniform(0.25, 1.0) };
+    pub fn draw(rng: &mut Rng, colour: Colour) -> Self {
+        let choice = if colour == Colour::Any { rng.uniform(0.0, 1.0) } else { rng.uniform(0.25, 1.0) };
         let (name, autoregression) = if choice < 0.25 {
             ("white".to_owned(), Vec::new())
         } else if choice < 0.75 {
-            let a = 1.0 - dice.log_uniform(0.01, 0.5);
+            let a = 1.0 - rng.log_uniform(0.01, 0.5);
             (format!("ar1 {a:.3}"), vec![a])
         } else {
             // A slow real pole and a damped resonance: what structures and filters leave behind.
-            let (slow, radius, angle) = (dice.uniform(0.5, 0.97), dice.uniform(0.7, 0.97), dice.uniform(0.2, 2.0));
+            let (slow, radius, angle) = (rng.uniform(0.5, 0.97), rng.uniform(0.7, 0.97), rng.uniform(0.2, 2.0));
             let (b, c) = (2.0 * radius * f64::cos(angle), -radius * radius);
             ("ar3".to_owned(), vec![slow + b, c - slow * b, -slow * c])
         };
-        let quantised = dice.chance(0.4);
+        let quantised = rng.chance(0.4);
         Self {
             name,
-            rms_nm: dice.log_uniform(0.03, 0.1),
+            rms_nm: rng.log_uniform(0.03, 0.1),
             autoregression,
-            torque_step_nm: if dice.chance(0.4) { dice.log_uniform(0.01, 0.08) } else { 0.0 },
-            outliers: if dice.chance(0.25) { dice.log_uniform(2e-4, 2e-3) } else { 0.0 },
-            deflection_rms_rad: dice.log_uniform(0.02e-6, 0.4e-6),
-            deflection_step_rad: if quantised { dice.log_uniform(0.1e-6, 1.0e-6) } else { 0.0 },
+            torque_step_nm: if rng.chance(0.4) { rng.log_uniform(0.01, 0.08) } else { 0.0 },
+            outliers: if rng.chance(0.25) { rng.log_uniform(2e-4, 2e-3) } else { 0.0 },
+            deflection_rms_rad: rng.log_uniform(0.02e-6, 0.4e-6),
+            deflection_step_rad: if quantised { rng.log_uniform(0.1e-6, 1.0e-6) } else { 0.0 },
             real: None,
         }
     }
 
     /// The torque noise of `rows` rows, without quantisation.
-    pub fn torque(&self, dice: &mut Dice, rows: usize) -> Vec<f64> {
+    pub fn torque(&self, rng: &mut Rng, rows: usize) -> Vec<f64> {
         let mut noise = if let Some(real) = &self.real {
             // The real residual from a random row on, reflected at its ends, either way round in sign.
-            let (start, sign) = (dice.uniform(0.0, real.len() as f64) as usize, dice.sign());
+            let (start, sign) = (rng.uniform(0.0, real.len() as f64) as usize, rng.sign());
             (0..rows)
                 .map(|i| {
                     let k = (start + i) % (2 * real.len());
@@ -79,15 +79,15 @@ impl Noise {
             for i in 0..x.len() {
                 let past: f64 =
                     self.autoregression.iter().enumerate().filter(|(k, _)| *k < i).map(|(k, a)| a * x[i - 1 - k]).sum();
-                x[i] = past + dice.normal();
+                x[i] = past + rng.normal();
             }
             let rms = rms(&x[warm_up / 2..]);
             x[warm_up..].iter().map(|x| x / rms).collect::<Vec<f64>>()
         };
         for x in &mut noise {
             *x *= self.rms_nm;
-            if dice.chance(self.outliers) {
-                *x += dice.sign() * dice.uniform(6.0, 15.0) * self.rms_nm;
+            if rng.chance(self.outliers) {
+                *x += rng.sign() * rng.uniform(6.0, 15.0) * self.rms_nm;
             }
         }
         noise

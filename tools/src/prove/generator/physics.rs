@@ -1,8 +1,8 @@
 //! The generator's own equations of what can be hidden: one [`Piece`] each, every weight multiplying one response.
 
 use super::motion::{Motion, Plan, derivative, second_derivative};
-use super::nature::{Nature, stop};
 use crate::model::TorqueSide;
+use crate::prove::generator::plant_model::{PlantModel, stop};
 
 /// A smoothed sign of the velocity.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -158,7 +158,7 @@ impl World {
     /// The world of one motion. `extra` is friction (Coulomb, smoothing, viscous) of a bench's base model; `play` the
     /// half-width of a play between planned and true deflection.
     pub fn new(
-        nature: &Nature,
+        plant_model: &PlantModel,
         plan: &Plan,
         motion: &Motion,
         side: TorqueSide,
@@ -197,15 +197,15 @@ impl World {
             ..Self::default()
         };
         let rows = world.time_s.len();
-        match nature {
-            Nature::Bench(gear) => {
+        match plant_model {
+            PlantModel::Bench(gear) => {
                 world.c1 = gear.elastic[0];
                 world.base = gear.torque(&world.history, &world.theta);
                 world.friction = extra.map_or(vec![0.0; rows], |[coulomb, smoothing, viscous]| {
                     world.velocity.iter().map(|v| sigma * (coulomb * (v / smoothing).tanh() + viscous * v)).collect()
                 });
             }
-            Nature::Joint(joint) => {
+            PlantModel::Joint(joint) => {
                 let columns = joint.columns(&world.output, &world.velocity, &world.acceleration);
                 let sum = |range: std::ops::Range<usize>| -> Vec<f64> {
                     (0..rows).map(|i| range.clone().map(|k| joint.weights()[k] * columns[k][i]).sum()).collect()

@@ -6,16 +6,16 @@ use super::families;
 use super::kinds::{Family, Hidden};
 use super::linear::{Span, Whitener, weights};
 use super::motion::{Motion, Plan};
-use super::nature::Nature;
 use super::noise::rms;
 use super::physics::{Piece, World};
 use crate::model::TorqueSide;
+use crate::prove::generator::plant_model::PlantModel;
 
 /// A gear or joint, how it is measured, and the motions that were recorded.
 #[derive(Debug, Clone)]
 pub struct Experiment {
     /// The gear or the joint.
-    pub nature: Nature,
+    pub plant_model: PlantModel,
     /// What the motions have in common.
     pub plan: Plan,
     /// Where the torque is taken.
@@ -56,7 +56,7 @@ impl Experiment {
         self.motions
             .iter()
             .map(|motion| {
-                let world = World::new(&self.nature, &self.plan, motion, self.side, self.extra, play);
+                let world = World::new(&self.plant_model, &self.plan, motion, self.side, self.extra, play);
                 let mut measured = world.planned.clone();
                 let mut torque: Vec<f64> = world.base.iter().zip(&world.friction).map(|(b, f)| b + f).collect();
                 let mut left_out = vec![0.0; torque.len()];
@@ -69,7 +69,7 @@ impl Experiment {
                         left_out.iter_mut().zip(&x).for_each(|(t, x)| *t += x);
                     }
                 }
-                if let Nature::Bench(gear) = &self.nature
+                if let PlantModel::Bench(gear) = &self.plant_model
                     && measured != world.theta
                 {
                     let seen = gear.torque(&world.history, &measured);
@@ -86,15 +86,15 @@ impl Experiment {
         let mut columns: Vec<Vec<f64>> = Vec::new();
         for (index, truth) in truths.iter().enumerate() {
             let world = &truth.world;
-            let mut own: Vec<Vec<f64>> = match &self.nature {
-                Nature::Bench(gear) => gear.columns(&world.history, &truth.measured).to_vec(),
-                Nature::Joint(joint) => joint.columns(&world.output, &world.velocity, &world.acceleration).to_vec(),
+            let mut own: Vec<Vec<f64>> = match &self.plant_model {
+                PlantModel::Bench(gear) => gear.columns(&world.history, &truth.measured).to_vec(),
+                PlantModel::Joint(joint) => joint.columns(&world.output, &world.velocity, &world.acceleration).to_vec(),
             };
             if let Some([_, smoothing, _]) = self.extra {
                 own.push(world.velocity.iter().map(|v| world.sigma * (v / smoothing).tanh()).collect());
                 own.push(world.velocity.iter().map(|v| world.sigma * v).collect());
             }
-            if let (true, Nature::Bench(gear)) = (zero, &self.nature) {
+            if let (true, PlantModel::Bench(gear)) = (zero, &self.plant_model) {
                 let step = 1e-4 * gear.rated;
                 let shifted = |x: &[f64]| x.iter().map(|x| x + step).collect::<Vec<f64>>();
                 let there = gear.torque(&shifted(&world.history), &shifted(&truth.measured));

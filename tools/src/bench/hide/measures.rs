@@ -1,0 +1,70 @@
+//! What an experiment gives an effect to act on: the measures that hidden effects are scaled by.
+
+use std::f64::consts::TAU;
+
+use crate::bench::machine::rate;
+use crate::recording::Recording;
+
+/// Measures of a noise-free recording.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Measures {
+    pub duration_s: f64,
+    pub sample_rate_hz: f64,
+    /// Largest values.
+    pub deflection_rad: f64,
+    pub torque_nm: f64,
+    pub velocity: f64,
+    pub acceleration: f64,
+    pub deflection_rate: f64,
+    pub torque_rate: f64,
+    pub motor_turns_per_s: f64,
+    /// Lowest and highest values.
+    pub motor_angle: (f64, f64),
+    pub output_angle: (f64, f64),
+    pub temperature_c: (f64, f64),
+}
+
+impl Measures {
+    pub fn of(recording: &Recording) -> Self {
+        let column = |values: &Option<Vec<f64>>| values.clone().unwrap_or_else(|| vec![0.0; recording.len()]);
+        let time = &recording.time_s;
+        let theta = column(&recording.deflection_rad);
+        let torque = column(&recording.torque);
+        let velocity = column(&recording.velocity_out_rad_per_s);
+        let motor = column(&recording.theta_in_rad);
+        let duration_s = time[time.len() - 1] - time[0];
+        Self {
+            duration_s,
+            sample_rate_hz: (time.len() - 1) as f64 / duration_s,
+            deflection_rad: largest(&theta),
+            torque_nm: largest(&torque),
+            velocity: largest(&velocity),
+            acceleration: largest(&rate(&velocity, time)),
+            deflection_rate: largest(&rate(&theta, time)),
+            torque_rate: largest(&rate(&torque, time)),
+            motor_turns_per_s: largest(&rate(&motor, time)) / TAU,
+            motor_angle: extremes(&motor),
+            output_angle: extremes(&column(&recording.theta_out_rad)),
+            temperature_c: extremes(&column(&recording.temperature_c)),
+        }
+    }
+
+    /// Torque over deflection, N·m/rad.
+    pub fn stiffness(&self) -> f64 {
+        self.torque_nm / self.deflection_rad
+    }
+
+    /// The highest order of the motor turn that still has six samples a period.
+    pub fn highest_order(&self) -> f64 {
+        if self.motor_turns_per_s > 0.0 { self.sample_rate_hz / (6.0 * self.motor_turns_per_s) } else { f64::INFINITY }
+    }
+}
+
+fn extremes(values: &[f64]) -> (f64, f64) {
+    values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &x| (x.min(a), x.max(b)))
+}
+
+fn largest(values: &[f64]) -> f64 {
+    let (low, high) = extremes(values);
+    high.max(-low)
+}

@@ -1,0 +1,197 @@
+//! What explains best what a fitted model leaves: every kind of the library, refitted together with the model, its shapes polished.
+
+use rayon::prelude::*;
+
+use crate::diagnose::DiagnoseError;
+use crate::kinds::library;
+use crate::kinds::library::Proposal;
+use crate::model::{Model, TermValue};
+use crate::numerics::autoregression::Noise;
+use crate::numerics::basis::Basis;
+use crate::numerics::qr::dot;
+use crate::regression::dataset::Dataset;
+use crate::regression::fit::Fitted;
+
+/// A kind that was tried, at its best.
+pub struct Alternative {
+    /// Its kind.
+    pub kind: &'static str,
+    /// The term of the model that it adds an element to.
+    pub extends: Option<usize>,
+    /// The model with it, refitted.
+    pub fit: Fitted,
+    /// By how much it lowers −2 ln L.
+    pub gain: f64,
+    /// How many numbers it adds.
+    pub parameters: usize,
+    /// Whether shapes and all were polished; else the gain is that of the grid.
+    pub polished: bool,
+}
+
+/// How the search is done.
+#[derive(Clone, Copy)]
+pub struct Search<'r> {
+    /// Kinds that may not be used.
+    pub removed: &'r [String],
+    /// The only kind that may be used.
+    pub only: Option<&'r str>,
+    /// Terms of the model handed in.
+    pub base_terms: usize,
+    /// Whether the zero of the deflection is free.
+    pub zero: bool,
+    /// The seed of the swarm that searches shapes.
+    pub seed: u64,
+}
+
+impl Search<'_> {
+    /// Whether a kind may be used.
+    pub fn allows(&self, kind: &str) -> bool {
+        !self.removed.iter().any(|r| r == kind) && self.only.is_none_or(|only| only == kind)
+    }
+}
+
+/// A proposal on the grid, with its own noise.
+struct Tried<'p> {
+    proposal: &'p Proposal,
+    weights: Vec<f64>,
+    noise: Vec<Noise>,
+    gain: f64,
+}
+
+/// Kinds whose gain on the grid is below this share of the best are not polished, unless they are near.
+const WORTH_POLISHING: f64 = 0.35;
+/// A term may raise the plain squared residual by this factor at most.
+const DEARER: f64 = 1.3;
+/// A shape of a kind that gains less than this share of the best shape's on the grid is not polished beside it, unless it is near.
+const SHAPELY: f64 = 0.75;
+/// One of which most numbers still move gains on the grid but a fraction of what it gains polished.
+const RICH: f64 = 0.2;
+/// A gain of the deviance that is always near.
+const NEAR: f64 = 60.0;
+
+impl Dataset<'_> {
+    /// Every kind at its best beside a fitted model, the best first. Gains below `least` are left out, and nothing is polished if all are.
+    ///
+    /// # Errors
+    /// A model that cannot be evaluated.
+    pub fn explain(&self, fit: &Fitted, search: Search<'_>, least: f64) -> Result<Vec<Alternative>, DiagnoseError> {
+        let evaluations = self.evaluate(&fit.model)?;
+        let proposals = library::proposals(self, &evaluations, fit, search);
+        drop(evaluations);
+        let mut tried = self.screen(fit, &proposals);
+        tried.retain(|t| t.gain > least);
+        let Some(best) = tried.iter().map(|t| t.gain).max_by(f64::total_cmp) else { return Ok(Vec::new()) };
+        let polish = |tried: &Tried<'_>| -> Option<Alternative> {
+            let proposal = tried.proposal;
+            let start = proposal.applied(&fit.model, &tried.weights);
+            let near = tried.gain > WORTH_POLISHING * best || tried.gain > best - NEAR;
+            let places = self.places(&start, search);
+            let steps = if near { 6 } else { 1 };
+            let polished = self.fit_beside(&start, &places, Some(&tried.noise), steps, Some(fit)).ok()?;
+            // What only trades structure for slow noise explains nothing.
+            let worse = dot(&polished.residual, &polished.residual) > DEARER * dot(&fit.residual, &fit.residual);
+            if worse || !proposal.accepts_fitted(&polished.model) {
+                return None;
+            }
+            let mut gain = fit.minus_two_log_likelihood - polished.minus_two_log_likelihood;
+            if proposal.info.name == "time_skew" {
+                gain -= self.smoothing_gain(fit, &polished.model).max(0.0);
+            }
+            Some(Alternative {
+                kind: proposal.info.name,
+                extends: proposal.extends,
+                fit: polished,
+                gain,
+                parameters: proposal.parameters(),
+                polished: near,
+            })
+        };
+        let mut found: Vec<Alternative> = tried.par_iter().filter_map(polish).collect();
+        found.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        // Of each kind the shape that is worth its numbers most.
+        let net = |a: &Alternative| a.gain - self.penalty(a.parameters);
+        let mut best: Vec<(&str, Option<usize>, f64)> = Vec::new();
+        for a in &found {
+            match best.iter_mut().find(|(kind, extends, _)| (*kind, *extends) == (a.kind, a.extends)) {
+                Some((.., most)) => *most = most.max(net(a)),
+                None => best.push((a.kind, a.extends, net(a))),
+            }
+        }
+        found.retain(|a| best.contains(&(a.kind, a.extends, net(a))));
+        Ok(found)
+    }
+
+    /// What a delay gains beside a fitted model by smoothing the model's own noise between samples, not by being late: the gain of the mean of both signs of it.
+    pub fn smoothing_gain(&self, fit: &Fitted, delayed: &Model) -> f64 {
+        let Some(term) = delayed.terms.iter().find(|t| t.kind == "time_skew") else { return 0.0 };
+        let Some(TermValue::Number(delay)) = term.values.get("delay_s") else { return 0.0 };
+        let at = |delay: f64| {
+            let mut model = fit.model.clone();
+            let mut term = term.clone();
+            term.values.insert("delay_s".to_owned(), TermValue::Number(delay));
+            model.terms.push(term);
+            self.total(&model)
+        };
+        let (Ok(late), Ok(early), Ok(now)) = (at(*delay), at(-delay), self.total(&fit.model)) else { return 0.0 };
+        let smoothed: Vec<f64> =
+            (0..now.len()).map(|i| fit.residual[i] - 0.5 * (late[i] + early[i]) + now[i]).collect();
+        let base = fit.of_places();
+        let profile = self.layout().best_profile(&base, &smoothed, &fit.noise);
+        fit.minus_two_log_likelihood - profile.minus_two_log_likelihood
+    }
+
+    /// The best of each kind on the grid.
+    fn screen<'p>(&self, fit: &Fitted, proposals: &'p [Proposal]) -> Vec<Tried<'p>> {
+        let layout = self.layout();
+        let plain: Vec<Noise> = self.spans.iter().map(|_| Noise::unit()).collect();
+        let mut chosen: Vec<usize> = Vec::new();
+        for (noise, most) in [(&fit.noise, 2), (&plain, 1)] {
+            let mut basis = Basis::default();
+            for column in &fit.columns {
+                basis.add(&layout.whiten(noise, column));
+            }
+            let mut y = layout.whiten(noise, &fit.residual);
+            basis.reduce(&mut y);
+            let gain = |proposal: &Proposal| {
+                let white: Vec<Vec<f64>> = proposal.columns.iter().map(|c| layout.whiten(noise, c)).collect();
+                basis.gain(&white, &y).0
+            };
+            let gains: Vec<f64> = proposals.par_iter().map(gain).collect();
+            let mut order: Vec<usize> = (0..proposals.len()).collect();
+            order.sort_by(|&a, &b| gains[b].total_cmp(&gains[a]));
+            let mut taken: Vec<_> = Vec::new();
+            for i in order {
+                let key = proposals[i].form();
+                if taken.iter().filter(|k| **k == key).count() < most {
+                    taken.push(key);
+                    if !chosen.contains(&i) {
+                        chosen.push(i);
+                    }
+                }
+            }
+        }
+        let base = fit.of_places();
+        let profile = |&i: &usize| -> Option<Tried<'p>> {
+            let proposal = &proposals[i];
+            let mut columns = base.clone();
+            columns.extend(proposal.columns.iter().map(Vec::as_slice));
+            let profile = layout.best_profile(&columns, &fit.residual, &fit.noise);
+            let weights = profile.coefficients[base.len()..].to_vec();
+            let gain = fit.minus_two_log_likelihood - profile.minus_two_log_likelihood;
+            proposal.accepts(&weights).then_some(Tried { proposal, weights, noise: profile.noise, gain })
+        };
+        let mut tried: Vec<Tried<'p>> = chosen.par_iter().filter_map(profile).collect();
+        tried.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        // Of each form the best; of a kind those that the polish may still turn.
+        let mut kept: Vec<(_, f64)> = Vec::new();
+        tried.retain(|t| {
+            let (kind, extends, shape) = t.proposal.form();
+            let best = kept.iter().find(|((k, e, _), _)| (*k, *e) == (kind, extends)).map_or(t.gain, |(_, gain)| *gain);
+            let known = kept.iter().any(|(form, _)| *form == (kind, extends, shape));
+            kept.push(((kind, extends, shape), t.gain));
+            let share = if t.proposal.parameters() > t.proposal.keys.len() + 2 { RICH } else { SHAPELY };
+            !known && t.gain > (share * best).min(best - NEAR)
+        });
+        tried
+    }
+}

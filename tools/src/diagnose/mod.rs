@@ -1,0 +1,78 @@
+//! Discovery: where recording and simulation differ, what physics was left out, and the fit with it.
+//!
+//! | file | what |
+//! |---|---|
+//! | [`pipeline`] | the whole, as `gmhm diagnose` writes it |
+//! | [`diagnosis`] | the result, field for field as `--json` |
+//! | [`explain`] | every kind beside a fitted model, refitted together |
+//! | [`mod@search`], `shapes` | forward, with swaps, and backward; the shapes of what was found |
+//! | [`nonparametric`], `tones`, `jumps` | curves without physics over every coordinate; tones; jumps |
+//! | [`naming`], `shares` | classes that cannot be told apart, names, shares of power |
+//! | [`next_experiment`] | what could not have been seen, and the experiment that would show it |
+//! | [`report_data`] | what a report shows |
+//! | `detector` | the diagnosis as `gmhm prove` calls it |
+
+pub(crate) mod detector;
+pub mod diagnosis;
+pub mod explain;
+pub(crate) mod jumps;
+pub mod naming;
+pub mod next_experiment;
+pub mod nonparametric;
+pub mod pipeline;
+pub mod report_data;
+pub mod search;
+pub(crate) mod shapes;
+pub(crate) mod shares;
+pub(crate) mod tones;
+
+pub use crate::diagnose::detector::Diagnostician;
+pub use crate::diagnose::pipeline::{Finding, Options, diagnose};
+
+use crate::physics::PredictError;
+use crate::regression::error::EstimateError;
+use crate::signal::plausible::Implausible;
+
+/// Why nothing was diagnosed.
+#[derive(Debug, thiserror::Error)]
+pub enum DiagnoseError {
+    /// No recording.
+    #[error("no recording was given")]
+    NoRecording,
+    /// No torque to explain.
+    #[error(
+        "{0}: column torque_nm (or current_a) is missing; name it, or map another column to it with --map torque_nm=…"
+    )]
+    NoTorque(String),
+    /// Too little to tell anything.
+    #[error("{recording}: {rows} rows are too few for a diagnosis, at least 64 are needed")]
+    TooFewRows {
+        /// The recording.
+        recording: String,
+        /// Its rows.
+        rows: usize,
+    },
+    /// Newton-metres and amperes.
+    #[error("{first} and {other} hold torque in different units: diagnose them apart")]
+    MixedUnits {
+        /// The first recording.
+        first: String,
+        /// The one that differs.
+        other: String,
+    },
+    /// A simulation of some recordings only.
+    #[error("some recordings have a column torque_sim_nm and others have none: give it for all or for none")]
+    SomeSimulated,
+    /// The model cannot be evaluated.
+    #[error(transparent)]
+    Predict(#[from] PredictError),
+    /// Recordings and model cannot be of one gear.
+    #[error(transparent)]
+    Implausible(#[from] Implausible),
+    /// The recordings cannot be prepared.
+    #[error(transparent)]
+    Estimate(#[from] EstimateError),
+    /// The caller asked for it.
+    #[error("stopped before the diagnosis was done; nothing was written")]
+    Cancelled,
+}

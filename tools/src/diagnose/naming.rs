@@ -1,0 +1,434 @@
+//! From a search to findings: classes of kinds that cannot be told apart, and names that are given only where they explain all there is.
+
+use gmhm::terms::{Coordinate, KINDS};
+
+use crate::diagnose::DiagnoseError;
+use crate::diagnose::diagnosis::UNKNOWN;
+use crate::diagnose::explain::{Alternative, Search};
+use crate::diagnose::nonparametric;
+use crate::diagnose::nonparametric::{Coordinates, Explained as Curve};
+use crate::diagnose::search::{Outcome, part};
+use crate::kinds::properties;
+use crate::model::{Model, Term, TermValue};
+use crate::numerics::qr::dot;
+use crate::regression::dataset::Dataset;
+use crate::regression::fit::Fitted;
+use crate::regression::predictive::{predictive, usual};
+
+/// One effect as it is reported.
+pub struct EffectVerdict {
+    /// Its kind, or `unknown`.
+    pub name: String,
+    /// Kinds that these recordings cannot tell from it.
+    pub equivalents: Vec<String>,
+    /// Posterior weight of the class.
+    pub confidence: f64,
+    /// Its term in the extended model; none where the curve was not worth a term.
+    pub term: Option<usize>,
+    /// By how much −2 ln L would be higher without it.
+    pub gain: f64,
+    /// Part of the structured residual power that it explains.
+    pub share: f64,
+    /// Where it sits, the best coordinate first.
+    pub places: Vec<Curve>,
+    /// What else was tried in its place: kind, gain, numbers.
+    pub tried: Vec<(String, f64, usize)>,
+    /// What the best free curve gains in its place, net.
+    pub free_gain: f64,
+    /// The closest kind of the library, where the effect is unknown.
+    pub closest: Option<String>,
+}
+
+/// What was found.
+pub struct DiagnosisVerdict {
+    /// Is there structure beyond noise?
+    pub mismatch: bool,
+    /// The base model refitted.
+    pub base: Fitted,
+    /// The base model with what was found.
+    pub extended: Fitted,
+    /// What was found, the largest first.
+    pub effects: Vec<EffectVerdict>,
+    /// Where the residual of the base model sits.
+    pub places: Vec<Curve>,
+    /// What was tried beside the final model, and found wanting: kind, gain, numbers.
+    pub rejected: Vec<(String, f64, usize)>,
+    /// The part of the rms that the extended model leaves of which no curve predicts any: noise, as far as can be told.
+    pub noise_part: f64,
+}
+
+/// Kinds within this of the best's −2 ln L are not told apart: the wrong one of two looks better by more than this once in a thousand.
+const CLASS: f64 = 11.0;
+/// A richer kind stays in the class of a simpler one that explains almost as much when noise alone would give it less than this (χ², 1 %).
+const RICHER: f64 = 13.0;
+/// One that holds the simpler as its special case stays from this on, if what it has beyond it is there to see: the recordings do not deny it.
+const MAYBE: f64 = 4.0;
+/// A flexible curve has to gain this much, net of what its columns gain from noise, to be structure.
+pub const STRUCTURE: f64 = 45.0;
+/// A curve that shows the same as a term lessens the squared residual by at least this share of what the term does.
+const ALIKE: f64 = 0.3;
+/// Unknown effects at most.
+const STRANGERS: usize = 2;
+/// A tone holds this part of the squared residual.
+const KEPT: f64 = 0.1;
+/// What comes once has to gain this much.
+const ONCE: f64 = 80.0;
+/// A name is withheld where a free curve beside the named term predicts this share of what the term explains.
+const PREDICTED: f64 = 0.085;
+/// Or where the curve gains more than the named term by this share of its gain, and predicts at all.
+const MUCH: f64 = 0.2;
+/// A named term may leave this part of what a flexible curve of the same coordinates explains.
+const LEFT: f64 = 0.04;
+
+impl Dataset<'_> {
+    /// Searches for what was left out of a model and judges what was found, from the model fitted against coloured noise and, where plain least squares predict
+    /// better, from those as well; the finding that predicts held-out blocks better stands.
+    ///
+    /// # Errors
+    /// A model that cannot be evaluated.
+    pub fn found<'r>(
+        &self,
+        model: &Model,
+        search: Search<'r>,
+    ) -> Result<(DiagnosisVerdict, Search<'r>), DiagnoseError> {
+        let decided = |base: Fitted| -> Result<(DiagnosisVerdict, Search<'r>), DiagnoseError> {
+            let outcome = self.search(base, search)?;
+            let search = Search { zero: outcome.free_zero, ..search };
+            let mut verdict = self.judge(outcome, search)?;
+            verdict.base = self.settled(verdict.base)?;
+            verdict.extended = self.settled(verdict.extended)?;
+            Ok((verdict, search))
+        };
+        let base = self.fit(model, &self.places(model, search), None, 12)?;
+        let settled = self.settled(base.clone())?;
+        let plain = settled.plain.then(|| decided(settled)).transpose()?;
+        let coloured = decided(base)?;
+        let left = |(verdict, _): &(DiagnosisVerdict, Search<'r>)| self.rms_of_blocks(&verdict.extended);
+        Ok(plain.filter(|plain| left(plain) < left(&coloured)).unwrap_or(coloured))
+    }
+
+    /// Judges what a search found.
+    ///
+    /// # Errors
+    /// A model that cannot be evaluated.
+    pub fn judge(&self, outcome: Outcome, search: Search<'_>) -> Result<DiagnosisVerdict, DiagnoseError> {
+        let Outcome { base, mut extended, effects, rejected, .. } = outcome;
+        let places = self.places_of(&base)?;
+        let power = |residual: &[f64]| {
+            let masked = self.layout().masked(residual);
+            masked.iter().map(|r| r * r).sum::<f64>()
+        };
+        let (base_power, left_power) = (power(&base.residual), power(&extended.residual));
+        let structured = (base_power - left_power).max(1e-12 * base_power);
+        let mut verdicts = Vec::new();
+        for effect in effects {
+            let kind = extended.model.terms[effect.term].kind.clone();
+            let rest = effect.rest;
+            let places = self.places_of(&rest)?;
+            let mut tried = effect.alternatives;
+            let elements = elements(&extended.model.terms[effect.term]);
+            self.grow(&rest, &mut tried, elements, search)?;
+            let own = tried.iter().filter(|a| a.kind == kind).map(|a| a.gain).fold(effect.gain, f64::max);
+            let (own_parameters, n) = (effect.parameters, (self.counted() as f64).ln());
+            let own_part = part(&extended, &rest);
+            let equivalent = |a: &&Alternative| {
+                let shows = part(&a.fit, &rest) > ALIKE * own_part;
+                let extra = a.parameters as f64 - own_parameters as f64;
+                let richer = extra > 1.0;
+                let more = a.gain - own;
+                let maybe = properties::generalises(a.kind, &kind)
+                    && more > MAYBE
+                    && a.fit.model.terms.last().is_some_and(properties::dips);
+                a.kind != kind && a.polished && shows && if richer { maybe || more > RICHER } else { -more < CLASS }
+            };
+            let mut equivalents: Vec<String> = tried.iter().filter(equivalent).map(|a| a.kind.to_owned()).collect();
+            equivalents.dedup();
+            let weight = |gain: f64, parameters: usize| {
+                (0.5 * (gain - own - (parameters as f64 - own_parameters as f64) * n)).min(0.0).exp()
+            };
+            let others: f64 = tried
+                .iter()
+                .filter(|a| a.kind != kind)
+                .map(|a| (a.kind, weight(a.gain, a.parameters)))
+                .map(|(k, w)| if equivalents.iter().any(|e| e == k) { 0.0 } else { w })
+                .sum();
+            // A curve that lessens the residual much less follows the noise of an angle, not the effect.
+            let mut alike: Vec<&Curve> = places
+                .iter()
+                .filter(|c| !c.coherent && c.part > ALIKE * own_part && !properties::softens(&kind, c.coordinate))
+                .collect();
+            alike.sort_by(|a, b| b.net().total_cmp(&a.net()));
+            let free_gain = alike.first().map_or(0.0, |c| c.net());
+            let follows = |curve: &&Curve| {
+                let unexplained = curve.net() - effect.gain + 2.0 * own_parameters as f64;
+                unexplained > STRUCTURE.max(LEFT * curve.gain) && {
+                    let left = self.gain_of_columns(&extended, &curve.basis, &extended.noise);
+                    usual(&left) > PREDICTED * effect.gain || (unexplained > MUCH * curve.gain && predictive(&left))
+                }
+            };
+            let followed = alike.iter().take(CURVES).any(follows);
+            let named = !followed && self.is_marked(&extended, &rest, effect.term, effect.gain, search)?;
+            verdicts.push(EffectVerdict {
+                name: if named { kind.clone() } else { UNKNOWN.to_owned() },
+                equivalents: if named { equivalents } else { Vec::new() },
+                confidence: 1.0 / (1.0 + others),
+                term: Some(effect.term),
+                gain: effect.gain,
+                // Told once all effects are known.
+                share: 0.0,
+                places,
+                tried: tried.iter().map(|a| (a.kind.to_owned(), a.gain, a.parameters)).collect(),
+                free_gain,
+                closest: (!named).then_some(kind),
+            });
+        }
+        // The curve of unexplained structure where it does better than the closest kind.
+        for effect in verdicts.iter_mut().filter(|e| e.name == UNKNOWN) {
+            let Some(at) = effect.term else { continue };
+            let mut without = extended.model.clone();
+            without.terms.remove(at);
+            if let Some(fitted) = self.with_curve(&extended, &without, at, &effect.places, search)? {
+                extended = fitted;
+                effect.closest = None;
+                effect.places = telling(std::mem::take(&mut effect.places), &extended.model.terms[at]);
+            }
+        }
+        // What an approximation leaves is no further unexplained structure.
+        let known = |e: &EffectVerdict| e.name != UNKNOWN || (e.closest.is_none() && e.term.is_some());
+        let mut left = self.places_of(&extended)?;
+        while verdicts.iter().all(known) && verdicts.iter().filter(|e| e.name == UNKNOWN).count() < STRANGERS {
+            let total = base.minus_two_log_likelihood - extended.minus_two_log_likelihood;
+            let Some(unexplained) = self.unexplained(&extended, &left, STRUCTURE.max(LEFT * total)) else { break };
+            left = by_first(left, unexplained);
+            let further = verdicts.iter().any(|e| e.name == UNKNOWN);
+            let gain = left[0].gain;
+            let end = extended.model.terms.len();
+            let curve = self.with_curve(&extended, &extended.model, end, &left, search)?;
+            if further && curve.is_none() {
+                break;
+            }
+            let term = curve.is_some().then_some(end);
+            extended = curve.unwrap_or(extended);
+            let explained = dot(&left[0].contribution, &left[0].contribution);
+            verdicts.push(EffectVerdict {
+                name: UNKNOWN.to_owned(),
+                equivalents: Vec::new(),
+                confidence: 1.0,
+                places: match term {
+                    Some(at) => telling(left, &extended.model.terms[at]),
+                    None => left,
+                },
+                term,
+                gain,
+                share: explained / structured.max(explained),
+                tried: rejected.iter().map(|a| (a.kind.to_owned(), a.gain, a.parameters)).collect(),
+                free_gain: 0.0,
+                closest: None,
+            });
+            left = self.places_of(&extended)?;
+        }
+        // What a curve still shows in a kind's own coordinate the kind has not explained.
+        let strange = verdicts.iter().filter(|e| e.name == UNKNOWN && e.closest.is_none());
+        let strange: Vec<(&str, f64)> = strange.map(|e| (e.places[0].coordinate, e.gain)).collect();
+        for effect in verdicts.iter_mut().filter(|e| e.name != UNKNOWN) {
+            let own = coordinates(&effect.name);
+            if strange.iter().any(|(at, gain)| own.contains(at) && *gain > MUCH * effect.gain) {
+                effect.closest = Some(std::mem::replace(&mut effect.name, UNKNOWN.to_owned()));
+                effect.equivalents.clear();
+            }
+        }
+        self.share_out(&base, &extended, &mut verdicts)?;
+        verdicts.sort_by(|a, b| b.share.total_cmp(&a.share));
+        // Two terms of a kind are one effect, told by the larger.
+        let mut effects: Vec<EffectVerdict> = Vec::new();
+        for effect in verdicts {
+            match effects.iter_mut().find(|e| e.name != UNKNOWN && e.name == effect.name) {
+                Some(first) => first.share = (first.share + effect.share).min(1.0),
+                None => effects.push(effect),
+            }
+        }
+        let foreseen = left.iter().filter(|c| !c.coherent && c.is_structure(STRUCTURE) && self.predicts(&extended, c));
+        let noise_part = (1.0 - foreseen.map(|c| c.part).fold(0.0, f64::max)).sqrt();
+        let rejected = rejected.into_iter().map(|a| (a.kind.to_owned(), a.gain, a.parameters)).collect();
+        Ok(DiagnosisVerdict { mismatch: !effects.is_empty(), base, extended, effects, places, rejected, noise_part })
+    }
+
+    /// Whether what makes a term its kind is there: whether it explains more than special cases of it do.
+    fn is_marked(
+        &self,
+        extended: &Fitted,
+        rest: &Fitted,
+        term: usize,
+        gain: f64,
+        search: Search<'_>,
+    ) -> Result<bool, DiagnoseError> {
+        for special in properties::special_cases(&extended.model.terms[term]) {
+            let mut model = extended.model.clone();
+            let own = term..term + special.len();
+            model.terms.splice(term..=term, special);
+            let places = self.places(&model, search);
+            let fitted = self.fit(&model, &places, Some(&extended.noise), 6)?;
+            let special_gain = rest.minus_two_log_likelihood - fitted.minus_two_log_likelihood;
+            let sound = fitted.model.terms[own].iter().all(|t| t.check().is_ok() && properties::is_of_its_kind(t));
+            if sound && special_gain > gain - CLASS {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+
+    /// The coordinate of what a fit leaves: the curve that gains most, but not one over time where another predicts half as much.
+    fn unexplained(&self, fit: &Fitted, left: &[Curve], least: f64) -> Option<&'static str> {
+        let tone =
+            || left.iter().find(|c| c.coherent && c.is_structure(STRUCTURE) && c.part > KEPT).map(|c| c.coordinate);
+        let mut unexplained = left.iter().filter(|c| !c.coherent && c.is_structure(least) && self.predicts(fit, c));
+        let Some(first) = unexplained.next() else { return tone() };
+        let mut other = || unexplained.find(|c| !once(c) && c.net() > 0.5 * first.net());
+        Some(if once(first) { other().unwrap_or(first).coordinate } else { first.coordinate })
+    }
+
+    /// Whether a curve predicts what it was not fitted to. What comes once, in time, cannot be predicted and has to gain more instead.
+    fn predicts(&self, fit: &Fitted, curve: &Curve) -> bool {
+        if once(curve) {
+            curve.net() > ONCE
+        } else {
+            predictive(&self.gain_of_columns(fit, &curve.basis, &curve.noise))
+        }
+    }
+
+    /// Curves over every coordinate beside a fitted model, the best first.
+    pub fn places_of(&self, fit: &Fitted) -> Result<Vec<Curve>, DiagnoseError> {
+        let evaluations = self.evaluate(&fit.model)?;
+        let see = Coordinates::new(self, &evaluations);
+        let curves = nonparametric::curves(self, &see, fit);
+        let mut located = self.locate(fit, &curves);
+        located.retain(|c| c.gain.is_finite());
+        Ok(located)
+    }
+
+    /// Lets kinds of several elements have as many as the one that was found.
+    fn grow(
+        &self,
+        rest: &Fitted,
+        tried: &mut [Alternative],
+        elements: usize,
+        search: Search<'_>,
+    ) -> Result<(), DiagnoseError> {
+        for alternative in tried.iter_mut().filter(|a| a.polished && a.extends.is_none()) {
+            let term = alternative.fit.model.terms.len() - 1;
+            while elements_of(&alternative.fit.model, term) < elements {
+                let only = Search { only: Some(alternative.kind), ..search };
+                let further = self.explain(&alternative.fit, only, 6.0)?;
+                let Some(best) = further.into_iter().find(|a| a.extends == Some(term)) else { break };
+                alternative.parameters += best.parameters;
+                alternative.gain = rest.minus_two_log_likelihood - best.fit.minus_two_log_likelihood;
+                alternative.fit = best.fit;
+            }
+        }
+        Ok(())
+    }
+
+    /// A model with a term `unknown` put in at `at`, over the coordinate where that predicts blocks held out best; none where `beside` predicts them better.
+    fn with_curve(
+        &self,
+        beside: &Fitted,
+        model: &Model,
+        at: usize,
+        places: &[Curve],
+        search: Search<'_>,
+    ) -> Result<Option<Fitted>, DiagnoseError> {
+        let evaluations = self.evaluate(model)?;
+        let see = Coordinates::new(self, &evaluations);
+        let mut best: Option<Fitted> = None;
+        let mut least = self.rms_of_blocks(&self.settled(beside.clone())?);
+        let likely = places.iter().filter(|p| p.net() > WORTH_A_CURVE * places[0].net()).take(CURVES);
+        for curve in likely.filter_map(|place| curve_term(&see, place.coordinate)) {
+            let mut with = model.clone();
+            with.terms.insert(at, curve);
+            let fitted = self.settled(self.fit(&with, &self.places(&with, search), None, 4)?)?;
+            let left = self.rms_of_blocks(&fitted);
+            if left < least {
+                (least, best) = (left, Some(fitted));
+            }
+        }
+        Ok(best)
+    }
+}
+
+/// Coordinates that a curve is tried over, and how much of the best's gain they need.
+const CURVES: usize = 3;
+const WORTH_A_CURVE: f64 = 0.3;
+
+/// A term `unknown` over a coordinate, if such a term can be over it.
+fn curve_term(see: &Coordinates, coordinate: &str) -> Option<Term> {
+    if !Coordinate::NAMES.contains(&coordinate) || matches!(coordinate, "reversal" | "frequency") {
+        return None;
+    }
+    let along = match coordinate {
+        "motor_angle" => see.motor.as_deref()?,
+        "output_angle" => see.output.as_deref()?,
+        "output_velocity" => see.velocity.as_deref()?,
+        "acceleration" => see.acceleration.as_deref()?,
+        "deflection" => see.deflection.as_deref()?,
+        "deflection_rate" => see.rate.as_deref()?,
+        "torque" => &see.torque,
+        "torque_rate" => &see.torque_rate,
+        "temperature" => see.temperature.as_deref()?,
+        _ => &see.time,
+    };
+    let turning = coordinate.ends_with("angle");
+    let knots = if turning {
+        let count = if coordinate == "motor_angle" { 24 } else { 16 };
+        let low = along.iter().copied().fold(f64::INFINITY, f64::min);
+        (0..count).map(|i| low + std::f64::consts::TAU * f64::from(i) / f64::from(count)).collect()
+    } else {
+        nonparametric::knots(along, 12)
+    };
+    if knots.len() < 3 || knots.windows(2).any(|w| w[1] <= w[0]) {
+        return None;
+    }
+    let values = vec![0.0; knots.len()];
+    let values = [
+        ("coordinate", TermValue::Text(coordinate.to_owned())),
+        ("knots", TermValue::List(knots)),
+        ("values_nm", TermValue::List(values)),
+    ];
+    Some(Term { kind: UNKNOWN.to_owned(), values: values.into_iter().map(|(k, v)| (k.to_owned(), v)).collect() })
+}
+
+/// Whether what a curve shows comes once.
+fn once(curve: &Curve) -> bool {
+    matches!(curve.coordinate, "time" | "frequency")
+}
+
+/// The places with that of a curve first where the best comes once: what recurs tells more.
+fn telling(places: Vec<Curve>, curve: &Term) -> Vec<Curve> {
+    match curve.values.get("coordinate") {
+        Some(TermValue::Text(own)) if once(&places[0]) => by_first(places, own),
+        _ => places,
+    }
+}
+
+/// The places with the named one first.
+fn by_first(mut places: Vec<Curve>, coordinate: &str) -> Vec<Curve> {
+    if let Some(at) = places.iter().position(|p| p.coordinate == coordinate) {
+        places[..=at].rotate_right(1);
+    }
+    places
+}
+
+fn elements_of(model: &Model, term: usize) -> usize {
+    model.terms.get(term).map_or(1, elements)
+}
+
+/// Elements of a term's lists; 1 where it has none.
+fn elements(term: &Term) -> usize {
+    let lists = term.values.values().filter_map(|v| if let TermValue::List(l) = v { Some(l.len()) } else { None });
+    lists.max().unwrap_or(1)
+}
+
+/// The coordinates in which a kind shows, by name.
+pub fn coordinates(kind: &str) -> Vec<&'static str> {
+    let info = KINDS.iter().find(|i| i.name == kind);
+    info.map_or_else(Vec::new, |i| i.coordinates.iter().map(|c| c.name()).collect())
+}

@@ -1,0 +1,417 @@
+//! The diagnosis: from recordings and a model to findings, an extended model and the numbers that go with them.
+
+use std::collections::BTreeMap;
+
+use gmhm::terms::{Form, Role, Side as TermSide};
+
+use crate::diagnose::DiagnoseError;
+use crate::diagnose::diagnosis::{
+    Diagnosis, Effect, Heldout, HeldoutFrom, Location, Parameter, ParameterValue, Rms, Side, UNKNOWN, Unit,
+};
+use crate::diagnose::explain::Search;
+use crate::diagnose::naming::{DiagnosisVerdict, EffectVerdict, coordinates};
+use crate::diagnose::next_experiment;
+use crate::diagnose::report_data::ReportData;
+use crate::model::{Model, Term, TermValue};
+use crate::numerics::autoregression::mark_outliers;
+use crate::numerics::qr::dot;
+use crate::progress::Progress;
+use crate::recording::{Recording, TorqueUnit};
+use crate::regression::columns::Mark;
+use crate::regression::dataset::Dataset;
+use crate::regression::fit::Fitted;
+use crate::regression::parameters::FreeParameter;
+use crate::signal::plausible;
+use crate::signal::plausible::Remark;
+
+/// Rows that the search looks at: means where there are more. The final fit takes all.
+const SEARCH_ROWS: usize = 10_000;
+
+/// Rows that are fitted. Of longer recordings means are, the motion's as well as the torque's.
+const MOST_ROWS: usize = 250_000;
+
+/// The rate of false alarms on coloured nulls: 9 of 500 by `gmhm prove --only null --cases 500 --seed 2027`.
+pub const FALSE_ALARM_RATE: f64 = 0.02;
+
+/// How a diagnosis is done.
+#[derive(Debug, Clone, Default)]
+pub struct Options {
+    /// Kinds that may not be used.
+    pub removed: Vec<String>,
+    /// The rated deflection, where the model has none, rad.
+    pub rated_deflection_rad: Option<f64>,
+    /// The seed of every random choice.
+    pub seed: u64,
+}
+
+/// A diagnosis with all that a report shows of it.
+pub struct Finding {
+    /// What `--json` writes.
+    pub diagnosis: Diagnosis,
+    /// The extended model; the refitted base where nothing was found.
+    pub model: Model,
+    /// The verdict that it rests on.
+    pub verdict: DiagnosisVerdict,
+    /// Rows and spectra for figures.
+    pub report_data: ReportData,
+    /// What is odd about the recordings beside the model given.
+    pub remarks: Vec<Remark>,
+}
+
+/// Diagnoses recordings of one gear or joint against a model.
+///
+/// # Errors
+/// Recordings that cannot be used, a model that cannot be evaluated, or `progress` cancelling.
+pub fn diagnose(
+    recordings: &[Recording],
+    model: &Model,
+    holdout: &[Recording],
+    options: &Options,
+    progress: &dyn Progress,
+) -> Result<Finding, DiagnoseError> {
+    if recordings.is_empty() {
+        return Err(DiagnoseError::NoRecording);
+    }
+    let model = prepared(model, recordings, options)?;
+    let mut remarks = plausible::examine(recordings, holdout, &model)?;
+    let rows: usize = recordings.iter().map(Recording::len).sum();
+    let whole: Vec<Recording>;
+    let recordings = if rows > MOST_ROWS {
+        whole = recordings.iter().map(|r| r.in_means(rows.div_ceil(MOST_ROWS))).collect();
+        &whole
+    } else {
+        recordings
+    };
+    progress.report("reading", 0.0);
+    let mut dataset = Dataset::new(recordings, &model)?;
+    let search = Search {
+        removed: &options.removed,
+        only: None,
+        base_terms: model.terms.len(),
+        zero: false,
+        seed: options.seed,
+    };
+    let given = dataset.about_means(&dataset.total(&model)?);
+    progress.report("refitting the base model", 0.05);
+    let mut plain = dataset.fit(&model, &dataset.places(&model, search), None, 2)?;
+    dataset.mark_outliers(&plain);
+    if dataset.allow_any_past(&plain)? {
+        plain = dataset.fit(&model, &dataset.places(&model, search), None, 2)?;
+    }
+    let check = || if progress.cancelled() { Err(DiagnoseError::Cancelled) } else { Ok(()) };
+    check()?;
+    progress.report("searching", 0.15);
+    let stride = dataset.len().div_ceil(SEARCH_ROWS);
+    let thin = dataset.thinned(stride, &plain.residual);
+    let (mut verdict, search) = thin.found(&plain.model, search)?;
+    check()?;
+    progress.report("judging", 0.6);
+    if verdict.mismatch {
+        remarks.extend(plausible::other_zeros(recordings, &model));
+    }
+    let undecidable = next_experiment::undecidable(&thin, &verdict, search)?;
+    let places = if verdict.mismatch { thin.where_it_sits(&verdict) } else { Vec::new() };
+    progress.report("fitting all rows", 0.8);
+    if stride > 1 {
+        for fit in [&mut verdict.base, &mut verdict.extended] {
+            *fit = dataset.settled(dataset.fit(&fit.model, &fit.places, None, 3)?)?;
+        }
+    }
+    // On all rows a curve may turn out not to predict.
+    let unexplained = verdict.effects.iter().all(|e| e.name == UNKNOWN);
+    if unexplained && dataset.rms_of_blocks(&verdict.extended) > dataset.rms_of_blocks(&verdict.base) {
+        verdict.extended = verdict.base.clone();
+        verdict.effects.iter_mut().for_each(|e| (e.term, e.closest) = (None, None));
+    }
+    check()?;
+    progress.report("checking on rows held out", 0.9);
+    let rms = Rms {
+        given: dataset.rms(&given),
+        refitted: dataset.rms(&verdict.base.residual),
+        extended: dataset.rms(&verdict.extended.residual),
+    };
+    let heldout = if holdout.is_empty() {
+        Heldout {
+            rms: Rms {
+                given: rms.given,
+                refitted: dataset.rms_of_blocks(&verdict.base),
+                extended: dataset.rms_of_blocks(&verdict.extended),
+            },
+            from: HeldoutFrom::Blocks,
+        }
+    } else {
+        let unseen = Dataset::new(holdout, &model)?;
+        let left = |m: &Model| -> Result<f64, DiagnoseError> { Ok(unseen.rms(&unseen.about_means(&unseen.total(m)?))) };
+        Heldout {
+            rms: Rms {
+                given: left(&model)?,
+                refitted: left(&verdict.base.model)?,
+                extended: left(&verdict.extended.model)?,
+            },
+            from: HeldoutFrom::Recordings,
+        }
+    };
+    let unit = match dataset.torque_unit() {
+        TorqueUnit::NewtonMetre => Unit::NewtonMetre,
+        TorqueUnit::Ampere => Unit::Ampere,
+    };
+    let noise_rms = rms.extended * verdict.noise_part;
+    let next_experiment = next_experiment::next(&verdict, &undecidable);
+    let diagnosis = Diagnosis {
+        mismatch: verdict.mismatch,
+        false_alarm_rate: FALSE_ALARM_RATE,
+        unit,
+        noise_rms,
+        rms,
+        heldout,
+        places,
+        effects: dataset.effects(&verdict),
+        undecidable,
+        next_experiment,
+    };
+    let mut extended = verdict.extended.model.clone();
+    extended.terms.retain(|t| t.kind != "unknown" || verdict.mismatch);
+    progress.report("done", 1.0);
+    let report_data = ReportData::new(&dataset, &verdict)?;
+    Ok(Finding { diagnosis, model: extended, verdict, report_data, remarks })
+}
+
+/// The model as the search uses it: canonical signs, a rated deflection.
+fn prepared(model: &Model, recordings: &[Recording], options: &Options) -> Result<Model, DiagnoseError> {
+    let mut model = model.clone();
+    if model.elastic.is_none() && model.memory.is_none() {
+        return Ok(model);
+    }
+    let zero = model.gear.deflection_zero_rad;
+    let seen = || {
+        let derived = |r: &Recording| {
+            let mut r = r.clone();
+            r.derive_deflection(model.gear.ratio).ok()?;
+            r.largest_deflection_rad(zero)
+        };
+        recordings.iter().filter_map(derived).fold(None, |a: Option<f64>, x| Some(a.map_or(x, |a| a.max(x))))
+    };
+    let rated = options.rated_deflection_rad.or(model.gear.rated_deflection_rad).or_else(seen);
+    model.gear.rated_deflection_rad = rated;
+    if let Some(params) = rated.and_then(|a| model.params(a)) {
+        let params = params.map_err(|error| crate::physics::PredictError::Params {
+            rated_deflection_rad: rated.unwrap_or(f64::NAN),
+            error,
+        })?;
+        model.memory = Some(params.memory());
+    }
+    Ok(model)
+}
+
+impl Dataset<'_> {
+    /// Target less a total, each recording about the mean of its rows that count.
+    fn about_means(&self, total: &[f64]) -> Vec<f64> {
+        let mut residual: Vec<f64> = self.target.iter().zip(total).map(|(t, m)| t - m).collect();
+        for (span, marks) in self.spans.iter().zip(&self.marks) {
+            let own = &mut residual[span.clone()];
+            let kept: Vec<f64> = own.iter().zip(marks).filter(|(_, m)| **m != Mark::Skipped).map(|(r, _)| *r).collect();
+            let mean = kept.iter().sum::<f64>() / kept.len().max(1) as f64;
+            own.iter_mut().for_each(|r| *r -= mean);
+        }
+        residual
+    }
+
+    /// Root mean square of the rows that count.
+    fn rms(&self, residual: &[f64]) -> f64 {
+        let masked = self.layout().masked(residual);
+        (dot(&masked, &masked) / self.counted().max(1) as f64).sqrt()
+    }
+
+    /// Marks isolated rows that stand out of a fit's residual.
+    fn mark_outliers(&mut self, fit: &Fitted) {
+        for ((span, marks), recording) in self.spans.iter().zip(&mut self.marks).zip(&self.recordings) {
+            let before = marks.clone();
+            mark_outliers(&fit.residual[span.clone()], marks);
+            // What stands out where a motion turns is physics, not a fault of a sample.
+            let motions = [&recording.deflection_rad, &recording.theta_out_rad, &recording.theta_in_rad];
+            for row in motions.into_iter().flatten().flat_map(|motion| turns(motion)) {
+                let near = row.saturating_sub(3)..(row + 4).min(marks.len());
+                marks[near.clone()].copy_from_slice(&before[near]);
+            }
+        }
+    }
+
+    /// Where the structure sits: for each effect its own coordinates first, then those of the base model's residual.
+    fn where_it_sits(&self, verdict: &DiagnosisVerdict) -> Vec<Location> {
+        let mut places: Vec<Location> = Vec::new();
+        let mut add = |coordinate: &str, share: f64, detail: String, seconds: Vec<[f64; 2]>| {
+            if !places.iter().any(|p| p.coordinate == coordinate) {
+                places.push(Location { coordinate: coordinate.to_owned(), share, detail, seconds });
+            }
+        };
+        for effect in &verdict.effects {
+            let Some(best) = effect.places.first() else { continue };
+            let own: Vec<&str> = match effect.name.as_str() {
+                UNKNOWN => vec![best.coordinate],
+                name => coordinates(name),
+            };
+            let share =
+                |gain: f64| (effect.share * (gain / best.gain.max(effect.gain)).clamp(0.0, 1.0)).clamp(0.0, 1.0);
+            let stretches = self.seconds(&best.contribution);
+            for coordinate in own.iter().take(2) {
+                let gain = effect.places.iter().find(|p| p.coordinate == *coordinate).map_or(effect.gain, |p| p.gain);
+                add(
+                    coordinate,
+                    share(gain.max(0.5 * best.gain)),
+                    detail(effect, coordinate, verdict),
+                    stretches.clone(),
+                );
+            }
+            let others = effect
+                .places
+                .iter()
+                .filter(|p| p.net() > crate::diagnose::naming::STRUCTURE && p.gain > 0.7 * best.gain);
+            for other in others.take(2) {
+                let words = format!(
+                    "a free curve over it explains {:.0} % of what the effect does",
+                    100.0 * (other.gain / best.gain).min(1.0)
+                );
+                add(other.coordinate, share(other.gain), words, stretches.clone());
+            }
+        }
+        places
+    }
+
+    /// The stretches of time in which a contribution is strong.
+    fn seconds(&self, contribution: &[f64]) -> Vec<[f64; 2]> {
+        let mut stretches: Vec<[f64; 2]> = Vec::new();
+        let all = self.time_s();
+        for span in &self.spans {
+            let (own, time) = (&contribution[span.clone()], &all[span.clone()]);
+            let parts = 60.min(own.len());
+            let power: Vec<f64> = (0..parts)
+                .map(|k| {
+                    let rows = own.len() * k / parts..own.len() * (k + 1) / parts;
+                    let count = rows.len().max(1) as f64;
+                    own[rows].iter().map(|x| x * x).sum::<f64>() / count
+                })
+                .collect();
+            let strongest = power.iter().copied().fold(0.0, f64::max);
+            for (k, p) in power.iter().enumerate() {
+                if *p < 0.15 * strongest || strongest == 0.0 {
+                    continue;
+                }
+                let (from, to) = (time[own.len() * k / parts], time[(own.len() * (k + 1) / parts).min(own.len() - 1)]);
+                match stretches.last_mut() {
+                    Some(last) if (last[1] - from).abs() < 1e-9 => last[1] = to,
+                    _ => stretches.push([from, to]),
+                }
+            }
+        }
+        stretches
+    }
+
+    fn effects(&self, verdict: &DiagnosisVerdict) -> Vec<Effect> {
+        let sds = self.standard_deviations(&verdict.extended);
+        let parameters = |term: usize| {
+            let term_of = &verdict.extended.model.terms[term];
+            let mut all = BTreeMap::new();
+            for (name, value) in &term_of.values {
+                let key = term_of.info().and_then(|i| i.key(name));
+                let sd_at = |wanted: Option<usize>| {
+                    let at = verdict.extended.places.iter().position(|p| {
+                        matches!(p, FreeParameter::Term { term: t, key, index } if *t == term && key.name == name && *index == wanted)
+                    });
+                    at.and_then(|i| sds[i])
+                };
+                let (value, sd) = match value {
+                    TermValue::Number(x) => (ParameterValue::Number(*x), sd_at(None).map(ParameterValue::Number)),
+                    TermValue::List(l) => {
+                        let sd: Option<Vec<f64>> = (0..l.len()).map(|i| sd_at(Some(i))).collect();
+                        (ParameterValue::List(l.clone()), sd.map(ParameterValue::List))
+                    }
+                    TermValue::Text(t) => (ParameterValue::Text(t.clone()), None),
+                };
+                let free = key.is_some_and(|k| k.role != Role::Structure || !matches!(k.form, Form::Choice(_)));
+                let unit = self.torque_unit().of_parameter(key.map_or("", |k| k.unit)).into_owned();
+                all.insert(name.clone(), Parameter { value, sd: sd.filter(|_| free), unit });
+            }
+            all
+        };
+        let effect = |e: &EffectVerdict| {
+            let term = e.term.map(|t| &verdict.extended.model.terms[t]);
+            let info = term.and_then(|t| t.info()).filter(|i| i.name == e.name);
+            let side = match info.map(|i| i.side) {
+                _ if e.name == UNKNOWN => Side::Unknown,
+                Some(TermSide::Plant) => Side::Plant,
+                _ => Side::Instrument,
+            };
+            let all = match e.term {
+                Some(at) if verdict.extended.model.terms[at].kind == e.name => parameters(at),
+                _ => BTreeMap::new(),
+            };
+            Effect {
+                name: e.name.clone(),
+                equivalents: e.equivalents.clone(),
+                confidence: e.confidence.clamp(0.0, 1.0),
+                share: e.share,
+                parameters: all,
+                side,
+                why: why(e, term),
+            }
+        };
+        verdict.effects.iter().map(effect).collect()
+    }
+}
+
+/// Rows about which a signal turns round or its slope breaks; none where it does little else, as noise at rest does.
+fn turns(x: &[f64]) -> Vec<usize> {
+    let bend = |w: &[f64]| (w[2 * LAG] - 2.0 * w[LAG] + w[0]).abs();
+    let mut bends: Vec<f64> = x.windows(2 * LAG + 1).map(bend).collect();
+    let middle = bends.len() / 2;
+    let usual = bends.select_nth_unstable_by(middle, f64::total_cmp).1.max(f64::MIN_POSITIVE);
+    let turned = |w: &[f64]| (w[2 * LAG] - w[LAG]) * (w[LAG] - w[0]) <= 0.0 || bend(w) > 8.0 * usual;
+    let rows: Vec<usize> =
+        x.windows(2 * LAG + 1).enumerate().filter(|(_, w)| turned(w)).map(|(row, _)| row + LAG).collect();
+    if 2 * rows.len() > x.len() { Vec::new() } else { rows }
+}
+
+/// Over so many rows before and after a signal is seen to turn.
+const LAG: usize = 4;
+
+/// What is seen at a place, in words.
+fn detail(effect: &EffectVerdict, coordinate: &str, verdict: &DiagnosisVerdict) -> String {
+    let orders = effect.term.and_then(|t| verdict.extended.model.terms[t].values.get("orders"));
+    match (coordinate, orders) {
+        ("motor_angle", Some(TermValue::List(orders))) => {
+            let words: Vec<String> = orders.iter().map(|o| format!("{o:.2}")).collect();
+            format!("order {} of the motor turn", words.join(", "))
+        }
+        ("output_angle", _) => "once and more a turn of the output".to_owned(),
+        (other, _) => format!("as a function of {}", other.replace('_', " ")),
+    }
+}
+
+/// The evidence, in words.
+fn why(effect: &EffectVerdict, term: Option<&Term>) -> String {
+    let runner_up = effect.tried.iter().find(|(kind, ..)| *kind != effect.name && !effect.equivalents.contains(kind));
+    let mut words = format!(
+        "explains {:.0} % of the structure; without it −2 ln L rises by {:.0}",
+        100.0 * effect.share,
+        effect.gain
+    );
+    if effect.name == UNKNOWN {
+        words = match (&effect.closest, effect.places.first()) {
+            (Some(kind), Some(place)) => format!(
+                "no kind explains what a free curve over {} does; {kind} comes closest and is kept in the model as an approximation",
+                place.coordinate
+            ),
+            (None, Some(place)) if let Some(TermValue::Text(along)) = term.and_then(|t| t.values.get("coordinate")) => {
+                format!("no kind explains what is seen over {}; a curve over {along} stands in", place.coordinate)
+            }
+            (None, Some(place)) => format!(
+                "no kind explains what is seen over {}, and no curve predicts blocks held out better: the model holds none",
+                place.coordinate
+            ),
+            _ => words,
+        };
+    } else if let Some((kind, gain, _)) = runner_up {
+        words.push_str(&format!("; the next best kind, {kind}, by {gain:.0}"));
+    }
+    words
+}

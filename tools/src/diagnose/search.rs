@@ -1,0 +1,198 @@
+//! The search for what was left out: forward, with swaps, and backward.
+
+use gmhm::terms::KINDS;
+
+use crate::diagnose::DiagnoseError;
+use crate::diagnose::explain::{Alternative, Search};
+use crate::kinds::properties;
+use crate::numerics::qr::dot;
+use crate::regression::dataset::Dataset;
+use crate::regression::fit::Fitted;
+use crate::regression::predictive::predictive;
+
+/// An effect that was found, and what else could stand in its place.
+pub struct Explained {
+    /// Its term in the model.
+    pub term: usize,
+    /// By how much −2 ln L would be higher without it.
+    pub gain: f64,
+    /// How many numbers it has.
+    pub parameters: usize,
+    /// The model without it, refitted.
+    pub rest: Fitted,
+    /// Everything tried in its place, itself among it, the best first.
+    pub alternatives: Vec<Alternative>,
+}
+
+/// What the search ends with.
+pub struct Outcome {
+    /// The base model refitted.
+    pub base: Fitted,
+    /// The base model with what was found.
+    pub extended: Fitted,
+    /// What was found.
+    pub effects: Vec<Explained>,
+    /// How the search was done.
+    pub free_zero: bool,
+    /// What was tried beside the final model, and found wanting.
+    pub rejected: Vec<Alternative>,
+}
+
+/// The most effects looked for.
+const MOST_EFFECTS: usize = 4;
+
+/// What a kind must gain beyond what its numbers cost. Set by proof on nulls; see `docs/discovery.md`.
+pub const MARGIN: f64 = 12.0;
+
+impl Dataset<'_> {
+    /// What `parameters` further numbers have to gain of −2 ln L before they are believed: the Bayesian information criterion, and the
+    /// choice among the kinds twice (extended criterion; Chen, Chen 2008).
+    pub fn penalty(&self, parameters: usize) -> f64 {
+        parameters as f64 * (self.counted() as f64).ln() + 2.0 * (KINDS.len() as f64).ln()
+    }
+
+    /// The base model with the zero of the deflection free, where that explains more than any kind does: encoder zeros are arbitrary.
+    fn with_zero<'r>(&self, base: Fitted, search: Search<'r>) -> Result<(Fitted, Search<'r>), DiagnoseError> {
+        if base.model.memory.is_none() || !self.free_base {
+            return Ok((base, search));
+        }
+        let free = Search { zero: true, ..search };
+        let zeroed = self.fit(&base.model, &self.places(&base.model, free), Some(&base.noise), 12)?;
+        let gain = base.minus_two_log_likelihood - zeroed.minus_two_log_likelihood;
+        if gain < self.penalty(1) + MARGIN {
+            return Ok((base, search));
+        }
+        let best = self.explain(&base, search, 6.0)?.iter().map(|a| a.gain).fold(0.0, f64::max);
+        Ok(if gain > best + SWAP { (zeroed, free) } else { (base, search) })
+    }
+
+    /// Whether a fit that gains so much lessens the squared residual enough to be believed.
+    fn lessens(&self, better: &Fitted, worse: &Fitted, net: f64) -> bool {
+        part(better, worse) > if net > SURE * self.counted() as f64 { 0.0 } else { LEAST_PART }
+    }
+
+    /// An alternative, all its numbers refitted together and its shapes searched by the swarm.
+    fn adopted(&self, tried: &Alternative, search: Search<'_>) -> Result<Fitted, DiagnoseError> {
+        let Alternative { fit: Fitted { model, places, noise, .. }, extends, .. } = tried;
+        let fit = self.fit(model, places, Some(noise), 6)?;
+        self.reshaped(fit, extends.unwrap_or(model.terms.len() - 1), search.seed)
+    }
+
+    /// Searches for what was left out of a fitted model.
+    ///
+    /// # Errors
+    /// A model that cannot be evaluated.
+    pub fn search(&self, base: Fitted, search: Search<'_>) -> Result<Outcome, DiagnoseError> {
+        let (base, search) = self.with_zero(base, search)?;
+        let mut extended = base.clone();
+        let rejected;
+        loop {
+            let found = extended.model.terms.len() - search.base_terms;
+            let tried = self.explain(&extended, search, 6.0)?;
+            let net = |a: &Alternative| a.gain - self.penalty(a.parameters);
+            let believed = |a: &Alternative| {
+                let predicted = self.gain_of_blocks(&a.fit, &extended, &a.fit.noise);
+                self.lessens(&a.fit, &extended, net(a)) && (net(a) < MARGIN || predictive(&predicted))
+            };
+            let able: Vec<(usize, &Alternative)> = tried.iter().enumerate().filter(|(_, a)| believed(a)).collect();
+            let able = || able.iter().copied();
+            let best = able().max_by(|a, b| net(a.1).total_cmp(&net(b.1)));
+            let best = best.and_then(|(_, best)| {
+                let predicted =
+                    |a: &Alternative| self.gain_of_blocks(&a.fit, &extended, &best.fit.noise).iter().sum::<f64>();
+                let rivals = able().filter(|(_, a)| net(a) >= RIVAL * net(best));
+                rivals.map(|(i, a)| (i, a, predicted(a))).max_by(|a, b| a.2.total_cmp(&b.2)).map(|(i, a, _)| (i, a))
+            });
+            let simplest = best.and_then(|(_, best)| {
+                let as_much = |a: &Alternative| net(a) >= net(best) - SHAPE * best.gain;
+                able().find(|(_, a)| properties::generalises(best.kind, a.kind) && as_much(a))
+            });
+            let Some((best, alternative)) = simplest.or(best) else {
+                rejected = tried;
+                break;
+            };
+            let grows = alternative.extends.is_some();
+            let so_far = base.minus_two_log_likelihood - extended.minus_two_log_likelihood;
+            let least = if part(&alternative.fit, &extended) > LARGE_PART { 0.0 } else { LEAST_SHARE * so_far };
+            if net(alternative) < MARGIN.max(least) || (found >= MOST_EFFECTS && !grows) {
+                rejected = tried;
+                break;
+            }
+            extended = self.adopted(&tried[best], search)?;
+        }
+        let mut effects = Vec::new();
+        let mut swaps = 0;
+        let mut term = search.base_terms;
+        while term < extended.model.terms.len() {
+            let mut without = extended.model.clone();
+            without.terms.remove(term);
+            let places = self.places(&without, search);
+            let rest = self.fit(&without, &places, Some(&extended.noise), 6)?;
+            let mut gain = rest.minus_two_log_likelihood - extended.minus_two_log_likelihood;
+            if extended.model.terms[term].kind == "time_skew" {
+                gain -= self.smoothing_gain(&rest, &extended.model).max(0.0);
+            }
+            let parameters = crate::regression::parameters::of_term(&extended.model, term).len();
+            let net = gain - self.penalty(parameters);
+            let predicted = |fit: &Fitted| self.gain_of_blocks(fit, &rest, &extended.noise);
+            let held_out = predicted(&extended);
+            let enough = net > MARGIN && self.lessens(&extended, &rest, net);
+            let last = extended.model.terms.len() == search.base_terms + 1;
+            if !predictive(&held_out) || !(enough || last) {
+                extended = rest;
+                effects.clear();
+                term = search.base_terms;
+                continue;
+            }
+            let alternatives = self.explain(&rest, search, 6.0)?;
+            let better = alternatives.iter().position(|a| {
+                let kind = &extended.model.terms[term].kind;
+                let shape = if properties::generalises(a.kind, kind) { SHAPE * gain } else { 0.0 };
+                let other = a.gain - self.penalty(a.parameters);
+                let sum = |gains: &[f64]| gains.iter().sum::<f64>();
+                a.extends.is_none()
+                    && other > net + SWAP + shape
+                    && self.lessens(&a.fit, &rest, other)
+                    && (net < RIVAL * other || sum(&predicted(&a.fit)) > sum(&held_out))
+                    && (a.kind != extended.model.terms[term].kind || a.parameters >= parameters)
+            });
+            if let Some(better) = better.filter(|_| swaps < 4) {
+                swaps += 1;
+                extended = self.adopted(&alternatives[better], search)?;
+                effects.clear();
+                term = search.base_terms;
+                continue;
+            }
+            effects.push(Explained { term, gain, parameters, rest, alternatives });
+            term += 1;
+        }
+        Ok(Outcome { base, extended, effects, free_zero: search.zero, rejected })
+    }
+}
+
+/// A further effect has to gain at least this share of what those before it gained: what a shape of theirs does not follow to the last is no effect of
+/// its own,
+const LEAST_SHARE: f64 = 0.04;
+
+/// unless it explains this part of the squared residual that they leave.
+const LARGE_PART: f64 = 0.4;
+
+/// What is named explains at least this part of the squared residual. Noise of an angle leaves less, and looks like inertia, damping or slip.
+const LEAST_PART: f64 = 0.05;
+
+/// Or it gains so much a row, which takes two fifths of the variance of what the noise brings anew.
+const SURE: f64 = 0.5;
+
+/// Of kinds whose gains differ by less than this factor the one that predicts held-out blocks best is taken: noise of an angle favours what follows it.
+const RIVAL: f64 = 0.75;
+
+/// Which part of what one fit leaves another does not.
+pub fn part(better: &Fitted, worse: &Fitted) -> f64 {
+    1.0 - dot(&better.residual, &better.residual) / dot(&worse.residual, &worse.residual)
+}
+
+/// A kind has to explain at least this share more than the special case of it: following a shape to the last makes no other physics.
+const SHAPE: f64 = 0.02;
+
+/// A swap has to gain this much.
+const SWAP: f64 = 4.0;

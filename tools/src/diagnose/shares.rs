@@ -1,0 +1,40 @@
+//! What part of the structure each effect explains.
+
+use crate::diagnose::DiagnoseError;
+use crate::diagnose::naming::EffectVerdict;
+use crate::numerics::basis::Basis;
+use crate::numerics::qr::dot;
+use crate::regression::dataset::Dataset;
+use crate::regression::fit::Fitted;
+
+impl Dataset<'_> {
+    /// What part of the structure each term of the extended model explains. Where terms overlap they share what they explain together: a part is the mean product of
+    /// the structure with what the term adds to the torque, both beyond what the base model follows, over the mean square of the structure.
+    pub fn share_out(
+        &self,
+        base: &Fitted,
+        extended: &Fitted,
+        effects: &mut [EffectVerdict],
+    ) -> Result<(), DiagnoseError> {
+        let mut followed = Basis::default();
+        for column in &base.columns {
+            followed.add(&self.layout().masked(column));
+        }
+        let structure: Vec<f64> = base.residual.iter().zip(&extended.residual).map(|(b, e)| b - e).collect();
+        let mut structure = self.layout().masked(&structure);
+        followed.reduce(&mut structure);
+        let whole = dot(&structure, &structure);
+        let total = self.total(&extended.model)?;
+        for effect in effects.iter_mut() {
+            let Some(at) = effect.term else { continue };
+            let mut without = extended.model.clone();
+            without.terms.remove(at);
+            let added: Vec<f64> =
+                total.iter().zip(self.total(&without)?).map(|(with, without)| with - without).collect();
+            let mut added = self.layout().masked(&added);
+            followed.reduce(&mut added);
+            effect.share = (dot(&added, &structure) / whole.max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,326 @@
+//! Identification: one estimator for everything that is fitted to recordings.
+//!
+//! | file | what |
+//! |---|---|
+//! | `prepare`, [`zeros`], `start` | rows of recordings: zeros and scale of the deflection, the memory at the first row |
+//! | [`select`] | law, kernel, gate and play by held-out prediction |
+//! | `optimum`, `refine` | structure, outliers, zeros, colour in turn |
+//! | `invertible` | the parameters held where feed-forward has an inverse |
+//! | [`joint`] | joint logs: gravity, inertia, friction |
+//! | [`coverage`], [`rated`], [`verdict`] | what the recordings exercise, whether the rated deflection is theirs, and whether the fit is good enough for the drive |
+//! | [`pso`] | the paper's own identification |
+//!
+//! **Start of a recording.** What the gear went through before the first row is unknown, but `predict` starts every recording with an empty memory. Both
+//! are tried. In law `masing` the rows before the loop has settled are first left out; if a start from rest, or from a branch of
+//! the rated cycle, explains them as well as the rest (Chow's test), they take part. In the other laws the memory at the start is a nuisance, which is dropped where it is not significant.
+//!
+//! **Gauge.** Of (α, β, ω) a rate-independent loop fixes only e, h and β/ω. The result is written with the ω of the model handed in, else ω = 1 1/s
+//! (law `time` does not use ω and has 0).
+
+pub mod coverage;
+pub(crate) mod invertible;
+pub mod joint;
+pub(crate) mod optimum;
+pub(crate) mod prepare;
+pub mod pso;
+pub mod rated;
+pub(crate) mod refine;
+pub mod select;
+pub(crate) mod start;
+pub mod verdict;
+pub mod zeros;
+
+use gmhm::Elastic;
+
+use crate::progress::Progress;
+use crate::regression::uncertainty;
+use crate::signal::plausible;
+
+pub use crate::regression::error::EstimateError;
+
+use crate::fit::optimum::Optimum;
+use crate::fit::prepare::Prepared;
+use crate::fit::refine::Weighted;
+use crate::fit::select::Candidate;
+use crate::model::{GearSection, Model, TorqueSide};
+use crate::numerics::autoregression::Noise;
+use crate::numerics::particle_swarm::Stop;
+use crate::recording::{Recording, RecordingError, TorqueUnit};
+use crate::regression::base::Play;
+use crate::regression::columns::Mark;
+use crate::regression::polish::Polished;
+use crate::regression::problem::Problem;
+use crate::regression::uncertainty::{Estimated, Fitted, Uncertainty};
+
+/// How the parameters are found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Method {
+    /// Linear parameters eliminated, the others searched and polished; noise, selection.
+    #[default]
+    Auto,
+    /// The paper's swarm over all six parameters.
+    Pso,
+}
+
+/// What to fit and how.
+#[derive(Debug, Clone, Default)]
+pub struct FitOptions {
+    /// The method.
+    pub method: Method,
+    /// Seed of every random choice.
+    pub seed: u64,
+    /// A model whose gear section, law, kernel, gate, play and ω are kept.
+    pub start: Option<Model>,
+    /// A; else the model's, else the largest deflection seen. rad.
+    pub rated_deflection_rad: Option<f64>,
+    /// Evaluations of `pso`; by default 20,000.
+    pub evaluations: Option<usize>,
+}
+
+/// A fit and what is known about it.
+#[derive(Debug, Clone, serde::Serialize)]
+pub struct Fit {
+    /// The model, ready for a file.
+    #[serde(skip)]
+    pub model: Model,
+    /// The method.
+    pub method: Method,
+    /// The seed used.
+    pub seed: u64,
+    /// Unit of the torque: `nm`, or `a` where current stands in.
+    pub unit: &'static str,
+    /// Parameters with standard deviations, and the correlations.
+    #[serde(flatten)]
+    pub uncertainty: Uncertainty,
+    /// Whether the rated deflection was not given, and is the largest deflection seen. A hundredth of a per cent of it moves e of the published gear by 4 %, c1 by 0.6 %: what may lie between its samples is in the
+    /// standard deviations.
+    pub rated_is_largest_seen: bool,
+    /// Structures tried, the chosen one marked. One line where the model gave the structure.
+    pub selection: Vec<Candidate>,
+    /// Rows that the selection looked at.
+    pub selection_rows: usize,
+    /// Root mean square of the residual of all counted rows, N·m.
+    pub rms: f64,
+    /// Residual sum of squares of the counted rows, N²·m².
+    pub rss: f64,
+    /// Recording minus fit of each recording, row by row, N·m. A gear that had been through its rated cycle is followed from there; a prediction starts from rest.
+    #[serde(skip)]
+    pub residuals: Vec<Vec<f64>>,
+    /// Root mean square of the error on blocks held out, N·m.
+    pub heldout_rms: f64,
+    /// Rows that counted.
+    pub rows: usize,
+    /// Constant torque offset of each recording, N·m. Not part of the model.
+    pub offsets: Vec<f64>,
+    /// Where the deflection of each recording is zero. Where they differ, the model has that of the first. None of joint logs.
+    pub deflection_zeros: Vec<DeflectionZero>,
+    /// For each recording, whether it starts with an empty memory.
+    pub known_start: Vec<bool>,
+    /// For each recording, rows left out before its loop had settled.
+    pub unsettled_rows: Vec<usize>,
+    /// Noise of each recording.
+    pub noise: Vec<Noise>,
+    /// Whether the rows were weighted against that noise; if not, the fit is plain least squares.
+    pub prewhitened: bool,
+    /// Whether the optimum had no inverse over the range that its law can have one in, and the parameters were held at the nearest that has, which the recordings do not
+    /// contradict.
+    pub held_invertible: bool,
+    /// Why the search stopped.
+    pub stop: Stop,
+    /// Evaluations of the whole problem.
+    pub evaluations: usize,
+}
+
+/// Where the deflection as recorded is none.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct DeflectionZero {
+    /// The recording.
+    pub recording: String,
+    /// In terms of the recording, rad.
+    pub rad: f64,
+    /// Its standard deviation, rad; absent where it was not fitted.
+    pub sd_rad: Option<f64>,
+}
+
+impl Fit {
+    /// How far the zero of each recording is from that of the first, rad, where the encoders count from different ones.
+    pub fn zeros_apart_rad(&self) -> Option<Vec<f64>> {
+        zeros::apart(&self.deflection_zeros.iter().map(|zero| zero.rad).collect::<Vec<_>>())
+    }
+
+    /// Shifts the deflections of the recordings that were fitted to the zero that the model has, that of the first.
+    ///
+    /// # Errors
+    /// Angles without a ratio.
+    pub fn align(&self, recordings: &mut [Recording]) -> Result<(), RecordingError> {
+        let apart = self.zeros_apart_rad().unwrap_or_default();
+        let ratio = self.model.gear.ratio;
+        recordings.iter_mut().zip(apart).try_for_each(|(recording, zero)| zeros::take_off(recording, zero, ratio))
+    }
+
+    /// Whether what is left is physics more than noise: a fit against it as noise predicts worse.
+    pub fn leaves_physics(&self) -> bool {
+        !self.prewhitened && self.method == Method::Auto
+    }
+
+    /// What there is to say where the parameters are held at the bound of an inverse.
+    pub fn said_of_the_inverse(&self) -> Option<&'static str> {
+        let whole = self.model.memory.is_none_or(|memory| invertible::reach(&memory) == 1.0);
+        self.held_invertible.then_some(if whole {
+            "held at the bound where feed-forward has an inverse up to the rated deflection"
+        } else {
+            "held at the bound where feed-forward has an inverse up to half the rated deflection"
+        })
+    }
+
+    /// A parameter by name.
+    pub fn parameter(&self, name: &str) -> Option<&Estimated> {
+        self.uncertainty.parameters.iter().find(|p| p.name == name)
+    }
+}
+
+/// Recordings one of which is left with more than this share of its torque's deviation are looked at one by one.
+const APART: f64 = 0.3;
+
+/// Whether what a fit leaves of a recording is more than that share.
+fn is_missed(recording: &Recording, left: &[f64]) -> bool {
+    let squares = left.iter().map(|left| left.powi(2)).sum::<f64>();
+    let sd = plausible::sd(recording.torque.as_deref().unwrap_or_default());
+    squares > left.len() as f64 * (APART * sd).powi(2)
+}
+
+/// Rows that the choice of the structure looks at; the chosen one is then fitted to all.
+const SELECTION_ROWS: usize = 20_000;
+
+/// Fits the base model to recordings of one gear. Joint logs, which know no deflection, have the base model of [`joint`].
+///
+/// # Errors
+/// When a recording lacks what is needed, or `progress` cancels.
+pub fn fit(recordings: &[Recording], options: &FitOptions, progress: &dyn Progress) -> Result<Fit, EstimateError> {
+    let fit = fit_together(recordings, options, progress)?;
+    // Recordings that do not go together: perhaps one is in another unit or of another sign than the first.
+    let (first, others) = recordings.split_at(1);
+    let missed = || recordings.iter().zip(&fit.residuals).any(|(recording, left)| is_missed(recording, left));
+    if !others.is_empty() && fit.model.elastic.is_some() && missed() {
+        let alone = fit_together(first, options, progress)?;
+        others.iter().try_for_each(|other| plausible::units(other, &alone.model))?;
+    }
+    Ok(fit)
+}
+
+fn fit_together(recordings: &[Recording], options: &FitOptions, progress: &dyn Progress) -> Result<Fit, EstimateError> {
+    if let Some(model) = &options.start {
+        let mut model = model.clone();
+        model.gear.rated_deflection_rad = options.rated_deflection_rad.or(model.gear.rated_deflection_rad);
+        recordings.iter().try_for_each(|recording| plausible::units(recording, &model))?;
+    }
+    if options.method == Method::Auto && !recordings.is_empty() && recordings.iter().all(Recording::is_joint_log) {
+        return joint::fit(recordings, options, progress);
+    }
+    let Optimum {
+        prepared: Prepared { rows, mut gear, rated_deflection_rad, torque_nm, start, zeros },
+        selection,
+        selection_rows,
+        assembly,
+        weighted: Weighted { polished: mut result, noise, prewhitened, heldout_rms },
+        gauge_omega_per_s,
+        mut evaluations,
+    } = Optimum::of(recordings, options, progress)?;
+    let structure = assembly.structure;
+    let rated_is_largest_seen = options.rated_deflection_rad.or(gear.rated_deflection_rad).is_none();
+    let weights = prewhitened.then_some(&noise[..]);
+    let held_invertible = options.method == Method::Auto && invertible::hold(&assembly, &rows, &mut result, weights);
+    evaluations += result.evaluations;
+    let (elastic, memory) = assembly.coefficients(&result.nonlinear, &result.linear, gauge_omega_per_s);
+    let (zeros_rad, _) = assembly.split(&result.nonlinear);
+    let mut deflection_zeros: Vec<DeflectionZero> = (recordings.iter().enumerate())
+        .map(|(index, recording)| DeflectionZero {
+            recording: recording.name.clone(),
+            rad: gear.deflection_zero_rad + zeros.rad[index] + assembly.zero_rad(&result.nonlinear, index),
+            sd_rad: None,
+        })
+        .collect();
+    gear.deflection_zero_rad = deflection_zeros[0].rad;
+    gear.rated_deflection_rad = Some(rated_deflection_rad);
+    if options.start.is_none() && recordings[0].torque_unit == TorqueUnit::Ampere {
+        gear.torque_side = TorqueSide::Motor;
+    }
+    let fitted = Fitted {
+        rated_deflection_rad,
+        elastic,
+        memory,
+        known_start: &start.known,
+        zeros: assembly.free_zeros(),
+        zeros_rad,
+        stored_zero_rad: gear.deflection_zero_rad,
+        searched_play: matches!(structure.play, Play::UpTo(_)),
+        torque_nm,
+        rated_sd_rad: if rated_is_largest_seen { start::tip_sd_rad(&rows) } else { 0.0 },
+    };
+    let (mut uncertainty, zeros_sd_rad) = uncertainty::assess(&fitted, &rows, weights)?;
+    if let Some(zeros) = assembly.free_zeros() {
+        deflection_zeros.iter_mut().enumerate().for_each(|(k, zero)| zero.sd_rad = zeros_sd_rad[zeros.place(k)]);
+    }
+    uncertainty.per(recordings[0].torque_unit);
+    let (residuals, rss, counted) = left(&assembly.problem(&rows), &result);
+    Ok(Fit {
+        model: named_model(options.start.as_ref(), recordings, gear, elastic, memory),
+        method: options.method,
+        seed: options.seed,
+        unit: prepare::unit_word(recordings[0].torque_unit),
+        uncertainty,
+        rated_is_largest_seen,
+        selection,
+        selection_rows,
+        rms: (rss / counted.max(1) as f64).sqrt(),
+        rss,
+        residuals,
+        heldout_rms,
+        rows: counted,
+        offsets: result.linear.recordings.iter().map(|l| l[0]).collect(),
+        deflection_zeros,
+        known_start: start.known,
+        unsettled_rows: start.unsettled,
+        noise,
+        prewhitened,
+        held_invertible,
+        stop: result.stop,
+        evaluations,
+    })
+}
+
+/// The rated deflection of a recording by itself: the largest deflection about its zero, rad.
+///
+/// # Errors
+/// As [`fit`].
+pub fn largest_deflection_rad(recording: &Recording) -> Result<f64, EstimateError> {
+    Prepared::new(std::slice::from_ref(recording), &FitOptions::default(), None).map(|p| p.rated_deflection_rad)
+}
+
+fn named_model(
+    start: Option<&Model>,
+    recordings: &[Recording],
+    gear: GearSection,
+    elastic: Elastic,
+    memory: gmhm::Memory,
+) -> Model {
+    let name = start.map(|m| m.name.clone()).filter(|n| !n.is_empty()).unwrap_or_else(|| recordings[0].name.clone());
+    let torque_unit = recordings[0].torque_unit;
+    Model { name, gear, torque_unit, elastic: Some(elastic), memory: Some(memory), terms: Vec::new() }
+}
+
+fn left(problem: &Problem<'_>, result: &Polished) -> (Vec<Vec<f64>>, f64, usize) {
+    let rows = problem.rows;
+    let residuals = problem.residuals(&result.nonlinear, &result.linear);
+    let counted = |mark: &Mark| matches!(mark, Mark::Used | Mark::First);
+    let mut sum = 0.0;
+    let mut count = 0;
+    for (rows, residual) in rows.iter().zip(&residuals) {
+        for (r, _) in residual.iter().zip(&rows.marks).filter(|(_, m)| counted(m)) {
+            sum += r * r;
+            count += 1;
+        }
+    }
+    (residuals, sum, count)
+}

@@ -1,0 +1,101 @@
+//! How recordings begin: what the gear remembers at the first row, and how far the tips of the motion may be beyond its samples.
+
+use statrs::distribution::{ContinuousCDF, FisherSnedecor};
+
+use crate::fit::prepare;
+use crate::numerics::bounded;
+use crate::regression::assembly::Assembly;
+use crate::regression::base::Structure;
+use crate::regression::columns::{Mark, Past, Rows};
+use crate::regression::error::EstimateError;
+use crate::regression::problem::Sweep;
+use crate::signal::counts::Counts;
+
+/// How far the tip of the motion may be beyond the largest deflection seen, as a standard deviation, rad: the most that a parabola through that sample and its neighbours
+/// rises above it, and a tenth of a count, which the motion behind counts is unsure by there.
+pub(crate) fn tip_sd_rad(rows: &[Rows<'_>]) -> f64 {
+    let largest = |r: &Rows<'_>| {
+        (0..r.len()).max_by(|&a, &b| r.deflection_rad[a].abs().total_cmp(&r.deflection_rad[b].abs())).unwrap_or(0)
+    };
+    let tips = rows.iter().map(|r| (r, largest(r)));
+    let Some((rows, row)) =
+        tips.max_by(|(r, a), (s, b)| r.deflection_rad[*a].abs().total_cmp(&s.deflection_rad[*b].abs()))
+    else {
+        return 0.0;
+    };
+    let bend = match rows.deflection_rad.get(row.wrapping_sub(1)..row + 2) {
+        Some(&[before, tip, after]) => (2.0 * tip - before - after).abs(),
+        _ => 0.0,
+    };
+    (bend / 8.0).hypot(0.1 * rows.counts.as_ref().map_or(0.0, Counts::step_rad))
+}
+
+/// How each recording starts.
+pub(crate) struct Start {
+    pub(crate) known: Vec<bool>,
+    pub(crate) unsettled: Vec<usize>,
+}
+
+/// Leaves out the rows before the loop of each recording has settled, and says how many. From there on every past on the rated cycle is the same.
+pub(crate) fn leave_out_unsettled(rows: &mut [Rows<'_>], rated_deflection_rad: f64) -> Vec<usize> {
+    let settled: Vec<usize> = rows
+        .iter()
+        .map(|r| {
+            let row = prepare::settled_row(&r.deflection_rad, rated_deflection_rad).unwrap_or(0);
+            // Where too little would be left, the recording is taken as it is.
+            if (r.len() - row) * 5 >= r.len() * 2 && r.len() - row >= 24 { row } else { 0 }
+        })
+        .collect();
+    for (rows, &row) in rows.iter_mut().zip(&settled) {
+        rows.marks[..row].fill(Mark::Skipped);
+        rows.past = Past::Rising;
+    }
+    settled
+}
+
+/// Leaves out the rows before the loop has settled, unless a start from rest, or from a branch of the rated cycle, explains them.
+pub(crate) fn decide_start(rows: &mut [Rows<'_>], rated_deflection_rad: f64) -> Result<Start, EstimateError> {
+    let settled = leave_out_unsettled(rows, rated_deflection_rad);
+    let misfit = |rows: &[Rows<'_>]| -> Result<(f64, f64), EstimateError> {
+        let assembly = Assembly::new(Structure::MASING, rated_deflection_rad, rows, &[])?;
+        let problem = assembly.problem(rows);
+        let system = problem.factor(&[], None, Sweep::PLAIN).combine(|_, _| true);
+        let columns = problem.bounds();
+        let freedom = system.rows as f64 - (columns.len() + system.nuisances) as f64;
+        Ok((bounded::solve(&system.shared, &columns).rss, freedom))
+    };
+    let floor = (1e-8 * prepare::torque_size(rows)).powi(2);
+    let mut start = Start { known: vec![true; rows.len()], unsettled: vec![0; rows.len()] };
+    for (index, &row) in settled.iter().enumerate() {
+        let (without, freedom) = misfit(rows)?;
+        let kept: Vec<Mark> = rows[index].marks[..row].to_vec();
+        rows[index].marks[..row].fill(Mark::Used);
+        let mut under = |past: Past| -> Result<(Past, f64), EstimateError> {
+            rows[index].past = past;
+            Ok((past, misfit(rows)?.0))
+        };
+        let (rest, rising, falling) = (under(Past::Rest)?, under(Past::Rising)?, under(Past::Falling)?);
+        let other = if rising.1 <= falling.1 { rising } else { falling };
+        // Predictions start from rest: another past has to be clearly better.
+        let clearly = 1.0 + STRANGE_PAST / freedom.max(1.0);
+        let (past, with) = if other.1 * clearly + floor < rest.1 { other } else { rest };
+        rows[index].past = past;
+        start.known[index] = past == Past::Rest;
+        // Chow's test of further observations (Econometrica 28, 1960): F with (early rows, freedom) degrees.
+        let ratio = (with - without) / row as f64 / (without / freedom.max(1.0) + floor);
+        let usual = FisherSnedecor::new(row as f64, freedom.max(1.0)).map_or(2.0, |f| f.inverse_cdf(1.0 - STRANGE));
+        if row > 0 && ratio > usual.max(2.0) {
+            rows[index].marks[..row].copy_from_slice(&kept);
+            rows[index].past = Past::Rising;
+            start.known[index] = false;
+            start.unsettled[index] = row;
+        }
+    }
+    Ok(start)
+}
+
+/// By how much, in variances of the residual, another past has to explain a recording better than a start from rest.
+const STRANGE_PAST: f64 = 25.0;
+
+/// Probability at which a start from rest is given up where it is true.
+const STRANGE: f64 = 1e-4;

@@ -1,0 +1,345 @@
+//! Whether a fit is good enough for the drive, in one sentence with its reasons.
+
+use gmhm::inverse::invertible_range;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use crate::baselines::{Comparison, compare};
+use crate::fit::coverage::{Coverage, JointCoverage};
+use crate::fit::prepare::range;
+use crate::fit::rated::BetterRated;
+use crate::fit::{Fit, FitOptions};
+use crate::physics::{PredictError, Prediction};
+use crate::progress::Progress;
+use crate::recording::Recording;
+use crate::regression::error::EstimateError;
+use crate::signal::clipping::{Clipped, clipped};
+use crate::signal::recorded::predict;
+
+/// How far a fit may be trusted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Grade {
+    /// Fit for the drive.
+    Good,
+    /// Fit for the drive, within limits.
+    Caution,
+    /// Not fit for the drive.
+    Bad,
+}
+
+/// The verdict.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct FitVerdict {
+    /// The grade: that of the gravest reason.
+    pub grade: Grade,
+    /// One sentence.
+    pub sentence: String,
+    /// Every reason, the gravest first.
+    pub reasons: Vec<Reason>,
+}
+
+/// A reason.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Reason {
+    /// What it does to the grade.
+    pub grade: Grade,
+    /// What it is, as a clause.
+    pub words: String,
+}
+
+/// A fit beside its recordings: what the verdict rests on, and the verdict.
+#[derive(Debug, Clone, serde::Serialize)]
+pub struct Assessment {
+    /// The verdict.
+    pub verdict: FitVerdict,
+    /// What the recordings exercise; absent for a joint log.
+    pub coverage: Option<Coverage>,
+    /// What joint logs exercise; absent for a gear.
+    pub joint_coverage: Option<JointCoverage>,
+    /// What the residual repeats; absent where the recordings are too short to tell.
+    pub structure: Option<Structure>,
+    /// Other models on the same recordings, the gear's own first.
+    pub comparison: Vec<Comparison>,
+    /// Rows of each recording, from its beginning, that the comparison looked at.
+    pub comparison_rows: usize,
+    /// The prediction for each recording, from rest.
+    #[serde(skip)]
+    pub predictions: Vec<Prediction>,
+    /// What the fit leaves of the recordings it was fitted to; of others recording minus offset minus prediction.
+    #[serde(skip)]
+    pub residuals: Vec<Vec<f64>>,
+    /// Largest torque beside its mean, N·m or A.
+    pub torque_peak: f64,
+    /// Channels that were driven beyond their range.
+    pub clipped: Vec<Clipped>,
+    /// A rated deflection that suits the recordings better than the one given.
+    pub better_rated: Option<BetterRated>,
+}
+
+/// Rows of all recordings together that the comparison looks at.
+const COMPARED_ROWS: usize = 20_000;
+
+/// Why a fit could not be assessed.
+#[derive(Debug, thiserror::Error)]
+pub enum AssessError {
+    /// The fitted model predicts nothing for a recording.
+    #[error(transparent)]
+    Predict(#[from] PredictError),
+    /// The other models could not be fitted.
+    #[error(transparent)]
+    Estimate(#[from] EstimateError),
+}
+
+impl Assessment {
+    /// Assesses a fit on the recordings it was fitted to, whose deflection has been derived and [aligned](Fit::align).
+    ///
+    /// # Errors
+    /// What prediction or comparison refuse; cancelled by `progress`.
+    pub fn of(fit: &Fit, recordings: &[Recording], progress: &dyn Progress) -> Result<Self, AssessError> {
+        let predictions = recordings.iter().map(|r| predict(&fit.model, None, r)).collect::<Result<Vec<_>, _>>()?;
+        let unpredicted = |((recording, prediction), offset): ((&Recording, &Prediction), &f64)| {
+            let torque = recording.torque.as_deref().unwrap_or_default();
+            torque.iter().zip(&prediction.torque).map(|(t, model)| t - offset - model).collect()
+        };
+        let as_fitted = fit.residuals.iter().map(Vec::len).eq(recordings.iter().map(Recording::len));
+        let residuals: Vec<Vec<f64>> = if as_fitted {
+            fit.residuals.clone()
+        } else {
+            recordings.iter().zip(&predictions).zip(&fit.offsets).map(unpredicted).collect()
+        };
+        let gear = &fit.model.gear;
+        // A joint log has neither a rated deflection nor baselines for a loop.
+        let rated = gear.rated_deflection_rad.filter(|_| fit.model.elastic.is_some());
+        let total: usize = recordings.iter().map(Recording::len).sum();
+        let comparison_rows = if total <= COMPARED_ROWS { total } else { COMPARED_ROWS / recordings.len() };
+        let beginnings: Vec<Recording> = recordings.iter().map(|r| r.beginning(comparison_rows)).collect();
+        let options = FitOptions {
+            seed: fit.seed,
+            rated_deflection_rad: gear.rated_deflection_rad,
+            start: Some(fit.model.clone()),
+            ..FitOptions::default()
+        };
+        let size = |r: &Recording| {
+            let torque = r.torque.as_deref().unwrap_or_default();
+            let mean = torque.iter().sum::<f64>() / torque.len().max(1) as f64;
+            torque.iter().fold(0.0, |size: f64, t| size.max((t - mean).abs()))
+        };
+        let mut assessment = Self {
+            verdict: FitVerdict { grade: Grade::Good, sentence: String::new(), reasons: Vec::new() },
+            coverage: rated.map(|rated| Coverage::of(recordings, gear.deflection_zero_rad, rated)),
+            joint_coverage: fit.model.elastic.is_none().then(|| JointCoverage::of(recordings)),
+            structure: structure(recordings, &residuals, fit.seed),
+            comparison: if rated.is_some() { compare(&beginnings, &options, progress)? } else { Vec::new() },
+            comparison_rows,
+            clipped: recordings.iter().filter_map(|r| clipped(r, r.deflection_rad.as_deref()?)).collect(),
+            better_rated: None,
+            torque_peak: recordings.iter().map(size).fold(0.0, f64::max),
+            predictions,
+            residuals,
+        };
+        let given = assessment.comparison.first().filter(|_| !fit.rated_is_largest_seen);
+        if let Some((coverage, given)) = assessment.coverage.as_ref().zip(given) {
+            assessment.better_rated = BetterRated::of(&beginnings, &options, coverage, given.heldout_rms, progress)?;
+        }
+        assessment.verdict = decide(fit, &assessment);
+        Ok(assessment)
+    }
+}
+
+/// Error held out, beside the peak torque, from which a fit is one to be careful with, and one to be left.
+const ERROR: (f64, f64) = (0.03, 0.10);
+/// Error held out beside that of the rows fitted, likewise.
+const OVERFIT: (f64, f64) = (1.25, 2.0);
+/// Part of ±A that has to be reached.
+const REACH: f64 = 0.8;
+/// The longest sample period of a drive that the inverse is judged at, s. Matters to law `time` only.
+const DRIVE_PERIOD_S: f64 = 1e-3;
+/// Share of the residual's power that may repeat.
+const REPEATED: f64 = 0.1;
+
+/// Judges a fit.
+fn decide(fit: &Fit, evidence: &Assessment) -> FitVerdict {
+    let unit = fit.model.torque_unit.symbol();
+    let mut reasons = Vec::new();
+    let mut say = |grade: Grade, words: String| reasons.push(Reason { grade, words });
+    let relative = fit.heldout_rms / evidence.torque_peak;
+    let percent = |share: f64| format!("{:.2} %", 100.0 * share);
+    let error = format!(
+        "the error held out is {:.3} {unit} rms, {} of the peak {}",
+        fit.heldout_rms,
+        percent(relative),
+        fit.model.torque_unit.quantity()
+    );
+    match relative {
+        r if r > ERROR.1 || r.is_nan() => say(Grade::Bad, error.clone()),
+        r if r > ERROR.0 => say(Grade::Caution, error.clone()),
+        _ => {}
+    }
+    let (rms, floor) = (fit.rms, 1e-9 * evidence.torque_peak);
+    if fit.heldout_rms > OVERFIT.0 * rms + floor {
+        let grade = if fit.heldout_rms > OVERFIT.1 * rms + floor { Grade::Bad } else { Grade::Caution };
+        let times = fit.heldout_rms / rms;
+        say(grade, format!("rows that took no part are predicted {times:.1} times worse than those fitted"));
+    }
+    let rated = evidence.coverage.as_ref().map_or(f64::NAN, |c| c.rated_deflection_rad);
+    if fit.model.elastic.is_some_and(|elastic| elastic.torque_nm(rated) < 0.0) {
+        let words = "the torque falls while the deflection rises, so one of them is counted backwards: flip it with --map deflection_rad=-COLUMN";
+        say(Grade::Bad, words.to_owned());
+    }
+    if let Some(better) = &evidence.better_rated {
+        let BetterRated { rated_deflection_rad: seen, heldout_rms, given_heldout_rms } = better;
+        let words = format!(
+            "a rated deflection of {:.4} mrad, the largest seen, would leave {heldout_rms:.3} instead of {given_heldout_rms:.3} {unit} of rows held out, and e and c1 to c3 hang on it: --rated-deflection {seen:e}",
+            1e3 * seen
+        );
+        say(Grade::Caution, words);
+    }
+    for clipped in &evidence.clipped {
+        say(Grade::Bad, format!("{clipped}: repeat with a larger range, or less load"));
+    }
+    if evidence.coverage.as_ref().is_some_and(|coverage| coverage.strokes <= 1) {
+        let words = "the deflection never turns back, so that the hysteresis is only what the law makes of one branch: record a closed cycle";
+        say(Grade::Caution, words.to_owned());
+    }
+    if let Some(Ok(params)) = fit.model.params(rated) {
+        match invertible_range(&params, DRIVE_PERIOD_S) {
+            Ok(range) if range > 0.995 => {}
+            Ok(range) => {
+                let grade = if range < 0.5 { Grade::Bad } else { Grade::Caution };
+                let percent = 100.0 * range;
+                say(
+                    grade,
+                    format!(
+                        "feed-forward has an inverse up to {percent:.0} % of the rated deflection only: beyond, the torque can fall while the deflection rises"
+                    ),
+                );
+            }
+            Err(refusal) => say(Grade::Bad, format!("feed-forward: {refusal}")),
+        }
+    }
+    if let Some(words) = fit.said_of_the_inverse() {
+        say(Grade::Caution, format!("the parameters are {words}"));
+    }
+    for p in fit.uncertainty.parameters.iter().filter(|p| p.at_bound) {
+        say(Grade::Caution, format!("{} is at its bound {}", p.name, p.value));
+    }
+    if let Some(reach) = evidence.coverage.as_ref().map(Coverage::reach).filter(|reach| *reach < REACH) {
+        let percent = 100.0 * reach;
+        say(
+            Grade::Caution,
+            format!(
+                "the recordings reach {percent:.0} % of the rated deflection on both sides, and nothing is known beyond"
+            ),
+        );
+    }
+    if let Some(structure) = evidence.structure.filter(|s| s.significant && s.share > REPEATED) {
+        let percent = 100.0 * structure.share;
+        say(
+            Grade::Caution,
+            format!(
+                "{percent:.0} % of what is left repeats at the same place and direction, so physics is left out: run gmhm diagnose"
+            ),
+        );
+    } else if fit.leaves_physics() {
+        let words =
+            "what is left is physics more than noise, as a fit against it as noise predicts worse: run gmhm diagnose";
+        say(Grade::Caution, words.to_owned());
+    }
+    let better = evidence.comparison.iter().skip(1).min_by(|a, b| a.heldout_rms.total_cmp(&b.heldout_rms));
+    if let (Some(own), Some(best)) = (evidence.comparison.first(), better) {
+        if best.heldout_rms < 0.9 * own.heldout_rms {
+            let (name, ratio) = (&best.model, best.heldout_rms / own.heldout_rms);
+            say(Grade::Caution, format!("another model, {name}, predicts with {ratio:.2} times the error"));
+        }
+        let spring = evidence.comparison.iter().find(|r| r.model == "linear spring");
+        if spring.is_some_and(|s| s.heldout_rms < 1.02 * own.heldout_rms) {
+            say(Grade::Bad, "a linear spring predicts as well: these recordings show no hysteresis".to_owned());
+        }
+    }
+    let vague = fit.uncertainty.parameters.iter().filter(|p| p.undetermined && p.sd.is_some() && !p.at_bound);
+    let vague: Vec<&str> = vague.map(|p| p.name.as_ref()).collect();
+    if !vague.is_empty() {
+        let (are, them) = if vague.len() == 1 { ("is", "it") } else { ("are", "them") };
+        let names = vague.join(", ");
+        say(
+            Grade::Caution,
+            format!(
+                "{names} {are} not determined by these recordings: within the motion recorded that does no harm, beyond it do not rely on {them}"
+            ),
+        );
+    }
+    if fit.stop == crate::numerics::particle_swarm::Stop::Evaluations {
+        say(Grade::Caution, "the search used up its evaluations before it settled".to_owned());
+    }
+    reasons.sort_by_key(|reason| std::cmp::Reverse(reason.grade));
+    let grade = reasons.first().map_or(Grade::Good, |r| r.grade);
+    let sentence = match (grade, reasons.first()) {
+        (Grade::Bad, Some(reason)) => format!("Not good enough to flash: {}.", reason.words),
+        (Grade::Caution, Some(reason)) => format!("Good enough to flash, with care: {}.", reason.words),
+        _ => format!("Good enough to flash: {error}, and nothing in the recordings speaks against it."),
+    };
+    FitVerdict { grade, sentence, reasons }
+}
+
+/// What of a residual comes back at the same deflection (angle of a joint log) and direction.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct Structure {
+    /// Share of the residual's power that its first half predicts of its second, by deflection and direction.
+    pub share: f64,
+    /// Whether noise does that less than once in a hundred times.
+    pub significant: bool,
+}
+
+/// Bins across the deflection.
+const BINS: usize = 32;
+/// Blocks of the second half whose signs are drawn.
+const BLOCKS: usize = 16;
+/// Draws.
+const DRAWS: usize = 199;
+
+/// Looks for what repeats in a residual: the mean of each bin of deflection and direction in the first half of each recording, times that in the second. Noise,
+/// however coloured, is as often of the other sign, which random signs of blocks show.
+pub fn structure(recordings: &[Recording], residuals: &[Vec<f64>], seed: u64) -> Option<Structure> {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let mut power = 0.0;
+    // Product of the bin means of the first half with the sums of each block of the second.
+    let mut blocks: Vec<f64> = Vec::new();
+    for (recording, residual) in recordings.iter().zip(residuals) {
+        let theta = recording.deflection_rad.as_deref().or(recording.theta_out_rad.as_deref())?;
+        let rows = theta.len().min(residual.len());
+        let (low, high) = range(&theta[..rows]);
+        if rows < 8 * BINS || high <= low {
+            continue;
+        }
+        let mut rising = true;
+        let bins: Vec<usize> = (0..rows)
+            .map(|row| {
+                let before = theta[row.saturating_sub(1)];
+                rising = if theta[row] == before { rising } else { theta[row] > before };
+                let place = (theta[row] - low) / (high - low) * BINS as f64;
+                2 * (place as usize).min(BINS - 1) + usize::from(rising)
+            })
+            .collect();
+        let half = rows / 2;
+        let mut means = [(0.0, 0.0); 2 * BINS];
+        for row in 0..half {
+            means[bins[row]].0 += residual[row];
+            means[bins[row]].1 += 1.0;
+        }
+        let mean = |bin: usize| if means[bin].1 >= 4.0 { means[bin].0 / means[bin].1 } else { 0.0 };
+        for block in 0..BLOCKS {
+            let range = half + (rows - half) * block / BLOCKS..half + (rows - half) * (block + 1) / BLOCKS;
+            blocks.push(range.map(|row| mean(bins[row]) * residual[row]).sum());
+        }
+        power += residual[half..rows].iter().map(|r| r * r).sum::<f64>();
+    }
+    if power <= 0.0 {
+        return None;
+    }
+    let share = blocks.iter().sum::<f64>() / power;
+    let drawn =
+        |random: &mut ChaCha8Rng| blocks.iter().map(|b| if random.random() { *b } else { -b }).sum::<f64>() / power;
+    let above = (0..DRAWS).filter(|_| drawn(&mut random) >= share).count();
+    Some(Structure { share, significant: (above + 1) as f64 / (DRAWS + 1) as f64 <= 0.01 })
+}

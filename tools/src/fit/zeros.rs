@@ -1,0 +1,256 @@
+//! Zeros of the deflection encoders: one that all recordings share, or one of each.
+//!
+//! An incremental encoder counts from where it was switched on, an absolute one from where it was mounted. A torque offset does not make up for a zero: the loop hangs on where its tips are,
+//! and two recordings of one gear whose zeros differ by a twentieth of the rated deflection give e a fifth of its value.
+
+use std::ops::Range;
+
+use gmhm::{Law, Memory};
+
+use crate::fit::start::leave_out_unsettled;
+use crate::fit::{SELECTION_ROWS, prepare};
+use crate::model::Model;
+use crate::recording::{Recording, RecordingError};
+use crate::regression::assembly::Assembly;
+use crate::regression::base::Structure;
+use crate::regression::columns::{Correct, Correction, Nonlinear, Past, Rows};
+use crate::regression::error::EstimateError;
+use crate::regression::polish::polish;
+use crate::regression::problem::Sweep;
+
+/// The name of the zero of the deflection.
+pub const DEFLECTION_ZERO: &str = "deflection_zero_rad";
+
+/// The zero of the deflection encoders, subtracted from every sample.
+#[derive(Debug, Clone)]
+pub struct DeflectionZeros {
+    /// One for all recordings, or one for each.
+    zeros: Vec<Nonlinear>,
+}
+
+/// Zeros are looked for within this share of the rated deflection.
+const SPAN: f64 = 0.2;
+
+impl DeflectionZeros {
+    /// As many as there are recordings, or a single one that all share.
+    pub fn new(count: usize, rated_deflection_rad: f64) -> Self {
+        let span = SPAN * rated_deflection_rad;
+        let zero = Nonlinear { name: DEFLECTION_ZERO.into(), unit: "rad".into(), low: -span, high: span, smooth: true };
+        Self { zeros: vec![zero; count] }
+    }
+
+    /// Which zero a recording has.
+    pub fn place(&self, recording: usize) -> usize {
+        recording.min(self.zeros.len() - 1)
+    }
+}
+
+struct Shift(f64);
+
+impl Correction for DeflectionZeros {
+    fn nonlinear(&self) -> &[Nonlinear] {
+        &self.zeros
+    }
+
+    fn concerns(&self, parameter: usize, index: usize) -> bool {
+        self.place(index) == parameter
+    }
+
+    fn start<'a>(&'a self, nonlinear: &[f64], _: &'a Rows<'a>, index: usize) -> Box<dyn Correct + 'a> {
+        Box::new(Shift(nonlinear[self.place(index)]))
+    }
+}
+
+impl Correct for Shift {
+    fn correct(&mut self, _: Range<usize>, deflection_rad: &mut [f64]) {
+        for theta in deflection_rad {
+            *theta -= self.0;
+        }
+    }
+}
+
+/// Zeros of recordings.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Zeros {
+    /// Of each, rad.
+    pub rad: Vec<f64>,
+    /// How many of them a fit has found: none, one that all share, or all.
+    pub free: usize,
+}
+
+/// How far zeros are from the first, rad; `None` where all are one.
+pub fn apart(zeros_rad: &[f64]) -> Option<Vec<f64>> {
+    let first = zeros_rad.first()?;
+    zeros_rad.iter().any(|zero| zero != first).then(|| zeros_rad.iter().map(|zero| zero - first).collect())
+}
+
+/// A zero elsewhere, or zeros of their own, have to leave less than this share of the squares.
+const CLEARLY: f64 = 0.8;
+
+/// Zeros and a rated deflection that is not given are found in turn, at most so often,
+pub const ROUNDS: usize = 6;
+/// and until that changes by no more than this share: a hundred times as much moves e of the published gear by 4 %.
+pub const SETTLED: f64 = 1e-6;
+
+/// A middle of the deflections within this share of half their range suggests no zero elsewhere.
+const CENTRED: f64 = 0.05;
+
+/// The structures that zeros are tried with: a gear's own, or one without a rate and one with.
+pub fn structures(memory: Option<&Memory>) -> Vec<Structure> {
+    memory.map_or_else(|| vec![Structure::MASING, Structure::TIME], |memory| vec![Structure::of(memory)])
+}
+
+/// Where the deflection of each recording is zero, roughly, rad.
+///
+/// Tried are the zeros as recorded, the middle of all deflections, and zeros of each recording, from both on to where they suit best. A gear of the structure that leaves least is
+/// fitted to compare them: what it lacks it lacks with any zero. Zeros differ only where the recordings go together no other way.
+///
+/// # Errors
+/// [`EstimateError::NoMovement`], and what building the gear refuses.
+pub fn settle(rows: &[Rows<'_>], structures: &[Structure], given: Option<f64>) -> Result<Zeros, EstimateError> {
+    let (low, high) = prepare::deflection_range(rows);
+    let half = 0.5 * (high - low);
+    if half.is_nan() || half <= 0.0 {
+        return Err(EstimateError::NoMovement);
+    }
+    let (count, middle) = (rows.len(), 0.5 * (low + high));
+    let centred = middle.abs() <= CENTRED * half;
+    if centred && count == 1 {
+        return Ok(Zeros { rad: vec![0.0], free: 0 });
+    }
+    let trial = Trial::new(rows, structures, given);
+    // Far outside the rated deflection a polynomial may still meet the torque.
+    let rated = given.unwrap_or_else(|| high.max(-low));
+    let outside = low > rated || high < -rated;
+    let stays = if outside { f64::INFINITY } else { trial.polished(&vec![0.0; count], 0)?.0 };
+    let mut shared = trial.polished(&vec![0.0; count], 1)?;
+    if !centred {
+        let from_middle = trial.polished(&vec![middle; count], 1)?;
+        shared = if outside || from_middle.0 < shared.0 { from_middle } else { shared };
+    }
+    let (left, zeros) = if shared.0 < CLEARLY * stays {
+        (shared.0, Zeros { rad: shared.1, free: 1 })
+    } else {
+        (stays.min(shared.0), Zeros { rad: vec![0.0; count], free: 0 })
+    };
+    if count == 1 || left <= prepare::rounding(&trial.rows) {
+        return Ok(zeros);
+    }
+    let middles = rows.iter().map(|rows| {
+        let (low, high) = prepare::range(&*rows.deflection_rad);
+        0.5 * (low + high)
+    });
+    let (near, far) = (trial.polished(&zeros.rad, count)?, trial.polished(&middles.collect::<Vec<_>>(), count)?);
+    let (own, own_zeros) = if near.0 <= far.0 { near } else { far };
+    Ok(if own < CLEARLY * left { Zeros { rad: own_zeros, free: count } } else { zeros })
+}
+
+/// How far the zero of each recording is from that of the first, rad, where recordings of a model's gear go together only with zeros of their own.
+///
+/// # Errors
+/// As [`fit`](crate::fit::fit()).
+pub fn between(recordings: &[&Recording], model: &Model) -> Result<Option<Vec<f64>>, EstimateError> {
+    if recordings.len() < 2 || model.memory.is_none() {
+        return Ok(None);
+    }
+    let beginnings: Vec<Recording> =
+        recordings.iter().map(|r| r.beginning(SELECTION_ROWS.div_ceil(recordings.len()))).collect();
+    let rows = prepare::rows(&beginnings, &model.gear)?;
+    let zeros = settle(&rows, &structures(model.memory.as_ref()), model.gear.rated_deflection_rad)?;
+    Ok(apart(&zeros.rad))
+}
+
+/// Takes a zero off the deflection of a recording.
+///
+/// # Errors
+/// Angles without a ratio.
+pub fn take_off(recording: &mut Recording, zero_rad: f64, ratio: Option<f64>) -> Result<(), RecordingError> {
+    if zero_rad != 0.0 {
+        recording.derive_deflection(ratio)?;
+        recording.deflection_rad.iter_mut().flatten().for_each(|theta| *theta -= zero_rad);
+    }
+    Ok(())
+}
+
+/// The largest deflection of all recordings beside their zeros, rad.
+pub fn largest(rows: &[Rows<'_>], zero_rad: impl Fn(usize) -> f64) -> f64 {
+    let farthest = |(index, rows): (usize, &Rows<'_>)| {
+        let (low, high) = prepare::range(&*rows.deflection_rad);
+        (high - zero_rad(index)).max(zero_rad(index) - low)
+    };
+    rows.iter().enumerate().map(farthest).fold(0.0, f64::max)
+}
+
+/// Recordings that zeros are tried on.
+struct Trial<'a> {
+    rows: Vec<Rows<'a>>,
+    /// From which row on the past of each does not matter; 0 where too little would be left.
+    settled: Vec<usize>,
+    structures: &'a [Structure],
+    given: Option<f64>,
+}
+
+impl<'a> Trial<'a> {
+    fn new(rows: &'a [Rows<'_>], structures: &'a [Structure], given: Option<f64>) -> Self {
+        let mut rows = prepare::beginning(rows, SELECTION_ROWS);
+        // The same rows wherever the zero is: what is told by the extremes of each recording, not by the tips of the rated cycle.
+        let settled = leave_out_unsettled(&mut rows, f64::INFINITY);
+        Self { rows, settled, structures, given }
+    }
+
+    /// The squares that the best structure leaves and the zeros of each recording, from these on to where they suit best: none moved, all by the same, or each by its own.
+    fn polished(&self, from_rad: &[f64], count: usize) -> Result<(f64, Vec<f64>), EstimateError> {
+        let mut best = (f64::INFINITY, from_rad.to_vec());
+        for structure in self.structures {
+            let found = self.polished_with(*structure, from_rad, count)?;
+            if found.0 < best.0 {
+                best = found;
+            }
+        }
+        Ok(best)
+    }
+
+    /// The same for one structure. A rated deflection that is not given is the largest beside the zeros, and follows them.
+    fn polished_with(
+        &self,
+        structure: Structure,
+        from_rad: &[f64],
+        count: usize,
+    ) -> Result<(f64, Vec<f64>), EstimateError> {
+        let mut zeros = from_rad.to_vec();
+        let mut rated = f64::NAN;
+        let mut left = f64::INFINITY;
+        for _ in 0..ROUNDS {
+            let beside = self.given.unwrap_or_else(|| largest(&self.rows, |recording| zeros[recording]));
+            if (beside - rated).abs() <= SETTLED * beside {
+                break;
+            }
+            rated = beside;
+            let mut rows = self.rows.clone();
+            rows.iter_mut().zip(&zeros).for_each(|(rows, zero)| rows.shift(*zero));
+            let fixed = Assembly::new(structure, rated, &rows, &[])?;
+            let assembly = if count == 0 { fixed } else { fixed.with_free_zeros(count) };
+            if structure.law == Law::Masing {
+                self.choose_pasts(&assembly, &mut rows, count);
+            }
+            let problem = assembly.problem(&rows);
+            let start: Vec<f64> = problem.nonlinear().iter().map(|n| 0.5 * (n.low + n.high)).collect();
+            let polished = polish(&problem, &start, Sweep::PLAIN, &());
+            zeros.iter_mut().enumerate().for_each(|(k, zero)| *zero += assembly.zero_rad(&polished.nonlinear, k));
+            left = polished.rss;
+        }
+        Ok((left, zeros))
+    }
+
+    /// The past that explains most, of recordings whose first rows take part.
+    fn choose_pasts(&self, assembly: &Assembly, rows: &mut [Rows<'_>], count: usize) {
+        for index in (0..rows.len()).filter(|&index| self.settled[index] == 0) {
+            let pasts = [Past::Rest, Past::Rising, Past::Falling].map(|past| {
+                rows[index].past = past;
+                (past, assembly.problem(rows).solve(&vec![0.0; count], Sweep::PLAIN).1.rss)
+            });
+            rows[index].past =
+                pasts.into_iter().min_by(|a, b| a.1.total_cmp(&b.1)).map_or(Past::Rest, |(past, _)| past);
+        }
+    }
+}

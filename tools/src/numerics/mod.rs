@@ -1,0 +1,20 @@
+//! Numerical methods: least squares, search, noise models. Nothing here knows a gear.
+//!
+//! | file | what |
+//! |---|---|
+//! | [`qr`], [`basis`], [`svd`] | streaming triangular factor, orthonormal basis, singular directions |
+//! | [`bounded`] | least squares with bounds |
+//! | [`levenberg_marquardt`], [`particle_swarm`] | local and global search |
+//! | [`autoregression`], `whitening` | coloured noise and its filter |
+//! | `smoothing`, [`spectrum`] | graduation; lines over orders of a turn |
+
+pub mod autoregression;
+pub mod basis;
+pub mod bounded;
+pub mod levenberg_marquardt;
+pub mod particle_swarm;
+pub mod qr;
+pub(crate) mod smoothing;
+pub mod spectrum;
+pub mod svd;
+pub(crate) mod whitening;

@@ -1,0 +1,310 @@
+//! The recordings under diagnosis, row after row in one line, and the torque that a model has to explain.
+
+use std::borrow::Cow;
+use std::ops::Range;
+
+use gmhm::Law;
+
+use crate::diagnose::DiagnoseError;
+use crate::diagnose::nonparametric;
+use crate::diagnose::search::MARGIN;
+use crate::fit::prepare;
+use crate::model::{Model, Term};
+use crate::physics::{Evaluation, PredictError, Signals};
+use crate::recording::{Recording, TorqueUnit};
+use crate::regression::columns::Mark;
+use crate::regression::fit::Fitted;
+use crate::signal::acceleration::acceleration;
+use crate::signal::denoise::denoised;
+
+/// Recordings of one gear or joint, their rows in one line.
+pub struct Dataset<'a> {
+    /// The recordings, their angles freed of noise.
+    pub recordings: Vec<Cow<'a, Recording>>,
+    /// The acceleration of each, of the motion as it was recorded.
+    accelerations: Vec<Option<Vec<f64>>>,
+    /// So many rows of a recording are looked at as one, their mean; the gear follows all of them.
+    pub stride: usize,
+    /// The rows of each that are looked at.
+    pub spans: Vec<Range<usize>>,
+    /// What each row is used for, recording by recording.
+    pub marks: Vec<Vec<Mark>>,
+    /// The torque to be explained, N·m or A. Where another simulator's prediction is recorded: what it leaves, plus the base model handed in.
+    pub target: Vec<f64>,
+    /// What each recording adds that is no property of the gear: its offset, what the gear remembers from before the first row.
+    pub nuisances: Vec<Vec<f64>>,
+    /// Whether the base model may be refitted; not where another simulator stands in for it.
+    pub free_base: bool,
+}
+
+impl<'a> Dataset<'a> {
+    /// The recordings of a gear or a joint.
+    ///
+    /// # Errors
+    /// Recordings without a torque or with too few rows, or a model that cannot be evaluated on them.
+    pub fn new(recordings: &'a [Recording], model: &Model) -> Result<Self, DiagnoseError> {
+        let mut spans = Vec::with_capacity(recordings.len());
+        let mut target = Vec::new();
+        for recording in recordings {
+            let torque = recording.torque.as_deref().ok_or_else(|| DiagnoseError::NoTorque(recording.name.clone()))?;
+            if recording.len() < FEWEST_ROWS {
+                return Err(DiagnoseError::TooFewRows { recording: recording.name.clone(), rows: recording.len() });
+            }
+            if recording.torque_unit != recordings[0].torque_unit {
+                return Err(DiagnoseError::MixedUnits {
+                    first: recordings[0].name.clone(),
+                    other: recording.name.clone(),
+                });
+            }
+            spans.push(target.len()..target.len() + torque.len());
+            target.extend_from_slice(torque);
+        }
+        let simulated = recordings.iter().filter(|r| r.torque_sim_nm.is_some()).count();
+        if simulated != 0 && simulated != recordings.len() {
+            return Err(DiagnoseError::SomeSimulated);
+        }
+        let marks = recordings.iter().map(|r| prepare::gaps(&r.time_s)).collect();
+        let accelerations = recordings.iter().map(|r| acceleration(r, &model.gear)).collect();
+        let recordings: Vec<Cow<'a, Recording>> = recordings.iter().map(|r| denoised(r, model.gear.ratio)).collect();
+        let nuisances = nuisances(&recordings, &spans, model)?;
+        let (stride, free_base) = (1, simulated == 0);
+        let mut dataset = Self { recordings, accelerations, stride, spans, marks, target, nuisances, free_base };
+        if simulated > 0 {
+            let base = dataset.total(model)?;
+            let simulated: Vec<f64> =
+                dataset.recordings.iter().filter_map(|r| r.torque_sim_nm.as_deref()).flatten().copied().collect();
+            dataset.target.iter_mut().zip(simulated.iter().zip(&base)).for_each(|(t, (sim, base))| *t += base - sim);
+        }
+        Ok(dataset)
+    }
+
+    /// The same recordings, looked at in means of `stride` rows. `residual` is what a first fit left; it bridges outliers, lest they spoil a mean.
+    #[must_use]
+    pub fn thinned(&self, stride: usize, residual: &[f64]) -> Self {
+        let bridged = self.bridged(residual);
+        let target: Vec<f64> =
+            self.target.iter().zip(residual.iter().zip(&bridged)).map(|(t, (was, is))| t - was + is).collect();
+        let thin = |line: &[f64]| -> Vec<f64> {
+            self.spans.iter().flat_map(|span| means(&line[span.clone()], stride)).collect()
+        };
+        let mut end = 0;
+        let spans = self.spans.iter().map(|span| {
+            let from = end;
+            end += span.len().div_ceil(stride);
+            from..end
+        });
+        let spans = spans.collect();
+        let whole = |part: &[Mark]| {
+            let lost = part.iter().filter(|m| matches!(m, Mark::Skipped | Mark::Outlier)).count();
+            match part {
+                _ if 2 * lost > part.len() => Mark::Outlier,
+                _ if part.contains(&Mark::First) => Mark::First,
+                _ => Mark::Used,
+            }
+        };
+        Self {
+            recordings: self.recordings.clone(),
+            accelerations: self.accelerations.clone(),
+            stride: self.stride * stride,
+            spans,
+            marks: self.marks.iter().map(|marks| marks.chunks(stride).map(whole).collect()).collect(),
+            target: thin(&target),
+            nuisances: self.nuisances.iter().map(|n| thin(n)).collect(),
+            free_base: self.free_base,
+        }
+    }
+
+    /// A residual with its outliers replaced by a line between their neighbours.
+    fn bridged(&self, residual: &[f64]) -> Vec<f64> {
+        let mut bridged = residual.to_vec();
+        for (span, marks) in self.spans.iter().zip(&self.marks) {
+            let own = &mut bridged[span.clone()];
+            let counts = |row: &usize| matches!(marks[*row], Mark::Used | Mark::First);
+            let mut last: Option<usize> = None;
+            for next in (0..own.len()).filter(counts) {
+                let (from, start) = last.map_or((own[next], 0), |l| (own[l], l + 1));
+                let to = own[next];
+                let length = (next + 1 - start) as f64;
+                (start..next).for_each(|row| own[row] = from + (to - from) * (row + 1 - start) as f64 / length);
+                last = Some(next);
+            }
+            if let Some(last) = last {
+                let value = own[last];
+                own[last..].fill(value);
+            }
+        }
+        bridged
+    }
+
+    /// Lets each recording remember any past whatever, where that explains more than the polynomial past does: reversals of old leave kinks. Highest and lowest
+    /// deflection so far move one way only, so what the past adds is a function of how far they have come together. Tells whether any does.
+    ///
+    /// # Errors
+    /// A model that cannot be evaluated.
+    pub fn allow_any_past(&mut self, fit: &Fitted) -> Result<bool, DiagnoseError> {
+        let mut admitted = Vec::new();
+        for (recording, span) in self.recordings.iter().zip(&self.spans) {
+            let Some(room) = untouched(recording, &fit.model)? else { continue };
+            let come: Vec<f64> = room.iter().map(|(above, below)| -(above + below)).collect();
+            let (from, to) = (come[0], come[come.len() - 1]);
+            let knots: Vec<f64> = (0..=PAST_HATS).map(|k| from + (to - from) * k as f64 / PAST_HATS as f64).collect();
+            if knots.windows(2).any(|w| w[1] <= w[0]) {
+                continue;
+            }
+            let mut columns = nonparametric::linear_splines(&come, &knots);
+            columns.pop();
+            let mut own = vec![vec![0.0; self.len()]; columns.len()];
+            own.iter_mut().zip(&columns).for_each(|(line, column)| line[span.clone()].copy_from_slice(column));
+            let mut columns = fit.of_places();
+            columns.extend(own.iter().map(Vec::as_slice));
+            let with = self.layout().best_profile(&columns, &fit.residual, &fit.noise);
+            let gain = fit.minus_two_log_likelihood - with.minus_two_log_likelihood;
+            if gain > self.penalty(own.len()) + MARGIN {
+                admitted.extend(own);
+            }
+        }
+        let any = !admitted.is_empty();
+        self.nuisances.extend(admitted);
+        Ok(any)
+    }
+
+    /// What the torque is measured in.
+    pub fn torque_unit(&self) -> TorqueUnit {
+        self.recordings.first().map_or_else(TorqueUnit::default, |r| r.torque_unit)
+    }
+
+    /// Number of rows that are looked at.
+    pub fn len(&self) -> usize {
+        self.target.len()
+    }
+
+    /// No rows at all.
+    pub fn is_empty(&self) -> bool {
+        self.target.is_empty()
+    }
+
+    /// Rows that count.
+    pub fn counted(&self) -> usize {
+        self.marks.iter().flatten().filter(|m| matches!(m, Mark::Used | Mark::First)).count()
+    }
+
+    /// A model on every recording.
+    ///
+    /// # Errors
+    /// As [`Evaluation::new`].
+    pub fn evaluate(&self, model: &Model) -> Result<Vec<Evaluation<'_>>, PredictError> {
+        (0..self.recordings.len()).map(|index| self.evaluate_one(model, index)).collect()
+    }
+
+    /// The torque of a model, all recordings in one line.
+    ///
+    /// # Errors
+    /// As [`Evaluation::new`].
+    pub fn total(&self, model: &Model) -> Result<Vec<f64>, PredictError> {
+        let mut total = Vec::with_capacity(self.target.len());
+        for index in 0..self.recordings.len() {
+            total.extend(self.looked_at(self.evaluate_one(model, index)?.total()));
+        }
+        Ok(total)
+    }
+
+    fn evaluate_one(&self, model: &Model, index: usize) -> Result<Evaluation<'_>, PredictError> {
+        let recording = &self.recordings[index];
+        let mut signals = Signals::new(recording, &model.gear);
+        signals.acceleration_rad_per_s2.clone_from(&self.accelerations[index]);
+        Evaluation::along(model, None, recording, signals)
+    }
+
+    /// What a term would add to the torque of a model evaluated on every recording, in one line.
+    ///
+    /// # Errors
+    /// As [`Evaluation::change`].
+    pub fn change(&self, evaluations: &[Evaluation<'_>], term: &Term) -> Result<Vec<f64>, PredictError> {
+        let mut line = Vec::with_capacity(self.target.len());
+        for evaluation in evaluations {
+            line.extend(self.looked_at(&evaluation.change(term)?));
+        }
+        Ok(line)
+    }
+
+    /// A signal of every recording in one line, if every recording tells it.
+    pub fn signal<'e, 's>(
+        &self,
+        evaluations: &'e [Evaluation<'s>],
+        of: impl Fn(&'e Signals<'s>) -> Option<&'e [f64]>,
+    ) -> Option<Vec<f64>> {
+        let mut line = Vec::with_capacity(self.target.len());
+        for evaluation in evaluations {
+            line.extend(self.looked_at(of(&evaluation.context().signals)?));
+        }
+        Some(line)
+    }
+
+    /// A line of a recording as it is looked at.
+    pub fn looked_at<'v>(&self, values: &'v [f64]) -> impl Iterator<Item = f64> + use<'v> {
+        means(values, self.stride)
+    }
+
+    /// Time in one line, s.
+    pub fn time_s(&self) -> Vec<f64> {
+        self.recordings.iter().flat_map(|r| self.looked_at(&r.time_s)).collect()
+    }
+
+    /// The marks in one line.
+    pub fn counts(&self, row: usize) -> bool {
+        let index = self.spans.partition_point(|span| span.end <= row);
+        matches!(self.marks[index][row - self.spans[index].start], Mark::Used | Mark::First)
+    }
+}
+
+/// Means of so many values each.
+fn means(values: &[f64], stride: usize) -> impl Iterator<Item = f64> {
+    values.chunks(stride).map(|part| part.iter().sum::<f64>() / part.len() as f64)
+}
+
+/// Pieces of which what any past adds is made.
+const PAST_HATS: usize = 8;
+
+/// Fewest rows of a recording.
+const FEWEST_ROWS: usize = 64;
+
+/// What each recording adds to the torque that is no property of the gear: a constant offset and, where the gear remembers its way, what it may still
+/// remember from before the first row.
+///
+/// Of the elementary relays of which law `masing` is the continuum, those that switch beyond the deflections seen so far are as the unknown past has left
+/// them. Their torque is a function of the highest and the lowest deflection so far that vanishes when either reaches its tip: a polynomial here.
+fn nuisances(
+    recordings: &[Cow<'_, Recording>],
+    spans: &[Range<usize>],
+    model: &Model,
+) -> Result<Vec<Vec<f64>>, DiagnoseError> {
+    let rows = spans.last().map_or(0, |s| s.end);
+    let mut columns = Vec::new();
+    for (recording, span) in recordings.iter().zip(spans) {
+        let mut ones = vec![0.0; rows];
+        ones[span.clone()].fill(1.0);
+        columns.push(ones);
+        let Some(room) = untouched(recording, model)? else { continue };
+        let mut own = vec![vec![0.0; rows]; 4];
+        for (row, (above, below)) in span.clone().zip(room) {
+            let powers = [above * below, above * above * below, above * below * below, (above * below).powi(2)];
+            own.iter_mut().zip(powers).for_each(|(column, power)| column[row] = power);
+        }
+        columns.extend(own);
+    }
+    Ok(columns)
+}
+
+/// Row by row the parts of the rated deflection that lie above the highest and below the lowest one so far, where law `masing` remembers.
+fn untouched(recording: &Recording, model: &Model) -> Result<Option<Vec<(f64, f64)>>, DiagnoseError> {
+    let masing = model.memory.is_some_and(|m| m.law == Law::Masing);
+    let Some(rated) = model.gear.rated_deflection_rad.filter(|_| masing) else { return Ok(None) };
+    let evaluation = Evaluation::new(model, None, recording)?;
+    let theta = evaluation.followed().deflection_rad.as_slice();
+    let (mut highest, mut lowest) = (theta[0], theta[0]);
+    let room = theta.iter().map(|theta| {
+        (highest, lowest) = (highest.max(*theta), lowest.min(*theta));
+        ((1.0 - highest / rated).max(0.0), (1.0 + lowest / rated).max(0.0))
+    });
+    Ok(Some(room.collect()))
+}

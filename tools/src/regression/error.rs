@@ -1,0 +1,151 @@
+//! Why nothing was fitted, and the mend.
+
+use gmhm::ParamError;
+
+use crate::signal::plausible::Implausible;
+
+/// Why nothing was fitted.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum EstimateError {
+    /// No recording.
+    #[error("no recording was given")]
+    NoRecording,
+    /// Too little to fit.
+    #[error("{recording}: {rows} rows are too few to fit a gear, at least {needed} are needed")]
+    TooFewRows {
+        /// The recording.
+        recording: String,
+        /// Its rows.
+        rows: usize,
+        /// Rows needed.
+        needed: usize,
+    },
+    /// No torque to explain.
+    #[error(
+        "{recording}: column torque_nm (or current_a) is missing; name it, or map another column to it with --map torque_nm=…"
+    )]
+    NoTorque {
+        /// The recording.
+        recording: String,
+    },
+    /// No deflection.
+    #[error(
+        "{recording}: column deflection_rad is missing, and so is theta_in_rad or theta_out_rad; map a column with --map deflection_rad=…"
+    )]
+    NoDeflection {
+        /// The recording.
+        recording: String,
+    },
+    /// A joint log where a gear is asked for.
+    #[error(
+        "{recording} is a joint log: without deflection_rad or theta_in_rad it shows no deflection, and so no stiffness and no hysteresis"
+    )]
+    JointLog {
+        /// The recording.
+        recording: String,
+    },
+    /// Numbers that no gear has.
+    #[error("{recording}: the {what} varies by {size:.1e} {unit}, which no gear does")]
+    Absurd {
+        /// The recording.
+        recording: String,
+        /// The channel.
+        what: &'static str,
+        /// Its range.
+        size: f64,
+        /// Its unit.
+        unit: &'static str,
+    },
+    /// One of several recordings that tells nothing.
+    #[error("{recording}: the {what} is the same in every row, so that it tells nothing beside the others")]
+    Still {
+        /// The recording.
+        recording: String,
+        /// The channel.
+        what: &'static str,
+    },
+    /// Recordings with other zeros of the encoders.
+    #[error(
+        "the deflections of {first} and {other} lie about {apart_rad:.3e} rad from each other, further than either moves, and zeros of their own do not make them go together"
+    )]
+    OtherZero {
+        /// The first recording.
+        first: String,
+        /// The other.
+        other: String,
+        /// Distance of their middles, rad.
+        apart_rad: f64,
+    },
+    /// Angles without a ratio.
+    #[error(
+        "{recording}: the deflection follows from theta_in_rad and theta_out_rad only with the ratio: give [gear] ratio in --model"
+    )]
+    NoRatio {
+        /// The recording.
+        recording: String,
+    },
+    /// The gear does not move.
+    #[error("the deflection is the same in every row, or the joint of a joint log stands still: nothing can be fitted")]
+    NoMovement,
+    /// The torque does not change.
+    #[error("the torque is the same in every row: nothing can be fitted")]
+    NoTorqueChange,
+    /// Newton-metres and amperes.
+    #[error("{first} and {other} hold torque in different units: fit them apart")]
+    MixedUnits {
+        /// The first recording.
+        first: String,
+        /// The one that differs.
+        other: String,
+    },
+    /// A term that cannot be fitted.
+    #[error("the model has a term {kind}, which fit does not refit: use diagnose")]
+    HasTerms {
+        /// Its kind.
+        kind: String,
+    },
+    /// A joint log that the base terms cannot be evaluated on.
+    #[error("{why}")]
+    Joint {
+        /// Why.
+        why: String,
+    },
+    /// A recording and the model given cannot be of one gear.
+    #[error(transparent)]
+    Implausible(#[from] Implausible),
+    /// The core refused the gear.
+    #[error("the fitted gear is none: {0}")]
+    Refused(#[from] ParamError),
+    /// The caller asked for it.
+    #[error("stopped before the fit was done; nothing was written")]
+    Cancelled,
+}
+
+impl EstimateError {
+    /// How to mend it, where there is more to say than the message does.
+    pub fn mend(&self) -> Option<String> {
+        let text = match self {
+            Self::Implausible(error) => return Some(error.mend()),
+            Self::TooFewRows { .. } => "record for longer, or at a higher rate",
+            Self::NoMovement => {
+                "check that the column is the right one (--map deflection_rad=COLUMN), and record while the gear is loaded"
+            }
+            Self::NoTorqueChange => {
+                "check that the sensor is connected and that the column is the right one (--map torque_nm=COLUMN)"
+            }
+            Self::JointLog { .. } => {
+                "map the motor-side angle with --map theta_in_rad=COLUMN; gmhm fit without --method pso, and gmhm diagnose, take a joint log for gravity, inertia and friction"
+            }
+            Self::Still { .. } => {
+                "leave it out, or check that its sensor was connected and that the column is the right one"
+            }
+            Self::OtherZero { .. } => {
+                "check that they are of one gear, in the same units and of the same sign; or fit them apart"
+            }
+            Self::Absurd { .. } => "check its unit: --map scales a column, as in deflection_rad=COLUMN*1e-3",
+            Self::HasTerms { .. } => "remove its [[term]] from the file given by --model, or run gmhm diagnose",
+            _ => return None,
+        };
+        Some(text.to_owned())
+    }
+}

@@ -1,0 +1,216 @@
+//! A model fitted to the dataset: gear and terms together, by the estimator's [descent](crate::numerics::levenberg_marquardt), against noise whose colour is fitted in turn.
+//!
+//! How it goes down is told in [`projection`](crate::regression::variable_projection).
+
+use crate::diagnose::DiagnoseError;
+use crate::diagnose::explain::Search;
+use crate::model::Model;
+use crate::numerics::autoregression::Noise;
+use crate::numerics::levenberg_marquardt::descend;
+use crate::numerics::qr::dot;
+use crate::physics::PredictError;
+use crate::regression::dataset::Dataset;
+use crate::regression::likelihood::Layout;
+use crate::regression::parameters;
+use crate::regression::parameters::FreeParameter;
+use crate::regression::variable_projection::{VariableProjection, Weights, is_linear};
+
+/// A model fitted to the dataset, and what the next step needs of it.
+#[derive(Clone)]
+pub struct Fitted {
+    /// The model.
+    pub model: Model,
+    /// Its free numbers.
+    pub places: Vec<FreeParameter>,
+    /// Target less model less offset.
+    pub residual: Vec<f64>,
+    /// The change of the torque with each free number, then with the offset of each recording.
+    pub columns: Vec<Vec<f64>>,
+    /// The noise of each recording.
+    pub noise: Vec<Noise>,
+    /// Fitted by plain least squares: what is left is physics more than noise, and does not weigh the rows.
+    pub plain: bool,
+    /// −2 ln L, without constants.
+    pub minus_two_log_likelihood: f64,
+}
+
+impl Dataset<'_> {
+    /// The rows, and what of them is no property of the gear.
+    pub fn layout(&self) -> Layout<'_> {
+        let Self { recordings, spans, marks, nuisances, .. } = self;
+        Layout { recordings, spans, marks, nuisances }
+    }
+
+    /// The free numbers of a model.
+    pub fn places(&self, model: &Model, search: Search<'_>) -> Vec<FreeParameter> {
+        let mut places = if self.free_base { parameters::of_gear(model) } else { Vec::new() };
+        if search.zero {
+            places.push(FreeParameter::Zero);
+        }
+        let first = if self.free_base { 0 } else { search.base_terms };
+        places.extend((first..model.terms.len()).flat_map(|term| parameters::of_term(model, term)));
+        places
+    }
+
+    /// The change of the torque with a place of a model; where it is one of `beside`, that of `beside`.
+    ///
+    /// # Errors
+    /// A model that cannot be evaluated.
+    pub fn derivative(
+        &self,
+        model: &Model,
+        place: FreeParameter,
+        total: &[f64],
+        beside: Option<&Fitted>,
+    ) -> Result<Vec<f64>, PredictError> {
+        let known = beside.and_then(|fit| fit.places.iter().position(|p| *p == place).map(|i| &fit.columns[i]));
+        if let Some(known) = known {
+            return Ok(known.clone());
+        }
+        let at = |value: f64| {
+            let mut moved = model.clone();
+            parameters::put(&mut moved, place, value);
+            self.total(&moved)
+        };
+        let (low, high) = parameters::sides(model, place);
+        if is_linear(model, place) {
+            let span = high - parameters::value(model, place);
+            return Ok(at(high)?.iter().zip(total).map(|(a, b)| (a - b) / span).collect());
+        }
+        let (above, below) = (at(high)?, at(low)?);
+        Ok(above.iter().zip(&below).map(|(a, b)| (a - b) / (high - low)).collect())
+    }
+
+    /// Target less total, each recording about its own mean.
+    pub fn centred(&self, total: &[f64]) -> Vec<f64> {
+        let mut residual: Vec<f64> = self.target.iter().zip(total).map(|(t, m)| t - m).collect();
+        for (span, marks) in self.spans.iter().zip(&self.marks) {
+            let counts = |row: &usize| !matches!(marks[*row], crate::regression::columns::Mark::Skipped);
+            let own = &mut residual[span.clone()];
+            let kept: Vec<f64> = (0..own.len()).filter(counts).map(|r| own[r]).collect();
+            let mean = kept.iter().sum::<f64>() / kept.len().max(1) as f64;
+            own.iter_mut().for_each(|r| *r -= mean);
+        }
+        residual
+    }
+
+    /// Fits the free numbers of a model. `noise` is a first guess of the noise; without one, the fit begins as if it were white, so that structure is not
+    /// taken for noise before it was looked at.
+    ///
+    /// # Errors
+    /// A model that cannot be evaluated.
+    pub fn fit(
+        &self,
+        model: &Model,
+        places: &[FreeParameter],
+        noise: Option<&[Noise]>,
+        most_steps: usize,
+    ) -> Result<Fitted, DiagnoseError> {
+        self.fit_beside(model, places, noise, most_steps, None)
+    }
+
+    /// [`fit`](Self::fit), where the change of the torque with the numbers of a model fitted before stays what it was.
+    ///
+    /// # Errors
+    /// A model that cannot be evaluated.
+    pub fn fit_beside(
+        &self,
+        model: &Model,
+        places: &[FreeParameter],
+        noise: Option<&[Noise]>,
+        most_steps: usize,
+        beside: Option<&Fitted>,
+    ) -> Result<Fitted, DiagnoseError> {
+        if noise.is_some() {
+            return self.fit_from(model, places, noise, most_steps, beside);
+        }
+        let white = self.descend(model, places, None, WHITE_STEPS, beside)?;
+        self.descend(&white.model, places, Some(&white.noise), most_steps, beside)
+    }
+
+    /// [`fit`](Self::fit) from a first guess of the noise, and from white noise where that ends better.
+    fn fit_from(
+        &self,
+        model: &Model,
+        places: &[FreeParameter],
+        noise: Option<&[Noise]>,
+        most_steps: usize,
+        beside: Option<&Fitted>,
+    ) -> Result<Fitted, DiagnoseError> {
+        let direct = self.descend(model, places, noise, most_steps, beside)?;
+        if most_steps < WHITE_STEPS {
+            return Ok(direct);
+        }
+        let white = self.fit_beside(model, places, None, most_steps, beside)?;
+        let better = white.minus_two_log_likelihood < direct.minus_two_log_likelihood;
+        let drifted = dot(&direct.residual, &direct.residual) > ASTRAY * dot(&white.residual, &white.residual);
+        // Either is a point of the same model, so the better likelihood is the model's.
+        let least = direct.minus_two_log_likelihood.min(white.minus_two_log_likelihood);
+        let chosen = if better || drifted { white } else { direct };
+        Ok(Fitted { minus_two_log_likelihood: least, ..chosen })
+    }
+
+    /// A fit, or the one by plain least squares where that predicts held-out blocks clearly better: what is left is then physics more than noise.
+    ///
+    /// # Errors
+    /// A model that cannot be evaluated.
+    pub fn settled(&self, fit: Fitted) -> Result<Fitted, DiagnoseError> {
+        let plain = self.descend(&fit.model, &fit.places, None, PLAIN_STEPS, None)?;
+        Ok(if self.rms_of_blocks(&plain) < CLEARLY * self.rms_of_blocks(&fit) { plain } else { fit })
+    }
+
+    /// Goes down against `noise`, fitted anew before each step; without it against white noise to the end.
+    fn descend(
+        &self,
+        model: &Model,
+        places: &[FreeParameter],
+        noise: Option<&[Noise]>,
+        most_steps: usize,
+        beside: Option<&Fitted>,
+    ) -> Result<Fitted, DiagnoseError> {
+        let layout = self.layout();
+        let plain = noise.is_none();
+        let weights = noise.map_or(Weights::White, |noise| Weights::Coloured(noise.to_vec()));
+        let (mut walk, from) = VariableProjection::start(self, model, places, weights, beside, most_steps)?;
+        let schedule = walk.schedule();
+        let (mut stand, _) = descend(&mut walk, from, schedule, &())?;
+        let mut columns = walk.columns(&mut stand)?;
+        columns.extend(self.nuisances.iter().cloned());
+        let residual = self.without_offsets(&walk.noise, &stand.residual);
+        let noise = layout.noise(&residual, 0);
+        let minus_two_log_likelihood = layout.minus_two_log_likelihood(&noise, &residual);
+        Ok(Fitted {
+            model: stand.model,
+            places: places.to_vec(),
+            residual,
+            columns,
+            noise,
+            plain,
+            minus_two_log_likelihood,
+        })
+    }
+
+    /// A line of rows with the nuisances of each recording taken out as the noise asks.
+    pub fn without_offsets(&self, noise: &[Noise], residual: &[f64]) -> Vec<f64> {
+        self.layout().without_nuisances(noise, residual).0
+    }
+}
+
+/// A fit that leaves so many times the squares of one that began with white noise has taken physics for noise.
+const ASTRAY: f64 = 1.4;
+
+/// Plain least squares are preferred where they leave less than this share of what is left of held-out blocks.
+const CLEARLY: f64 = 0.9;
+
+/// Steps of plain least squares.
+const PLAIN_STEPS: usize = 8;
+
+/// Steps taken as if the noise were white.
+const WHITE_STEPS: usize = 4;
+
+impl Fitted {
+    /// The change of the torque with each free number, without the nuisances.
+    pub fn of_places(&self) -> Vec<&[f64]> {
+        self.columns[..self.places.len()].iter().map(Vec::as_slice).collect()
+    }
+}

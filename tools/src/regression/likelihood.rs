@@ -1,0 +1,205 @@
+//! Fits of columns that stand ready, and their likelihood with the noise fitted in turn.
+//!
+//! The comparison of models asks for the likelihood, so the noise is that of the residual as it is; the uncertainty of parameters is another question, see
+//! [`uncertainty`](crate::regression::uncertainty).
+
+use std::borrow::Cow;
+use std::ops::Range;
+
+use nalgebra::DVector;
+
+use crate::numerics::autoregression::{Noise, runs};
+use crate::numerics::bounded;
+use crate::numerics::bounded::Bound;
+use crate::numerics::qr::dot;
+use crate::numerics::svd::Singular;
+use crate::recording::Recording;
+use crate::regression::columns::{Column, Mark, Past, Rows};
+use crate::regression::factors::System;
+use crate::regression::heldout::{Blocks, FOLDS};
+use crate::regression::problem::{Linear, Problem, Sweep};
+use crate::regression::ready::Ready;
+use crate::regression::uncertainty::SINGULAR;
+
+/// Rows of several recordings in one line.
+#[derive(Clone, Copy)]
+pub struct Layout<'a> {
+    /// The recordings.
+    pub recordings: &'a [Cow<'a, Recording>],
+    /// The rows of each recording.
+    pub spans: &'a [Range<usize>],
+    /// What each row is used for.
+    pub marks: &'a [Vec<Mark>],
+    /// What each recording adds that is no property of the gear: as many columns of the whole line for each, recording after recording.
+    pub nuisances: &'a [Vec<f64>],
+}
+
+/// Directions of columns that these rows tell apart have a singular value above this share of the largest.
+const TOLD_APART: f64 = 3e-6;
+
+/// Columns beside a fit leave so many times its squares at most.
+const TRADED: f64 = 1.1;
+
+/// A fit with its own noise.
+pub struct Profile {
+    /// The weight of each column.
+    pub coefficients: Vec<f64>,
+    /// The noise of each recording.
+    pub noise: Vec<Noise>,
+    /// What is left, not whitened.
+    pub residual: Vec<f64>,
+    /// −2 ln L.
+    pub minus_two_log_likelihood: f64,
+}
+
+impl Layout<'_> {
+    /// A column as the noise filters leave it.
+    pub fn whiten(&self, noise: &[Noise], column: &[f64]) -> Vec<f64> {
+        let mut out = Vec::with_capacity(column.len());
+        for ((span, marks), noise) in self.spans.iter().zip(self.marks).zip(noise) {
+            noise.whiten(marks, &column[span.clone()], &mut out);
+        }
+        out
+    }
+
+    /// A column with the rows that do not count set to 0.
+    pub fn masked(&self, column: &[f64]) -> Vec<f64> {
+        self.whiten(&self.white(), column)
+    }
+
+    /// White noise of standard deviation 1.
+    pub fn white(&self) -> Vec<Noise> {
+        self.spans.iter().map(|_| Noise::unit()).collect()
+    }
+
+    /// The noise of each recording's residual.
+    pub fn noise(&self, residual: &[f64], used_columns: usize) -> Vec<Noise> {
+        let used = used_columns.div_ceil(self.spans.len());
+        let of = |(span, marks): (&Range<usize>, &Vec<Mark>)| {
+            Noise::of_residual(&residual[span.clone()], marks, used).in_units_of_itself()
+        };
+        self.spans.iter().zip(self.marks).map(of).collect()
+    }
+
+    /// Rows that count, recording by recording.
+    pub fn counted(&self) -> Vec<usize> {
+        let counts = |marks: &Vec<Mark>| marks.iter().filter(|m| matches!(m, Mark::Used | Mark::First)).count();
+        self.marks.iter().map(counts).collect()
+    }
+
+    /// −2 ln L of a residual whose noise is as given, without constants.
+    pub fn minus_two_log_likelihood(&self, noise: &[Noise], residual: &[f64]) -> f64 {
+        let white = self.whiten(noise, residual);
+        let mut sum = dot(&white, &white);
+        for ((noise, marks), counted) in noise.iter().zip(self.marks).zip(self.counted()) {
+            sum +=
+                2.0 * counted as f64 * noise.innovation_sd.max(1e-12).ln() + noise.log_determinant(runs(marks).len());
+        }
+        sum
+    }
+
+    /// The factor of columns and `y` against the noise, the nuisances of each recording eliminated.
+    pub fn system(&self, columns: &[&[f64]], y: &[f64], noise: &[Noise]) -> System {
+        self.with_problem(columns, y, |problem| Self::factored(problem, noise))
+    }
+
+    /// A line with the nuisances of each recording taken out as the noise asks, and the squares of it that are left, filtered.
+    pub fn without_nuisances(&self, noise: &[Noise], y: &[f64]) -> (Vec<f64>, f64) {
+        self.with_problem(&[], y, |problem| {
+            let system = Self::factored(problem, noise);
+            (problem.residuals(&[], &system.linear(&[])).concat(), system.shared.norm(0).powi(2))
+        })
+    }
+
+    /// Takes nuisances of given size out of a line.
+    pub fn less_nuisances(&self, linear: &Linear, y: &mut [f64]) {
+        let own = self.nuisances.len() / self.spans.len();
+        for (index, (span, weights)) in self.spans.iter().zip(&linear.recordings).enumerate() {
+            for (nuisance, weight) in self.nuisances[index * own..].iter().zip(weights) {
+                y[span.clone()].iter_mut().zip(&nuisance[span.clone()]).for_each(|(y, x)| *y -= weight * x);
+            }
+        }
+    }
+
+    /// [`profile`](Self::profile) from the given noise and from white noise, whichever ends better: a noise that has taken structure for colour holds on to it.
+    ///
+    /// What only trades structure for slow noise, and leaves more than there was, is no fit.
+    pub fn best_profile(&self, columns: &[&[f64]], y: &[f64], from: &[Noise]) -> Profile {
+        let plain = self.profile(columns, y, &self.white(), 1);
+        let fresh = self.profile(columns, y, &plain.noise, 2);
+        let direct = self.profile(columns, y, from, 3);
+        let most = TRADED * dot(y, y);
+        let sound = [direct, fresh].into_iter().filter(|p| dot(&p.residual, &p.residual) <= most);
+        sound.fold(plain, |a, b| if b.minus_two_log_likelihood < a.minus_two_log_likelihood { b } else { a })
+    }
+
+    /// Fits columns and the nuisances to `y` with the colour of the noise fitted in turn. `from` is where the noise starts. Directions that the columns do not
+    /// tell apart get nothing.
+    pub fn profile(&self, columns: &[&[f64]], y: &[f64], from: &[Noise], rounds: usize) -> Profile {
+        self.with_problem(columns, y, |problem| {
+            let mut noise = from.to_vec();
+            let mut linear = Linear::default();
+            let mut residual = y.to_vec();
+            for _ in 0..rounds {
+                let system = Self::factored(problem, &noise);
+                let directions = Singular::of(&system.shared, &system.norms, TOLD_APART);
+                linear = system.linear(&directions.solve(&system.shared));
+                residual = problem.residuals(&[], &linear).concat();
+                noise = self.noise(&residual, 0);
+            }
+            let minus_two_log_likelihood = self.minus_two_log_likelihood(&noise, &residual);
+            Profile { coefficients: linear.gear, noise, residual, minus_two_log_likelihood }
+        })
+    }
+
+    /// Standard deviation of the weight of each column, given all others and the nuisances free; `None` where the rows do not tell it from others.
+    pub fn standard_deviations(&self, columns: &[&[f64]], residual: &[f64]) -> Vec<Option<f64>> {
+        let noise = self.noise(residual, columns.len() + self.nuisances.len());
+        let system = self.system(columns, residual, &noise);
+        let directions = Singular::of(&system.shared, &system.norms, SINGULAR);
+        let unit = |k: usize| DVector::from_fn(columns.len(), |i, _| if i == k { 1.0 } else { 0.0 });
+        (0..columns.len()).map(|k| directions.direction(&unit(k)).map(|d| d.norm())).collect()
+    }
+
+    /// What the weights of columns are without each block of the recordings.
+    pub fn without_blocks(&self, columns: &[&[f64]], y: &[f64], noise: &[Noise]) -> Vec<Vec<f64>> {
+        let sweep = Sweep { noise: Some(noise), folds: FOLDS, stride: 1 };
+        let factors = self.with_problem(columns, y, |problem| problem.factor(&[], None, sweep));
+        let all: Vec<usize> = (0..columns.len()).collect();
+        let rest = Blocks::of(&factors);
+        let solved = |block: usize| bounded::solve_subset(&rest.without(|_, fold| fold == block), &all);
+        (0..FOLDS).map(|block| solved(block).coefficients).collect()
+    }
+
+    /// The rows of a block, recording by recording.
+    pub fn rows_of_block(&self, block: usize) -> Vec<Range<usize>> {
+        let part = |span: &Range<usize>, block: usize| span.start + span.len() * block / FOLDS;
+        self.spans.iter().map(|span| part(span, block)..part(span, block + 1)).collect()
+    }
+
+    fn factored(problem: &Problem<'_>, noise: &[Noise]) -> System {
+        problem.factor(&[], None, Sweep { noise: Some(noise), ..Sweep::PLAIN }).combine(|_, _| true)
+    }
+
+    fn with_problem<T>(&self, columns: &[&[f64]], y: &[f64], work: impl FnOnce(&Problem<'_>) -> T) -> T {
+        let own = self.nuisances.len() / self.spans.len();
+        let names = (0..own).map(|_| Column::of_recording("nuisance", "1"));
+        let names = names.chain(columns.iter().map(|_| Column::of_gear("column", "1", Bound::Free))).collect();
+        let of_recording = |(index, span): (usize, &Range<usize>)| {
+            let nuisances = self.nuisances[index * own..][..own].iter().map(Vec::as_slice);
+            nuisances.chain(columns.iter().copied()).map(|c| &c[span.clone()]).collect()
+        };
+        let ready = Ready::new(names, self.spans.iter().enumerate().map(of_recording).collect());
+        let rows: Vec<Rows<'_>> = (0..self.spans.len())
+            .map(|index| Rows {
+                recording: &self.recordings[index],
+                deflection_rad: Cow::Borrowed(&[]),
+                torque: Cow::Borrowed(&y[self.spans[index].clone()]),
+                marks: self.marks[index].clone(),
+                past: Past::Rest,
+                counts: None,
+            })
+            .collect();
+        work(&Problem { rows: &rows, corrections: Vec::new(), contributions: vec![&ready] })
+    }
+}

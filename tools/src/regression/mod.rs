@@ -1,0 +1,28 @@
+//! Regression: models fitted to recordings against coloured noise, with standard deviations.
+//!
+//! | file | what |
+//! |---|---|
+//! | [`columns`], [`base`], [`assembly`], [`ready`] | contributions to the torque as columns; the base model as such |
+//! | [`problem`], [`factors`], [`polish`] | one pass over the recordings, its triangular factors, the descent |
+//! | [`likelihood`], [`heldout`], `predictive` | likelihood and held-out error |
+//! | [`uncertainty`], `spread`, `changes` | standard deviations, and what the recordings cannot determine |
+//! | [`dataset`], [`parameters`], [`variable_projection`], [`fit`] | models with terms: recordings, free parameters, descent, fit |
+
+pub mod assembly;
+pub mod base;
+pub(crate) mod changes;
+pub mod columns;
+pub mod dataset;
+pub mod error;
+pub mod factors;
+pub mod fit;
+pub mod heldout;
+pub mod likelihood;
+pub mod parameters;
+pub mod polish;
+pub(crate) mod predictive;
+pub mod problem;
+pub mod ready;
+pub(crate) mod spread;
+pub mod uncertainty;
+pub mod variable_projection;

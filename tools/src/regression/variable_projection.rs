@@ -1,0 +1,292 @@
+//! A model's way down to the recordings: what the torque is linear in is eliminated, the rest moves by the estimator's [descent](crate::numerics::levenberg_marquardt).
+//!
+//! Variable projection, as in the [polish](crate::regression::polish) of the base model: at any values of the numbers that move, the linear ones and the nuisances of
+//! each recording are at their optimum by QR, and a step of the others is that of the columns with these taken out (Kaufman 1975). Linear together are the
+//! amplitudes of all terms that add to the torque, and the elastic coefficients with e and h (law `masing`) or α (law `time`) of the gear. Not so:
+//!
+//! - what acts on the deflection (its zero, kinematic error, eccentricity, backlash), the delay, the temperature factor of friction, shapes, orders and time constants;
+//! - ρ in law `phase`, which is e/h, and β in law `time`;
+//! - the gear's own numbers beside a term that [follows](crate::model::Term::follows_base) them: friction in proportion to the torque, stiffness that falls with the
+//!   temperature, a clearance, a curve over the torque. The amplitude of that term is eliminated, the gear moves.
+//!
+//! The whole chain of the core judges every step; nothing is linearised but the step.
+
+use gmhm::Law;
+use gmhm::terms::{Domain, Role};
+use rayon::prelude::*;
+
+use crate::model::{Model, Term};
+use crate::numerics::autoregression::Noise;
+use crate::numerics::bounded::damped_step;
+use crate::numerics::levenberg_marquardt::{Descend, Linearisation, Schedule};
+use crate::numerics::qr::{Triangle, dot};
+use crate::physics::PredictError;
+use crate::regression::dataset::Dataset;
+use crate::regression::fit::Fitted;
+use crate::regression::parameters;
+use crate::regression::parameters::FreeParameter;
+use crate::regression::polish::project;
+
+/// Whether the torque is linear in a place while the others stay.
+pub fn is_linear(model: &Model, place: FreeParameter) -> bool {
+    match place {
+        FreeParameter::Elastic(_) => true,
+        FreeParameter::Memory(i) => match model.memory.map(|m| m.law) {
+            Some(Law::Masing) => true,
+            Some(Law::Time) => i == 0,
+            _ => false,
+        },
+        FreeParameter::Zero => false,
+        FreeParameter::Term { key, .. } => key.role == Role::Linear && domain(model, place) != Some(Domain::Deflection),
+    }
+}
+
+/// Which of the places the torque is linear in, all of them together.
+pub fn linear_together(model: &Model, places: &[FreeParameter]) -> Vec<bool> {
+    let followed = model.terms.iter().any(Term::follows_base);
+    // T_base is the gear's torque, or the load of a joint without one.
+    let of_base = |place: FreeParameter| match place {
+        FreeParameter::Term { .. } => model.elastic.is_none() && domain(model, place) == Some(Domain::Load),
+        _ => true,
+    };
+    places.iter().map(|&place| is_linear(model, place) && !(followed && of_base(place))).collect()
+}
+
+fn domain(model: &Model, place: FreeParameter) -> Option<Domain> {
+    match place {
+        FreeParameter::Term { term, .. } => model.terms[term].info().map(|info| info.domain),
+        _ => None,
+    }
+}
+
+/// A fit under way.
+pub struct VariableProjection<'w, 's> {
+    dataset: &'w Dataset<'s>,
+    places: &'w [FreeParameter],
+    beside: Option<&'w Fitted>,
+    /// The noise that the rows are weighted by.
+    pub noise: Vec<Noise>,
+    white: bool,
+    allowed: f64,
+    /// Places that are eliminated, and those that steps move.
+    linear: Vec<usize>,
+    moving: Vec<usize>,
+    /// Whether the columns of the linear places of other terms stay when something moves.
+    others_stay: bool,
+    most_steps: usize,
+}
+
+/// Where a fit stands.
+#[derive(Default)]
+pub struct Iterate {
+    /// The model.
+    pub model: Model,
+    total: Vec<f64>,
+    /// Target less total, without the nuisances.
+    pub residual: Vec<f64>,
+    /// The change of the torque with each place, as far as it is known here.
+    columns: Vec<Option<Vec<f64>>>,
+}
+
+/// What is left when the linear numbers are out.
+struct Projected {
+    stand: Iterate,
+    /// The derivatives by what moves, then the residual.
+    reduced: Triangle,
+    /// Norms of the derivatives before anything was taken out.
+    norms: Vec<f64>,
+    /// The squares that the linear numbers took.
+    gain: f64,
+    /// The squares that are left.
+    cost: f64,
+}
+
+/// What weighs the rows of a fit.
+pub enum Weights {
+    /// This noise at first, then that of what is left before each step.
+    Coloured(Vec<Noise>),
+    /// White noise to the end.
+    White,
+}
+
+impl<'w, 's> VariableProjection<'w, 's> {
+    /// A fit of some places of a model from its values. Columns of a model fitted before stay what they were. What a step leaves may be 1.3 times
+    /// what there is at the start.
+    ///
+    /// # Errors
+    /// A model that cannot be evaluated.
+    pub fn start(
+        dataset: &'w Dataset<'s>,
+        model: &Model,
+        places: &'w [FreeParameter],
+        weights: Weights,
+        beside: Option<&'w Fitted>,
+        most_steps: usize,
+    ) -> Result<(Self, Iterate), PredictError> {
+        let total = dataset.total(model)?;
+        let residual = dataset.centred(&total);
+        // Structure must not pass for slow noise on the way, and the parameters drift with it.
+        let allowed = beside.map_or(0.0, |fit| dot(&fit.residual, &fit.residual)).max(dot(&residual, &residual));
+        let (noise, white) = match weights {
+            Weights::Coloured(noise) => (noise, false),
+            Weights::White => (dataset.layout().white(), true),
+        };
+        let together = linear_together(model, places);
+        let (linear, moving) = (0..places.len()).partition::<Vec<usize>, _>(|&k| together[k]);
+        let adds = |&k: &usize| matches!(domain(model, places[k]), Some(Domain::Torque | Domain::Friction));
+        let others_stay = moving.iter().all(adds) && !model.terms.iter().any(Term::follows_base);
+        let walk = Self { dataset, places, beside, noise, white, allowed, linear, moving, others_stay, most_steps };
+        let stand = Iterate { model: model.clone(), total, residual, columns: vec![None; places.len()] };
+        Ok((walk, stand))
+    }
+
+    /// How far it goes.
+    pub fn schedule(&self) -> Schedule {
+        Schedule::strides(self.most_steps)
+    }
+
+    /// The change of the torque with each place.
+    ///
+    /// # Errors
+    /// A model that cannot be evaluated.
+    pub fn columns(&self, at: &mut Iterate) -> Result<Vec<Vec<f64>>, PredictError> {
+        let all: Vec<usize> = (0..self.places.len()).collect();
+        self.differentiate(at, &all)?;
+        Ok(at.columns.iter().flatten().cloned().collect())
+    }
+
+    /// Finds the change of the torque with some places where it is not known.
+    fn differentiate(&self, at: &mut Iterate, which: &[usize]) -> Result<(), PredictError> {
+        let open: Vec<usize> = which.iter().copied().filter(|&k| at.columns[k].is_none()).collect();
+        let of = |&k: &usize| self.dataset.derivative(&at.model, self.places[k], &at.total, self.beside);
+        let found: Vec<Vec<f64>> = open.par_iter().map(of).collect::<Result<_, _>>()?;
+        open.into_iter().zip(found).for_each(|(k, column)| at.columns[k] = Some(column));
+        Ok(())
+    }
+
+    /// The linear numbers at their optimum, the others as they are, and what is then left beside the columns of `tangent`. Steps that drift are damped, or not
+    /// taken at all.
+    fn projected(&self, mut at: Iterate, tangent: &[usize]) -> Result<Projected, PredictError> {
+        let layout = self.dataset.layout();
+        self.differentiate(&mut at, &self.linear)?;
+        let room = self.room(&at, &self.linear);
+        let order: Vec<usize> = self.linear.iter().chain(tangent).copied().collect();
+        let system = layout.system(&at.parts(&order), &at.residual, &self.noise);
+        let count = self.linear.len();
+        let own: Vec<usize> = (0..count).chain([order.len()]).collect();
+        let linear = system.shared.select(&own);
+        let parts = at.parts(&self.linear);
+        let left = |step: &[f64]| {
+            let mut left = at.residual.clone();
+            for (part, step) in parts.iter().zip(step) {
+                left.iter_mut().zip(*part).for_each(|(r, x)| *r -= step * x);
+            }
+            self.dataset.layout().less_nuisances(&system.linear(step), &mut left);
+            left
+        };
+        let mut damped = self.schedule().damping.iter().map(|&damping| {
+            let step =
+                if count > 0 { damped_step(&linear, &system.norms[..count], damping, &room) } else { Vec::new() };
+            let residual = left(&step);
+            (step, residual)
+        });
+        let stay = || (vec![0.0; count], left(&vec![0.0; count]));
+        let (step, residual) = damped.find(|(_, residual)| self.keeps(residual)).unwrap_or_else(stay);
+        let held: Vec<bool> = step.iter().zip(&room).map(|(step, room)| *step <= room.0).collect();
+        let model = self.stepped(&at.model, &self.linear, &step);
+        let shared = system.shared.less(&step);
+        let (total, residual, cost) = if self.beside.is_some() && !self.others_stay && count > 0 {
+            // The columns are those of another deflection.
+            let total = self.dataset.total(&model)?;
+            let (residual, cost) = layout.without_nuisances(&self.noise, &self.dataset.centred(&total));
+            (total, residual, cost)
+        } else {
+            let mut total = at.total.clone();
+            for (part, step) in parts.iter().zip(&step) {
+                total.iter_mut().zip(*part).for_each(|(t, x)| *t += step * x);
+            }
+            (total, residual, shared.norm(order.len()).powi(2))
+        };
+        Ok(Projected {
+            reduced: project(&shared, &held, tangent.len()),
+            norms: system.norms[count..].to_vec(),
+            gain: system.shared.norm(order.len()).powi(2) - cost,
+            cost,
+            stand: Iterate { model, total, residual, columns: at.columns },
+        })
+    }
+
+    fn room(&self, at: &Iterate, which: &[usize]) -> Vec<(f64, f64)> {
+        which.iter().map(|&k| (parameters::room(&at.model, self.places[k]), f64::INFINITY)).collect()
+    }
+
+    fn stepped(&self, model: &Model, which: &[usize], step: &[f64]) -> Model {
+        let mut model = model.clone();
+        for (&k, step) in which.iter().zip(step) {
+            let value = parameters::value(&model, self.places[k]) + step;
+            parameters::put(&mut model, self.places[k], value);
+        }
+        model
+    }
+
+    /// Whether so much may be left.
+    fn keeps(&self, residual: &[f64]) -> bool {
+        self.white || dot(residual, residual) < DRIFTED * self.allowed
+    }
+
+    /// Whether a column stays what it was when something moved.
+    fn stays(&self, k: usize) -> bool {
+        let term = |k: usize| if let FreeParameter::Term { term, .. } = self.places[k] { Some(term) } else { None };
+        self.others_stay && self.linear.contains(&k) && self.moving.iter().all(|&m| term(m) != term(k))
+    }
+}
+
+impl Iterate {
+    fn parts(&self, which: &[usize]) -> Vec<&[f64]> {
+        which.iter().filter_map(|&k| self.columns[k].as_deref()).collect()
+    }
+}
+
+impl Descend for VariableProjection<'_, '_> {
+    type Point = Iterate;
+    type Error = PredictError;
+
+    fn slope(&mut self, at: &mut Iterate) -> Result<Linearisation, PredictError> {
+        let all: Vec<usize> = (0..self.places.len()).collect();
+        // Where nothing moves, noise and linear numbers settle here in turn.
+        let mut rounds = if self.moving.is_empty() { self.most_steps } else { 1 };
+        loop {
+            self.differentiate(at, &all)?;
+            if !self.white {
+                let layout = self.dataset.layout();
+                self.noise = layout.profile(&at.parts(&all), &at.residual, &self.noise, 2).noise;
+            }
+            let Projected { stand, reduced, norms, gain, cost } = self.projected(std::mem::take(at), &self.moving)?;
+            *at = stand;
+            rounds -= 1;
+            if rounds == 0 || self.white || gain < SETTLED {
+                return Ok(Linearisation { reduced, norms, room: self.room(at, &self.moving), cost });
+            }
+        }
+    }
+
+    fn moved(&mut self, at: &Iterate, step: &[f64]) -> Option<(Iterate, f64)> {
+        let model = self.stepped(&at.model, &self.moving, step);
+        let total = self.dataset.total(&model).ok()?;
+        let residual = self.dataset.centred(&total);
+        let keep = |(k, column): (usize, &Option<Vec<f64>>)| column.clone().filter(|_| self.stays(k));
+        let columns = at.columns.iter().enumerate().map(keep).collect();
+        let Projected { stand, cost, .. } = self.projected(Iterate { model, total, residual, columns }, &[]).ok()?;
+        self.keeps(&stand.residual).then_some((stand, cost))
+    }
+
+    fn settled(&self, gain: f64, _: f64) -> bool {
+        gain < SETTLED
+    }
+}
+
+/// A step against coloured noise may leave so many times the squares that it began with.
+const DRIFTED: f64 = 1.3;
+
+/// A step that gains less than this of the deviance is the last.
+const SETTLED: f64 = 0.05;

@@ -1,0 +1,138 @@
+//! The acceleration of a motion that was recorded with noise.
+//!
+//! A second derivative amplifies the noise of an angle by the fourth power of the frequency: what is left of one that was smoothed well enough for an angle is still mostly
+//! noise, and what is smoothed harder loses its corners. Either biases what follows the acceleration: noise makes an inertia too small, lost corners make it too large. Wiener's
+//! filter (1949) does neither: it is what the acceleration is expected to be, given the record, so regressions on it are not biased (regression calibration; Carroll,
+//! Ruppert, Stefanski, Crainiceanu, *Measurement Error in Nonlinear Models*, 2006, chapter 4). The power of the motion is that of the record, band by band, less that of
+//! the noise.
+
+use std::f64::consts::TAU;
+
+use realfft::RealFftPlanner;
+
+use crate::model::{GearSection, TorqueSide};
+use crate::numerics::qr::dot;
+use crate::physics::Signals;
+use crate::physics::signals::{curvature, rate};
+use crate::recording::Recording;
+use crate::signal::denoise::{FEWEST_ROWS, pieces, white_sd};
+
+/// Rows that are filtered together, and bins on both sides over which their power is averaged.
+const STRETCH: usize = 128;
+const BINS: usize = 8;
+
+/// Power that does not stand out of the noise by this factor is taken for noise. What is left of a motion then is less, but no more biased.
+const STANDS_OUT: f64 = 3.0;
+
+/// The acceleration that a model of this gear sees, freed of the noise of the angle or the velocity that it follows from, whichever tells more of it; `None` without either.
+///
+/// A record without noise is differentiated as it stands.
+pub fn acceleration(recording: &Recording, gear: &GearSection) -> Option<Vec<f64>> {
+    let time_s = recording.time_s.as_slice();
+    let of_angle = |q: &[f64]| {
+        // A difference of two samples has the weights 1, −2, 1 over the period squared.
+        let gain = |w: f64, period_s: f64| (2.0 * (0.5 * w).sin() / period_s).powi(4);
+        expected(curvature(q, time_s), white_sd(q), time_s, gain)
+    };
+    if let (TorqueSide::Motor, Some(q_m)) = (gear.torque_side, &recording.theta_in_rad) {
+        let ratio = gear.ratio?;
+        return Some(of_angle(&q_m.iter().map(|q| q / ratio).collect::<Vec<f64>>()));
+    }
+    let of_velocity = |v: &[f64], sd: f64| {
+        let gain = |w: f64, period_s: f64| (w.sin() / period_s).powi(2);
+        expected(rate(v, time_s), sd, time_s, gain)
+    };
+    let signals = Signals::new(recording, gear);
+    let recorded = recording.velocity_out_rad_per_s.as_deref().map(|v| (v, white_sd(v)));
+    match (signals.output_angle_rad.as_deref(), recorded) {
+        (Some(q), Some((v, sd))) if sd > 0.0 => {
+            let (angle, velocity) = (of_angle(q), of_velocity(v, sd));
+            // What is expected varies the less the less is known.
+            Some(if dot(&velocity, &velocity) > dot(&angle, &angle) { velocity } else { angle })
+        }
+        (_, Some((v, sd))) => Some(of_velocity(v, sd)),
+        (q, None) => q.map(of_angle),
+    }
+}
+
+/// What a derivative is expected to be without its noise: white noise of standard deviation `sd`, its power at `w` radians a sample multiplied by `gain`.
+fn expected(mut values: Vec<f64>, sd: f64, time_s: &[f64], gain: impl Fn(f64, f64) -> f64) -> Vec<f64> {
+    for piece in pieces(time_s).into_iter().filter(|piece| piece.len() >= FEWEST_ROWS && sd > 0.0) {
+        let period_s = (time_s[piece.end - 1] - time_s[piece.start]) / (piece.len() - 1) as f64;
+        wiener(&mut values[piece], |w| sd * sd * gain(w, period_s));
+    }
+    values
+}
+
+/// Filters a line with noise of the given power at each frequency, stretch by stretch: where the motion turns the corner is kept, where it runs evenly the noise goes.
+fn wiener(line: &mut [f64], noise: impl Fn(f64) -> f64) {
+    let mut planner = RealFftPlanner::<f64>::new();
+    let (forth, back) = (planner.plan_fft_forward(STRETCH), planner.plan_fft_inverse(STRETCH));
+    let mut transform = forth.make_output_vec();
+    let bins = transform.len();
+    let around = |line: &[f64], k: usize| line[k.saturating_sub(BINS)..(k + BINS + 1).min(bins)].iter().sum::<f64>();
+    let noise: Vec<f64> = (0..bins).map(|k| noise(TAU * k as f64 / STRETCH as f64)).collect();
+    let level: Vec<f64> = (0..bins).map(|k| around(&noise, k)).collect();
+    // Half a wave, squared by going there and back: stretches that overlap by half add up to one.
+    let window: Vec<f64> = (0..STRETCH).map(|i| (0.5 * TAU * (i as f64 + 0.5) / STRETCH as f64).sin()).collect();
+    let hop = STRETCH / 2;
+    let at = |i: usize| i.wrapping_sub(hop);
+    let mut filtered = vec![0.0; line.len()];
+    for first in (0..line.len() + hop).step_by(hop) {
+        let rows = || (first..first + STRETCH).map(at);
+        let mut own: Vec<f64> = rows().zip(&window).map(|(row, w)| w * line.get(row).copied().unwrap_or(0.0)).collect();
+        if forth.process(&mut own, &mut transform).is_err() {
+            return;
+        }
+        let power: Vec<f64> = transform.iter().map(|x| 2.0 * x.norm_sqr() / STRETCH as f64).collect();
+        for (k, (x, level)) in transform.iter_mut().zip(&level).enumerate() {
+            let power = around(&power, k);
+            let kept = if power > STANDS_OUT * level { 1.0 - level / power } else { 0.0 };
+            *x *= kept / STRETCH as f64;
+        }
+        if back.process(&mut transform, &mut own).is_err() {
+            return;
+        }
+        for ((row, w), x) in rows().zip(&window).zip(&own) {
+            if let Some(sum) = filtered.get_mut(row) {
+                *sum += w * x;
+            }
+        }
+    }
+    line.copy_from_slice(&filtered);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    /// A triangular motion with soft corners, and its acceleration.
+    fn motion(rows: usize, period_s: f64) -> Recording {
+        let time_s: Vec<f64> = (0..rows).map(|k| period_s * k as f64).collect();
+        let angle = time_s.iter().map(|t| (0.98 * (3.0 * t).sin()).asin()).collect();
+        Recording { time_s, theta_out_rad: Some(angle), ..Recording::default() }
+    }
+
+    #[test]
+    fn regressions_on_it_are_not_biased() {
+        let clean = motion(6000, 2e-3);
+        let gear = GearSection::default();
+        let truth = acceleration(&clean, &gear).unwrap();
+        assert_eq!(truth, curvature(clean.theta_out_rad.as_deref().unwrap(), &clean.time_s));
+        // Noise of a five-hundredth, a quarter and twenty-six times the power of the acceleration.
+        for (seed, sd, within) in [(1, 1e-6, 0.002), (2, 1e-5, 0.01), (3, 1e-4, 0.2)] {
+            let mut random = ChaCha8Rng::seed_from_u64(seed);
+            let mut noisy = clean.clone();
+            for q in noisy.theta_out_rad.iter_mut().flatten() {
+                let normal: f64 = StandardNormal.sample(&mut random);
+                *q += sd * normal;
+            }
+            let found = acceleration(&noisy, &gear).unwrap();
+            let slope = dot(&truth, &found) / dot(&found, &found);
+            assert!((slope - 1.0).abs() < within, "sd {sd}: {slope}");
+        }
+    }
+}

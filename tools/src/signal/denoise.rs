@@ -1,0 +1,260 @@
+//! Angles and temperatures freed of their own noise before anything is computed from them.
+//!
+//! What follows a noisy temperature is lost among coloured noise, whose filter leaves of a slow signal little more than its noise. A noisy deflection disturbs
+//! the model's torque and every column made of its derivatives alike, and what is common to both looks like inertia, damping or a delay. Each sample is replaced by a local parabola through as many neighbours as agree with each other: the rule of intersecting confidence
+//! intervals (Goldenshluger, Nemirovski 1997; Katkovnik 1999), so that reversals keep their corners.
+
+use std::borrow::Cow;
+use std::ops::Range;
+
+use crate::numerics::autoregression::quantisation_step;
+use crate::numerics::smoothing::{Graduation, unround};
+use crate::physics::signals::rate;
+use crate::recording::Recording;
+
+/// Half-widths of the windows, samples.
+const HALF_WIDTHS: [usize; 7] = [2, 3, 4, 6, 8, 11, 15];
+/// How many standard deviations the confidence intervals reach.
+const REACH: f64 = 2.2;
+
+/// The recording with its angles, velocity and temperature smoothed as far as their noise allows. Where the deflection follows from two angles and the ratio, it is
+/// written out first.
+pub fn denoised(recording: &Recording, ratio: Option<f64>) -> Cow<'_, Recording> {
+    let derived = match (&recording.deflection_rad, &recording.theta_in_rad, &recording.theta_out_rad, ratio) {
+        (None, Some(input), Some(output), Some(ratio)) => {
+            Some(input.iter().zip(output).map(|(q_m, q_o)| q_m / ratio - q_o).collect())
+        }
+        (deflection, ..) => deflection.clone(),
+    };
+    let deflection = derived.as_deref().and_then(|x| smoothed(x, &recording.time_s));
+    let deflection = deflection.or(derived.filter(|_| recording.deflection_rad.is_none()));
+    let smooth = |channel: &Option<Vec<f64>>| channel.as_deref().and_then(|x| whittaker(x, &recording.time_s));
+    let (input, output, mut velocity) =
+        (smooth(&recording.theta_in_rad), smooth(&recording.theta_out_rad), smooth(&recording.velocity_out_rad_per_s));
+    let temperature = smooth(&recording.temperature_c);
+    let output = consistent(recording, ratio, deflection.as_deref(), input.as_deref()).or(output);
+    let angle = output.as_deref().or(recording.theta_out_rad.as_deref());
+    if let (Some(angle), Some(recorded)) = (angle, recording.velocity_out_rad_per_s.as_deref()) {
+        let derived = rate(angle, &recording.time_s);
+        let apart = derived.iter().zip(recorded).map(|(a, b)| (a - b).powi(2)).sum::<f64>() / derived.len() as f64;
+        // A recorded velocity that differs from that of the angle by its own noise alone adds nothing but that noise.
+        if apart.sqrt() < 1.5 * noise_sd(recorded) {
+            velocity = Some(derived);
+        }
+    }
+    if [&deflection, &input, &output, &velocity, &temperature].iter().all(|channel| channel.is_none()) {
+        return Cow::Borrowed(recording);
+    }
+    let mut clean = recording.clone();
+    clean.deflection_rad = deflection.or(clean.deflection_rad);
+    clean.theta_in_rad = input.or(clean.theta_in_rad);
+    clean.theta_out_rad = output.or(clean.theta_out_rad);
+    clean.velocity_out_rad_per_s = velocity.or(clean.velocity_out_rad_per_s);
+    clean.temperature_c = temperature.or(clean.temperature_c);
+    Cow::Owned(clean)
+}
+
+/// The standard deviation of the white noise of an angle or a velocity, that of its resolution included; 0 where it has none. Noise is what third differences hold as much of as
+/// sixth ones do: those of a movement without noise fall from order to order.
+pub(crate) fn white_sd(x: &[f64]) -> f64 {
+    let largest = x.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+    let (third, sixth) = (sd_by(3, x), sd_by(6, x));
+    if third <= 1e-9 * largest || sixth <= 0.5 * third { 0.0 } else { sixth.min(third).max(resolution_sd(x)) }
+}
+
+/// The output angle that goes with the smoothed deflection, where the recorded one differs from it by noise alone: two smoothings of one sensor would look like two signals.
+fn consistent(
+    recording: &Recording,
+    ratio: Option<f64>,
+    deflection: Option<&[f64]>,
+    input: Option<&[f64]>,
+) -> Option<Vec<f64>> {
+    let (deflection, ratio) = (deflection?, ratio?);
+    let input = input.or(recording.theta_in_rad.as_deref())?;
+    let recorded = recording.theta_out_rad.as_deref()?;
+    let derived: Vec<f64> = input.iter().zip(deflection).map(|(q, theta)| q / ratio - theta).collect();
+    let apart = derived.iter().zip(recorded).map(|(a, b)| (a - b).powi(2)).sum::<f64>() / derived.len() as f64;
+    (apart.sqrt() < 3.0 * channel_sd(recorded)).then_some(derived)
+}
+
+/// The standard deviation of white noise on a smooth signal, from third differences and their median; 0 where there is none.
+pub fn noise_sd(x: &[f64]) -> f64 {
+    sd_by(3, x)
+}
+
+/// The same from differences of any order.
+fn sd_by(order: usize, x: &[f64]) -> f64 {
+    let mut weights = vec![1.0];
+    let mut gain = 1.0;
+    for k in 1..=order {
+        weights.push(-weights[k - 1] * (order + 1 - k) as f64 / k as f64);
+        gain *= (order + k) as f64 / k as f64;
+    }
+    let difference = |w: &[f64]| w.iter().rev().zip(&weights).map(|(x, c)| c * x).sum::<f64>().abs();
+    let mut differences: Vec<f64> = x.windows(order + 1).map(difference).filter(|d| *d > 0.0).collect();
+    if differences.len() < 32 {
+        return 0.0;
+    }
+    let middle = differences.len() / 2;
+    let median = *differences.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let moving = differences.len() as f64 / x.len() as f64;
+    // The variance of a difference is σ² times the sum of its squared weights; the median of abs(N(0, 1)) is 0.6745.
+    moving * median / (0.6745 * gain.sqrt())
+}
+
+/// The standard deviation of a channel's noise, that of its resolution included.
+pub(crate) fn channel_sd(x: &[f64]) -> f64 {
+    noise_sd(x).max(resolution_sd(x))
+}
+
+fn resolution_sd(x: &[f64]) -> f64 {
+    quantisation_step(x).unwrap_or(0.0) / 12.0_f64.sqrt()
+}
+
+fn smoothed(x: &[f64], time_s: &[f64]) -> Option<Vec<f64>> {
+    let sd = channel_sd(x);
+    let range = x.iter().fold(f64::NEG_INFINITY, |m, x| m.max(*x)) - x.iter().fold(f64::INFINITY, |m, x| m.min(*x));
+    if sd <= 1e-9 * range {
+        return None;
+    }
+    // A movement without corners is smoothed as a whole.
+    if let Some(whole) = whittaker(x, time_s).filter(|whole| only_noise(x, whole, sd)) {
+        return Some(whole);
+    }
+    let weights: Vec<Vec<f64>> = HALF_WIDTHS.iter().map(|&h| parabola(h)).collect();
+    let last = x.len() - 1;
+    let at = |k: usize| {
+        let (mut low, mut high) = (x[k] - REACH * sd, x[k] + REACH * sd);
+        let mut best = x[k];
+        for (half, weights) in HALF_WIDTHS.iter().zip(&weights) {
+            let half = *half;
+            if half > k || k + half > last || !even(&time_s[k - half..=k + half]) {
+                break;
+            }
+            let window = &x[k - half..=k + half];
+            let estimate: f64 = window.iter().zip(weights).map(|(x, w)| w * x).sum();
+            let reach = REACH * sd * weights[half].sqrt();
+            low = low.max(estimate - reach);
+            high = high.min(estimate + reach);
+            if low > high {
+                break;
+            }
+            best = estimate;
+        }
+        best
+    };
+    Some((0..x.len()).map(at).collect())
+}
+
+/// Rows between two gaps in time are smoothed apart, and at least so many of them.
+pub(crate) const FEWEST_ROWS: usize = 32;
+
+/// The smoothest signal that differs from the recorded one by no more than its noise: Whittaker's graduation with third differences (1923), its weight by
+/// Morozov's discrepancy principle, of the noise only what the graduation takes out. For angles and speeds, whose derivatives count and whose corners are of no consequence.
+fn whittaker(x: &[f64], time_s: &[f64]) -> Option<Vec<f64>> {
+    let sd = channel_sd(x);
+    let range = x.iter().fold(f64::NEG_INFINITY, |m, x| m.max(*x)) - x.iter().fold(f64::INFINITY, |m, x| m.min(*x));
+    if sd <= 1e-9 * range {
+        return None;
+    }
+    // Where counts are all the noise there is, it is bounded.
+    let resolution = quantisation_step(x).filter(|step| noise_sd(x) < 0.45 * step);
+    let mut smooth = x.to_vec();
+    for piece in pieces(time_s).into_iter().filter(|piece| piece.len() >= FEWEST_ROWS) {
+        let (rows, out) = (&x[piece.clone()], &mut smooth[piece]);
+        match resolution {
+            Some(step) => out.copy_from_slice(unround(rows.as_chunks::<1>().0, 0.5 * step, sd).as_flattened()),
+            None => graduate(rows, sd, out),
+        }
+    }
+    Some(smooth)
+}
+
+/// The rows between gaps in time.
+pub(crate) fn pieces(time_s: &[f64]) -> Vec<Range<usize>> {
+    let mut periods: Vec<f64> = time_s.windows(2).map(|w| w[1] - w[0]).collect();
+    let middle = periods.len() / 2;
+    let usual = *periods.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let gaps = (1..time_s.len()).filter(|&k| time_s[k] - time_s[k - 1] > 2.5 * usual);
+    let ends: Vec<usize> = gaps.chain([time_s.len()]).collect();
+    let starts = [0].into_iter().chain(ends.iter().copied());
+    starts.zip(&ends).map(|(from, to)| from..*to).collect()
+}
+
+fn graduate(x: &[f64], sd: f64, out: &mut [f64]) {
+    let mean = x.iter().sum::<f64>() / x.len() as f64;
+    out.iter_mut().zip(x).for_each(|(out, x)| *out = x - mean);
+    Graduation::of_noise(out, sd).smooth(out);
+    out.iter_mut().for_each(|x| *x += mean);
+}
+
+/// Whether a smoothed signal differs from the record by white noise, nowhere by more.
+fn only_noise(x: &[f64], smooth: &[f64], sd: f64) -> bool {
+    let apart: Vec<f64> = x.iter().zip(smooth).map(|(a, b)| a - b).collect();
+    [1_usize, 4, 12].into_iter().all(|width| {
+        let most = FARTHEST * sd * (width as f64).sqrt();
+        apart.windows(width).all(|w| w.iter().sum::<f64>().abs() < most)
+    })
+}
+
+/// Standard deviations that one of ten thousand sums of noise may be away.
+const FARTHEST: f64 = 4.8;
+
+/// Whether samples are evenly spaced.
+fn even(time_s: &[f64]) -> bool {
+    let count = time_s.len() - 1;
+    let mean = (time_s[count] - time_s[0]) / count as f64;
+    let middle = time_s[count / 2] - time_s[0];
+    (middle - mean * (count / 2) as f64).abs() < 0.2 * mean
+        && (time_s[1] - time_s[0] - mean).abs() < 0.2 * mean
+        && (time_s[count] - time_s[count - 1] - mean).abs() < 0.2 * mean
+}
+
+/// The weights with which a parabola through 2h + 1 even samples is read at the middle one (Savitzky, Golay 1964).
+fn parabola(half: usize) -> Vec<f64> {
+    let m = half as f64;
+    let count = 2.0 * m + 1.0;
+    let scale = (2.0 * m - 1.0) * count * (2.0 * m + 3.0);
+    if half == 1 {
+        // A parabola meets three samples: a line through them instead.
+        return vec![1.0 / 3.0; 3];
+    }
+    let weight = |i: f64| 3.0 * (3.0 * m * m + 3.0 * m - 1.0 - 5.0 * i * i) / scale;
+    (0..=2 * half).map(|i| weight(i as f64 - m)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn weights_keep_parabolas() {
+        for half in [2, 3, 8] {
+            let weights = parabola(half);
+            let moment =
+                |p: i32| -> f64 { weights.iter().enumerate().map(|(i, w)| w * (i as f64 - half as f64).powi(p)).sum() };
+            assert!((moment(0) - 1.0).abs() < 1e-12 && moment(2).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn keeps_clean_signals_and_corners() {
+        let time: Vec<f64> = (0..2000).map(|k| 0.01 * k as f64).collect();
+        let sine: Vec<f64> = time.iter().map(|t| (0.3 * t).sin()).collect();
+        let error = |x: &[f64], truth: &[f64]| {
+            (x.iter().zip(truth).map(|(a, b)| (a - b).powi(2)).sum::<f64>() / x.len() as f64).sqrt()
+        };
+        let noisy: Vec<f64> =
+            sine.iter().enumerate().map(|(k, x)| x + 1e-4 * ((k * 7919) % 101) as f64 / 50.0).collect();
+        let clean = smoothed(&noisy, &time).unwrap_or_default();
+        let shift = 1e-4;
+        let truth: Vec<f64> = sine.iter().map(|x| x + shift).collect();
+        assert!(error(&clean, &truth) < 0.5 * error(&noisy, &truth));
+        let triangle: Vec<f64> = time.iter().map(|t| (t % 2.0 - 1.0).abs()).collect();
+        let noisy: Vec<f64> =
+            triangle.iter().enumerate().map(|(k, x)| x + 1e-4 * (((k * 7919) % 101) as f64 / 50.0 - 1.0)).collect();
+        let clean = smoothed(&noisy, &time).unwrap_or_default();
+        let worst = clean.iter().zip(&triangle).fold(0.0_f64, |m, (a, b)| m.max((a - b).abs()));
+        assert!(worst < 4e-4, "{worst}");
+    }
+}
