@@ -10,10 +10,10 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::sync::Mutex;
 
+use gmhm_tools::diagnose::candidates::{Proposal, proposals};
 use gmhm_tools::diagnose::diagnosis::{Diagnosis, Effect, Heldout, Location, Rms, Side, Unit};
 use gmhm_tools::diagnose::explain::Search;
 use gmhm_tools::diagnose::{Diagnostician, naming};
-use gmhm_tools::kinds::library::{Proposal, proposals};
 use gmhm_tools::numerics::autoregression::mark_outliers;
 use gmhm_tools::physics::Evaluation;
 use gmhm_tools::prove::generator::{Case, Unseen, real_residuals};

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 /// The name that stands for structure which no kind of the vocabulary explains.
-pub const UNKNOWN: &str = "unknown";
+pub use crate::kinds::UNKNOWN;
 
 /// The verdict on one recording, or on several of one gear taken together.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -1,10 +1,11 @@
 //! What explains best what a fitted model leaves: every kind of the library, refitted together with the model, its shapes polished.
 
+use gmhm::terms::Domain;
 use rayon::prelude::*;
 
 use crate::diagnose::DiagnoseError;
-use crate::kinds::library;
-use crate::kinds::library::Proposal;
+use crate::diagnose::candidates;
+use crate::diagnose::candidates::Proposal;
 use crate::model::{Model, TermValue};
 use crate::numerics::autoregression::Noise;
 use crate::numerics::basis::Basis;
@@ -76,7 +77,7 @@ impl Dataset<'_> {
     /// A model that cannot be evaluated.
     pub fn explain(&self, fit: &Fitted, search: Search<'_>, least: f64) -> Result<Vec<Alternative>, DiagnoseError> {
         let evaluations = self.evaluate(&fit.model)?;
-        let proposals = library::proposals(self, &evaluations, fit, search);
+        let proposals = candidates::proposals(self, &evaluations, fit, search);
         drop(evaluations);
         let mut tried = self.screen(fit, &proposals);
         tried.retain(|t| t.gain > least);
@@ -94,7 +95,7 @@ impl Dataset<'_> {
                 return None;
             }
             let mut gain = fit.minus_two_log_likelihood - polished.minus_two_log_likelihood;
-            if proposal.info.name == "time_skew" {
+            if proposal.info.domain == Domain::Delay {
                 gain -= self.smoothing_gain(fit, &polished.model).max(0.0);
             }
             Some(Alternative {
@@ -123,7 +124,10 @@ impl Dataset<'_> {
 
     /// What a delay gains beside a fitted model by smoothing the model's own noise between samples, not by being late: the gain of the mean of both signs of it.
     pub fn smoothing_gain(&self, fit: &Fitted, delayed: &Model) -> f64 {
-        let Some(term) = delayed.terms.iter().find(|t| t.kind == "time_skew") else { return 0.0 };
+        let Some(term) = delayed.terms.iter().find(|t| t.info().is_some_and(|info| info.domain == Domain::Delay))
+        else {
+            return 0.0;
+        };
         let Some(TermValue::Number(delay)) = term.values.get("delay_s") else { return 0.0 };
         let at = |delay: f64| {
             let mut model = fit.model.clone();

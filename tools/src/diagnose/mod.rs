@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`pipeline`] | the whole, as `gmhm diagnose` writes it |
 //! | [`diagnosis`] | the result, field for field as `--json` |
+//! | [`candidates`], `ranges` | every kind over a grid of shapes, as columns; what the recordings span |
 //! | [`explain`] | every kind beside a fitted model, refitted together |
 //! | [`mod@search`], `shapes` | forward, with swaps, and backward; the shapes of what was found |
 //! | [`nonparametric`], `tones`, `jumps` | curves without physics over every coordinate; tones; jumps |
@@ -12,6 +13,7 @@
 //! | [`report_data`] | what a report shows |
 //! | `detector` | the diagnosis as `gmhm prove` calls it |
 
+pub mod candidates;
 pub(crate) mod detector;
 pub mod diagnosis;
 pub mod explain;
@@ -20,6 +22,7 @@ pub mod naming;
 pub mod next_experiment;
 pub mod nonparametric;
 pub mod pipeline;
+pub(crate) mod ranges;
 pub mod report_data;
 pub mod search;
 pub(crate) mod shapes;

@@ -8,7 +8,7 @@ use crate::diagnose::explain::{Alternative, Search};
 use crate::diagnose::nonparametric;
 use crate::diagnose::nonparametric::{Coordinates, Explained as Curve};
 use crate::diagnose::search::{Outcome, part};
-use crate::kinds::properties;
+use crate::kinds;
 use crate::model::{Model, Term, TermValue};
 use crate::numerics::qr::dot;
 use crate::regression::dataset::Dataset;
@@ -136,9 +136,11 @@ impl Dataset<'_> {
                 let extra = a.parameters as f64 - own_parameters as f64;
                 let richer = extra > 1.0;
                 let more = a.gain - own;
-                let maybe = properties::generalises(a.kind, &kind)
+                let maybe = kinds::contains(a.kind, &kind)
                     && more > MAYBE
-                    && a.fit.model.terms.last().is_some_and(properties::dips);
+                    && a.fit.model.terms.last().is_some_and(|term| {
+                        kinds::of_term(term).is_some_and(|kind| kind.exceeds_what_it_contains(term))
+                    });
                 a.kind != kind && a.polished && shows && if richer { maybe || more > RICHER } else { -more < CLASS }
             };
             let mut equivalents: Vec<String> = tried.iter().filter(equivalent).map(|a| a.kind.to_owned()).collect();
@@ -153,9 +155,10 @@ impl Dataset<'_> {
                 .map(|(k, w)| if equivalents.iter().any(|e| e == k) { 0.0 } else { w })
                 .sum();
             // A curve that lessens the residual much less follows the noise of an angle, not the effect.
+            let soft_edge = kinds::of(&kind).and_then(|kind| kind.soft_edge());
             let mut alike: Vec<&Curve> = places
                 .iter()
-                .filter(|c| !c.coherent && c.part > ALIKE * own_part && !properties::softens(&kind, c.coordinate))
+                .filter(|c| !c.coherent && c.part > ALIKE * own_part && soft_edge != Some(c.coordinate))
                 .collect();
             alike.sort_by(|a, b| b.net().total_cmp(&a.net()));
             let free_gain = alike.first().map_or(0.0, |c| c.net());
@@ -262,14 +265,16 @@ impl Dataset<'_> {
         gain: f64,
         search: Search<'_>,
     ) -> Result<bool, DiagnoseError> {
-        for special in properties::special_cases(&extended.model.terms[term]) {
+        let own = &extended.model.terms[term];
+        let special_cases = kinds::of_term(own).map(|kind| kind.special_cases(own)).unwrap_or_default();
+        for special in special_cases {
             let mut model = extended.model.clone();
             let own = term..term + special.len();
             model.terms.splice(term..=term, special);
             let places = self.places(&model, search);
             let fitted = self.fit(&model, &places, Some(&extended.noise), 6)?;
             let special_gain = rest.minus_two_log_likelihood - fitted.minus_two_log_likelihood;
-            let sound = fitted.model.terms[own].iter().all(|t| t.check().is_ok() && properties::is_of_its_kind(t));
+            let sound = fitted.model.terms[own].iter().all(|t| t.check().is_ok() && kinds::positive_where_needed(t));
             if sound && special_gain > gain - CLASS {
                 return Ok(false);
             }

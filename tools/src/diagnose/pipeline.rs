@@ -170,7 +170,7 @@ pub fn diagnose(
         next_experiment,
     };
     let mut extended = verdict.extended.model.clone();
-    extended.terms.retain(|t| t.kind != "unknown" || verdict.mismatch);
+    extended.terms.retain(|t| t.kind != UNKNOWN || verdict.mismatch);
     progress.report("done", 1.0);
     let report_data = ReportData::new(&dataset, &verdict)?;
     Ok(Finding { diagnosis, model: extended, verdict, report_data, remarks })

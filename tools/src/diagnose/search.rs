@@ -1,10 +1,10 @@
 //! The search for what was left out: forward, with swaps, and backward.
 
-use gmhm::terms::KINDS;
+use gmhm::terms::{Domain, KINDS};
 
 use crate::diagnose::DiagnoseError;
 use crate::diagnose::explain::{Alternative, Search};
-use crate::kinds::properties;
+use crate::kinds;
 use crate::numerics::qr::dot;
 use crate::regression::dataset::Dataset;
 use crate::regression::fit::Fitted;
@@ -105,7 +105,7 @@ impl Dataset<'_> {
             });
             let simplest = best.and_then(|(_, best)| {
                 let as_much = |a: &Alternative| net(a) >= net(best) - SHAPE * best.gain;
-                able().find(|(_, a)| properties::generalises(best.kind, a.kind) && as_much(a))
+                able().find(|(_, a)| kinds::contains(best.kind, a.kind) && as_much(a))
             });
             let Some((best, alternative)) = simplest.or(best) else {
                 rejected = tried;
@@ -129,7 +129,7 @@ impl Dataset<'_> {
             let places = self.places(&without, search);
             let rest = self.fit(&without, &places, Some(&extended.noise), 6)?;
             let mut gain = rest.minus_two_log_likelihood - extended.minus_two_log_likelihood;
-            if extended.model.terms[term].kind == "time_skew" {
+            if extended.model.terms[term].info().is_some_and(|info| info.domain == Domain::Delay) {
                 gain -= self.smoothing_gain(&rest, &extended.model).max(0.0);
             }
             let parameters = crate::regression::parameters::of_term(&extended.model, term).len();
@@ -147,7 +147,7 @@ impl Dataset<'_> {
             let alternatives = self.explain(&rest, search, 6.0)?;
             let better = alternatives.iter().position(|a| {
                 let kind = &extended.model.terms[term].kind;
-                let shape = if properties::generalises(a.kind, kind) { SHAPE * gain } else { 0.0 };
+                let shape = if kinds::contains(a.kind, kind) { SHAPE * gain } else { 0.0 };
                 let other = a.gain - self.penalty(a.parameters);
                 let sum = |gains: &[f64]| gains.iter().sum::<f64>();
                 a.extends.is_none()

@@ -7,7 +7,7 @@
 use gmhm::terms::{KeyInfo, Range, Role};
 
 use crate::diagnose::DiagnoseError;
-use crate::kinds::properties;
+use crate::kinds;
 use crate::model::Term;
 use crate::numerics::basis::Basis;
 use crate::numerics::particle_swarm::{SwarmOptions, minimise};
@@ -77,7 +77,7 @@ impl Dataset<'_> {
         model.terms[term] = shaped(&best.position);
         let other = self.fit(&model, &fit.places, Some(&fit.noise), 6)?;
         let better = other.minus_two_log_likelihood < fit.minus_two_log_likelihood;
-        Ok(if better && properties::is_of_its_kind(&other.model.terms[term]) { other } else { fit })
+        Ok(if better && kinds::positive_where_needed(&other.model.terms[term]) { other } else { fit })
     }
 
     /// What of a term is searched: whatever its torque is not linear in. Its orders are those that the spectrum shows.
@@ -97,7 +97,8 @@ impl Dataset<'_> {
             let size = value.abs();
             let (least, most) = (key.plausible.0.abs().min(size), key.plausible.1.abs().max(size));
             let least = if key.range == Range::Positive { least } else { 0.0 };
-            let most = if key.name == "smoothing_rad_per_s" { size.max(properties::SATURATES * fastest) } else { most };
+            let most =
+                if key.name == "smoothing_rad_per_s" { size.max(kinds::LARGEST_SMOOTHING * fastest) } else { most };
             let (low, high) = ((size / DECADE).max(least), (size * DECADE).min(most));
             Some(Shape { key, index, low: low.copysign(value), high: high.copysign(value), scales: true })
         };

@@ -8,6 +8,7 @@ use gmhm::terms::{KINDS, KeyInfo, KindInfo, Role};
 
 use crate::fit::refine::Weighted;
 use crate::fit::{Fit, FitOptions, Method, left, prepare, refine, select};
+use crate::kinds::JOINT_BASE as BASE;
 use crate::model::{GearSection, Model, Term, TermValue, TorqueSide};
 use crate::numerics::autoregression;
 use crate::numerics::bounded::Bound;
@@ -23,8 +24,6 @@ use crate::regression::problem::{Problem, Sweep};
 use crate::regression::uncertainty;
 use crate::signal::recorded;
 
-/// The base terms, in the order in which they stand in the file.
-const BASE: [&str; 4] = ["gravity_load", "inertia", "coulomb_friction", "viscous_friction"];
 const COULOMB: &str = BASE[2];
 const SMOOTHING: &str = "smoothing_rad_per_s";
 

@@ -1,12 +1,306 @@
-//! Kinds of effects: what each may look like in recordings.
+//! Kinds of effects, one file a kind: what each may look like in recordings, and what has to be seen before it is named.
+//!
+//! The equation of a kind, its keys and its ranges are the core's ([`gmhm::terms`]). What only the tools need stands here, behind the trait [`Kind`]. To add a
+//! kind is to add its file and to list it in [`ALL`]; a test compares that list with the core's.
 //!
 //! | file | what |
 //! |---|---|
-//! | [`library`], `candidate_grid` | candidates as columns over a grid of shapes |
-//! | `properties` | what makes a term of its kind, beyond its equation |
-//! | `ranges` | what the recordings span |
+//! | [`ranges`] | what recordings span, which the candidate grids follow |
+//! | [`experiment`] | the bench tests that show a kind |
+//! | [`measures`], [`draft`] | how `gmhm simulate --hide` draws an effect of a kind |
+//! | `build` | terms, waves and drafts as several kinds make them |
 
-pub(crate) mod candidate_grid;
-pub mod library;
-pub(crate) mod properties;
-pub(crate) mod ranges;
+mod build;
+pub mod draft;
+pub mod experiment;
+pub mod measures;
+pub mod ranges;
+
+mod backlash;
+mod coulomb_friction;
+mod creep;
+mod encoder_eccentricity;
+mod gravity_load;
+mod inertia;
+mod kinematic_error;
+mod load_dependent_friction;
+mod nonlocal_memory;
+mod position_dependent_friction;
+mod sensor_drift;
+mod soft_windup;
+mod stiffness_asymmetry;
+mod stribeck_friction;
+mod thermal_friction;
+mod thermal_stiffness;
+mod thermal_zero_drift;
+mod time_skew;
+mod torque_ripple;
+mod unknown;
+mod viscous_damping;
+mod viscous_friction;
+mod wear;
+
+use gmhm::terms::{KeyInfo, KindInfo, Range, Role};
+use rand_chacha::ChaCha8Rng;
+
+use crate::model::{Model, Term, TermValue};
+use crate::physics::columns::{get, set};
+pub use build::number_of;
+use draft::Draft;
+use experiment::Experiment;
+use measures::Measures;
+use ranges::{Extent, Ranges};
+
+/// The name of structure that no kind explains.
+pub const UNKNOWN: &str = "unknown";
+
+/// What an engineer asks for first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Family {
+    /// Stiffness.
+    Elastic,
+    /// Hysteresis and creep.
+    Memory,
+    /// Friction and damping.
+    Friction,
+    /// Gravity and inertia.
+    Load,
+    /// Meshing errors, ripple, lost motion.
+    Transmission,
+    /// Faults of the measurement.
+    Measurement,
+    /// Structure that no kind explains.
+    Unknown,
+}
+
+impl Family {
+    /// Its name in files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Elastic => "elastic",
+            Self::Memory => "memory",
+            Self::Friction => "friction",
+            Self::Load => "load",
+            Self::Transmission => "transmission",
+            Self::Measurement => "measurement",
+            Self::Unknown => UNKNOWN,
+        }
+    }
+}
+
+/// A kind of effect, as the tools use it.
+pub trait Kind: Sync {
+    /// Its name in the core's registry.
+    fn name(&self) -> &'static str;
+
+    /// Its family.
+    fn family(&self) -> Family;
+
+    /// The bench tests that show it, the best first. None for structure without a name.
+    fn experiments(&self) -> &'static [Experiment];
+
+    /// The shapes in which it is tried, over a grid as wide as the recordings allow. Linear numbers are left out. Empty where the recordings cannot show it.
+    fn candidates(&self, ranges: &Ranges, model: &Model) -> Vec<Term>;
+
+    /// The shapes that `--hide` accepts for it; empty where it has none.
+    fn hidden_shapes(&self) -> &'static [&'static str] {
+        &[]
+    }
+
+    /// An effect of this kind for `--hide`: everything but its size. `shape` is one of [`hidden_shapes`](Self::hidden_shapes), or empty.
+    fn draft(&self, shape: &str, measures: &Measures, random: &mut ChaCha8Rng) -> Draft;
+
+    /// Its entry in the core's registry.
+    fn info(&self) -> Option<&'static KindInfo> {
+        gmhm::terms::KINDS.iter().find(|info| info.name == self.name())
+    }
+
+    /// How reports call it.
+    fn label(&self) -> String {
+        self.name().replace('_', " ")
+    }
+
+    /// Whether a term of it holds lists that a further finding extends by an element.
+    fn extends(&self) -> bool {
+        false
+    }
+
+    /// Whether it may be found again beside a term of it.
+    fn repeatable(&self) -> bool {
+        self.extends()
+    }
+
+    /// For a term without linear numbers: the number from which its torque grows from 0, and the first step of it.
+    fn growth(&self, _term: &Term, _ranges: &Ranges) -> Option<(&'static str, f64)> {
+        None
+    }
+
+    /// A term whose growing number is `weight`.
+    fn grown(&self, term: &Term, key: &'static KeyInfo, weight: f64) -> Term {
+        set(term, key, None, weight)
+    }
+
+    /// The only linear number that is free beside what the model holds already; `None` where all are.
+    fn only_free_key(&self, _model: &Model) -> Option<&'static str> {
+        None
+    }
+
+    /// Adds the numbers that a found term has to hold to be complete.
+    fn complete(&self, _term: &mut Term) {}
+
+    /// Whether a number only sets the scale that others are told in, and is not free.
+    fn is_scale(&self, _key: &KeyInfo) -> bool {
+        false
+    }
+
+    /// Whether a number has to be positive for a term to be of this kind.
+    fn has_to_be_positive(&self, key: &KeyInfo) -> bool {
+        accepts_positive_only(key) || key.plausible.0 >= 0.0 && !key.optional
+    }
+
+    /// The bounds of a number while it is fitted.
+    fn bounds(&self, _model: &Model, term: &Term, key: &KeyInfo, index: Option<usize>) -> (f64, f64) {
+        usual_bounds(term, key, index)
+    }
+
+    /// Whether a fitted term is of this kind within the recordings. By default friction has to saturate within the speeds recorded: what does not is viscous.
+    fn is_of_kind(&self, term: &Term, extent: &Extent) -> bool {
+        saturates(term, extent)
+    }
+
+    /// The kinds that this one contains as special cases.
+    fn contains(&self) -> &'static [&'static str] {
+        &[]
+    }
+
+    /// Whether what this kind has beyond the kinds that it [contains](Self::contains) is large enough to be named.
+    fn exceeds_what_it_contains(&self, _term: &Term) -> bool {
+        true
+    }
+
+    /// The special cases that a term reduces to where what makes it its kind is missing: alternatives, each a set of terms.
+    fn special_cases(&self, _term: &Term) -> Vec<Vec<Term>> {
+        Vec::new()
+    }
+
+    /// A coordinate over which a free curve shows no more of the kind than how soft its edge is.
+    fn soft_edge(&self) -> Option<&'static str> {
+        None
+    }
+}
+
+/// Every kind, in the order of the core's registry.
+pub static ALL: [&dyn Kind; 23] = [
+    &kinematic_error::KinematicError,
+    &torque_ripple::TorqueRipple,
+    &encoder_eccentricity::EncoderEccentricity,
+    &gravity_load::GravityLoad,
+    &coulomb_friction::CoulombFriction,
+    &viscous_friction::ViscousFriction,
+    &stribeck_friction::StribeckFriction,
+    &load_dependent_friction::LoadDependentFriction,
+    &position_dependent_friction::PositionDependentFriction,
+    &viscous_damping::ViscousDamping,
+    &inertia::Inertia,
+    &soft_windup::SoftWindup,
+    &stiffness_asymmetry::StiffnessAsymmetry,
+    &backlash::Backlash,
+    &nonlocal_memory::NonlocalMemory,
+    &creep::Creep,
+    &time_skew::TimeSkew,
+    &thermal_stiffness::ThermalStiffness,
+    &thermal_zero_drift::ThermalZeroDrift,
+    &thermal_friction::ThermalFriction,
+    &sensor_drift::SensorDrift,
+    &wear::Wear,
+    &unknown::Unknown,
+];
+
+/// The terms of the base model of a joint log, in the order of its file: gravity, inertia, Coulomb and viscous friction.
+pub const JOINT_BASE: [&str; 4] = ["gravity_load", "inertia", "coulomb_friction", "viscous_friction"];
+
+/// The kind of a name.
+pub fn of(name: &str) -> Option<&'static dyn Kind> {
+    ALL.iter().copied().find(|kind| kind.name() == name)
+}
+
+/// The kind of a term.
+pub fn of_term(term: &Term) -> Option<&'static dyn Kind> {
+    of(&term.kind)
+}
+
+/// Whether one kind contains another as a special case.
+pub fn contains(kind: &str, special: &str) -> bool {
+    of(kind).is_some_and(|kind| kind.contains().contains(&special))
+}
+
+/// Whether the numbers of a term that have to be positive are.
+pub fn positive_where_needed(term: &Term) -> bool {
+    let Some((kind, info)) = of_term(term).and_then(|kind| Some((kind, kind.info()?))) else { return false };
+    let positive = |key: &KeyInfo| match term.values.get(key.name) {
+        Some(TermValue::Number(x)) => *x > 0.0,
+        Some(TermValue::List(list)) => list.iter().all(|x| *x > 0.0),
+        _ => true,
+    };
+    info.keys.iter().filter(|key| kind.has_to_be_positive(key)).all(positive)
+}
+
+/// The smoothing of a friction's sign is at most this share of the largest velocity.
+pub const LARGEST_SMOOTHING: f64 = 0.25;
+
+/// Whether friction saturates within the speeds recorded; true for what is none.
+pub fn saturates(term: &Term, extent: &Extent) -> bool {
+    number_of(term, "smoothing_rad_per_s") <= LARGEST_SMOOTHING * extent.fastest_rad_per_s
+}
+
+/// Whether the model file accepts positive numbers only.
+fn accepts_positive_only(key: &KeyInfo) -> bool {
+    matches!(key.range, Range::AtLeastZero | Range::Positive)
+}
+
+/// The key of the orders of harmonics.
+const ORDERS: &str = "orders";
+
+/// The bounds of a number by its entry in the registry. A shape stays near what gears have, and is at most divided or multiplied by three at a time.
+fn usual_bounds(term: &Term, key: &KeyInfo, index: Option<usize>) -> (f64, f64) {
+    let value = get(term, key, index);
+    let low = match key.range {
+        // A memory shorter than creep is damping.
+        Range::Positive if key.unit == "s" => key.plausible.0,
+        Range::Positive => (0.3 * value).max(0.01 * key.plausible.0),
+        range => range.lowest(),
+    };
+    match key.role {
+        Role::Nonlinear if key.unit == "1" && key.name != ORDERS => (key.plausible.0, key.plausible.1),
+        Role::Nonlinear if key.range == Range::Positive => (low, (3.0 * value).max(key.plausible.0)),
+        Role::Nonlinear if key.range == Range::AtLeastZero => (low, key.plausible.1.max(value)),
+        _ => (low, f64::INFINITY),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_kind_of_the_core_has_its_file_here() {
+        let core: Vec<&str> = gmhm::terms::KINDS.iter().map(|info| info.name).collect();
+        let here: Vec<&str> = ALL.iter().map(|kind| kind.name()).collect();
+        assert_eq!(here, core);
+    }
+
+    #[test]
+    fn every_named_kind_has_a_bench_test_that_shows_it() {
+        for kind in ALL.iter().filter(|kind| kind.name() != UNKNOWN) {
+            assert!(!kind.experiments().is_empty(), "{}", kind.name());
+            assert_ne!(kind.family(), Family::Unknown, "{}", kind.name());
+        }
+    }
+
+    #[test]
+    fn names_that_kinds_refer_to_are_kinds() {
+        for kind in ALL {
+            assert!(kind.contains().iter().all(|name| of(name).is_some()), "{}", kind.name());
+        }
+    }
+}

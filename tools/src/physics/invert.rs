@@ -2,7 +2,7 @@
 
 use gmhm::inverse::{Inverse, InverseError};
 use gmhm::terms::compensated::CompensatedState;
-use gmhm::terms::{Compensated, Need, Sample};
+use gmhm::terms::{Compensated, Domain, Need, Sample};
 use gmhm::{Gear, Law, Params};
 
 use super::error::PredictError;
@@ -189,9 +189,10 @@ fn check(stack: &Terms) -> Result<(), InvertError> {
             .filter(|need| !matches!(need, Need::Deflection | Need::Gear))
             .map(|need| need.words())
             .collect();
-        let needs = match info.name {
-            "time_skew" => "the torque of other times".to_owned(),
-            "unknown" => "a coordinate of its own".to_owned(),
+        let empirical = info.key("coordinate").is_some();
+        let needs = match info.domain {
+            Domain::Delay => "the torque of other times".to_owned(),
+            _ if empirical => "a coordinate of its own".to_owned(),
             _ if needs.is_empty() => continue,
             _ => needs.join(" and "),
         };

@@ -1,9 +1,9 @@
 //! The free numbers of a model: those of the gear and those of its terms, in one list that an optimiser can walk.
 
 use gmhm::Law;
-use gmhm::terms::{Form, KeyInfo, Range, Role};
+use gmhm::terms::{Form, KeyInfo, Role};
 
-use crate::kinds::properties;
+use crate::kinds;
 use crate::model::{Model, TermValue};
 use crate::physics::columns::{get, set};
 use crate::regression::assembly::from_cycle;
@@ -52,13 +52,12 @@ pub fn of_term(model: &Model, term: usize) -> Vec<FreeParameter> {
         Some(TermValue::Text(shape)) => Some(shape.as_str()),
         _ => None,
     };
+    let kind = kinds::of_term(&model.terms[term]);
+    let is_scale = |key: &KeyInfo| kind.is_some_and(|kind| kind.is_scale(key));
     let free = |key: &&'static KeyInfo| {
         let is_number = !matches!(key.form, Form::Choice(_)) && (key.role != Role::Structure || key.name == ORDERS);
         // An optional number that was left out stays 0.
-        is_number
-            && !properties::is_scale(key)
-            && key.belongs_to(shape)
-            && model.terms[term].values.contains_key(key.name)
+        is_number && !is_scale(key) && key.belongs_to(shape) && model.terms[term].values.contains_key(key.name)
     };
     // A whole order is that of a mechanism, not a number to be fitted.
     let whole = |place: &FreeParameter| match place {
@@ -169,29 +168,10 @@ fn usual_step(model: &Model, place: FreeParameter) -> f64 {
     }
 }
 
-/// What a place accepts. A shape stays near what gears of its kind have, and is at most divided or multiplied by three at a time.
+/// The bounds of a number of a term.
 fn bounds(model: &Model, term: usize, key: &KeyInfo, index: Option<usize>) -> (f64, f64) {
     let own = &model.terms[term];
-    let value = get(own, key, index);
-    let low = match key.range {
-        // A memory shorter than creep is damping.
-        Range::Positive if key.unit == "s" => key.plausible.0,
-        Range::Positive => (0.3 * value).max(0.01 * key.plausible.0),
-        range => range.lowest(),
-    };
-    let (low, high) = match key.role {
-        Role::Nonlinear if key.unit == "1" && key.name != ORDERS => (key.plausible.0, key.plausible.1),
-        Role::Nonlinear if key.range == Range::Positive => (low, (3.0 * value).max(key.plausible.0)),
-        Role::Nonlinear if key.range == Range::AtLeastZero => (low, key.plausible.1.max(value)),
-        _ => (low, f64::INFINITY),
-    };
-    // The kinks of a catalogue stay in their order.
-    match (key.name, own.values.get("t1_nm"), own.values.get("t2_nm")) {
-        ("t1_nm", _, Some(TermValue::Number(t2))) => (low.min(*t2), high.min(*t2)),
-        ("t2_nm", Some(TermValue::Number(t1)), _) => (low.max(*t1), high.max(*t1)),
-        _ if properties::repeats(model, own, key) => (low.max(0.0), high),
-        _ => (low, high),
-    }
+    kinds::of_term(own).map_or((f64::NEG_INFINITY, f64::INFINITY), |kind| kind.bounds(model, own, key, index))
 }
 
 /// The two values at which a derivative is taken.

@@ -4,19 +4,18 @@
 //! (shape, phases, widths), put into the gear, the base model and the encoders' zero refitted by the estimator's linear elimination, and the effect scaled until what
 //! is left has the size. Each effect is sized by itself, in the order given, with those before it in place; their torque is not counted.
 
-mod draft;
-mod measures;
-mod recipes;
 mod sizing;
 
 use std::fmt;
 use std::str::FromStr;
 
+use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
 use super::{BenchError, Stage};
+use crate::kinds;
+use crate::kinds::measures::Measures;
 use crate::model::Model;
-use measures::Measures;
 
 /// An effect to be hidden: `KIND=SIZE` or `KIND:SHAPE=SIZE`.
 #[derive(Debug, Clone, PartialEq)]
@@ -99,7 +98,7 @@ impl FromStr for Hide {
         let size_nm = size.trim().parse().ok().filter(|x: &f64| *x > 0.0 && x.is_finite());
         let hide =
             Self { kind: kind.to_owned(), shape, size_nm: size_nm.ok_or_else(|| HideError::Size(text.to_owned()))? };
-        let known = recipes::shapes(kind).ok_or_else(|| HideError::Kind { kind: hide.kind.clone() })?;
+        let known = kinds::of(kind).ok_or_else(|| HideError::Kind { kind: hide.kind.clone() })?.hidden_shapes();
         match &hide.shape {
             Some(shape) if !known.contains(&shape.as_str()) => {
                 Err(HideError::Shape { kind: hide.kind.clone(), shape: shape.clone(), known: known.to_vec() })
@@ -131,8 +130,13 @@ pub(super) fn inject(
     let mut hidden = Vec::new();
     for hide in hides {
         let measures = Measures::of(&stage.record(&truth)?);
-        let draft = recipes::draw(&hide.kind, hide.shape.as_deref(), &measures, random)
-            .ok_or_else(|| HideError::Kind { kind: hide.kind.clone() })?;
+        let kind = kinds::of(&hide.kind).ok_or_else(|| HideError::Kind { kind: hide.kind.clone() })?;
+        let shape = match (&hide.shape, kind.hidden_shapes()) {
+            (Some(shape), _) => shape,
+            (None, []) => "",
+            (None, shapes) => shapes[random.random_range(0..shapes.len())],
+        };
+        let draft = kind.draft(shape, &measures, random);
         let (term, effect) = sizing::size(&truth, &draft, hide, stage)?;
         truth.terms.push(term);
         hidden.push(effect);

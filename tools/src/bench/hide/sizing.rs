@@ -2,10 +2,10 @@
 
 use std::borrow::Cow;
 
-use super::draft::Draft;
 use super::{Hidden, Hide, HideError};
 use crate::bench::{BenchError, Stage};
 use crate::fit::select;
+use crate::kinds::draft::Draft;
 use crate::model::{Model, Term, TermValue};
 use crate::recording::Recording;
 use crate::regression::assembly::Assembly;

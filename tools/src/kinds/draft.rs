@@ -4,7 +4,7 @@ use crate::model::{Term, TermValue};
 
 /// A kind with its keys: those that a factor multiplies, and those that it leaves alone.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Draft {
+pub struct Draft {
     kind: &'static str,
     keys: Vec<(&'static str, TermValue, Grows)>,
 }
@@ -21,6 +21,7 @@ enum Grows {
 }
 
 impl Draft {
+    /// A term of a kind without keys.
     pub fn new(kind: &'static str) -> Self {
         Self { kind, keys: Vec::new() }
     }

@@ -1,30 +1,41 @@
-//! What an experiment gives an effect to act on: the measures that hidden effects are scaled by.
+//! The measures of a recording that hidden effects are scaled by.
 
 use std::f64::consts::TAU;
 
-use crate::bench::machine::rate;
+use crate::physics::signals::rate;
 use crate::recording::Recording;
 
 /// Measures of a noise-free recording.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Measures {
+pub struct Measures {
+    /// Its length, s.
     pub duration_s: f64,
+    /// Rows a second.
     pub sample_rate_hz: f64,
-    /// Largest values.
+    /// The largest deflection, rad.
     pub deflection_rad: f64,
+    /// The largest torque, N·m.
     pub torque_nm: f64,
+    /// The largest velocity, rad/s.
     pub velocity: f64,
+    /// The largest acceleration, rad/s².
     pub acceleration: f64,
+    /// The largest rate of the deflection, rad/s.
     pub deflection_rate: f64,
+    /// The largest rate of the torque, N·m/s.
     pub torque_rate: f64,
+    /// The largest speed of the motor, turns/s.
     pub motor_turns_per_s: f64,
-    /// Lowest and highest values.
+    /// The lowest and highest motor angle, rad.
     pub motor_angle: (f64, f64),
+    /// The lowest and highest output angle, rad.
     pub output_angle: (f64, f64),
+    /// The lowest and highest temperature, °C.
     pub temperature_c: (f64, f64),
 }
 
 impl Measures {
+    /// The measures of a recording.
     pub fn of(recording: &Recording) -> Self {
         let column = |values: &Option<Vec<f64>>| values.clone().unwrap_or_else(|| vec![0.0; recording.len()]);
         let time = &recording.time_s;
@@ -47,6 +58,11 @@ impl Measures {
             output_angle: extremes(&column(&recording.theta_out_rad)),
             temperature_c: extremes(&column(&recording.temperature_c)),
         }
+    }
+
+    /// How far the temperature rises, K.
+    pub fn warming_k(&self) -> f64 {
+        self.temperature_c.1 - self.temperature_c.0
     }
 
     /// Torque over deflection, N·m/rad.

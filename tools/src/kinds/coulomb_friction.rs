@@ -1,0 +1,39 @@
+//! Coulomb friction at the output, its sign smoothed over a small velocity.
+
+use rand_chacha::ChaCha8Rng;
+
+use super::build::{number, smoothed, smoothings, term};
+use super::draft::Draft;
+use super::experiment::Experiment;
+use super::measures::Measures;
+use super::ranges::Ranges;
+use super::{Family, Kind};
+use crate::model::{Model, Term};
+
+/// Kind `coulomb_friction`.
+pub struct CoulombFriction;
+
+impl Kind for CoulombFriction {
+    fn name(&self) -> &'static str {
+        "coulomb_friction"
+    }
+
+    fn family(&self) -> Family {
+        Family::Friction
+    }
+
+    fn experiments(&self) -> &'static [Experiment] {
+        &[Experiment::Running, Experiment::Rates]
+    }
+
+    fn candidates(&self, ranges: &Ranges, _model: &Model) -> Vec<Term> {
+        if ranges.velocity_rad_per_s <= 0.0 {
+            return Vec::new();
+        }
+        smoothings(ranges).map(|s| term(self.name(), &[("smoothing_rad_per_s", number(s))])).to_vec()
+    }
+
+    fn draft(&self, _shape: &str, measures: &Measures, random: &mut ChaCha8Rng) -> Draft {
+        smoothed(Draft::new(self.name()).number("torque_nm", 1.0), measures, random)
+    }
+}

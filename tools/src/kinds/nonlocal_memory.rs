@@ -1,0 +1,50 @@
+//! Memory of several slip elements: minor loops that the base model does not draw.
+
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+
+use super::build::{list, term};
+use super::draft::Draft;
+use super::experiment::Experiment;
+use super::measures::Measures;
+use super::ranges::Ranges;
+use super::{Family, Kind};
+use crate::model::{Model, Term};
+
+/// Kind `nonlocal_memory`.
+pub struct NonlocalMemory;
+
+impl Kind for NonlocalMemory {
+    fn name(&self) -> &'static str {
+        "nonlocal_memory"
+    }
+
+    fn family(&self) -> Family {
+        Family::Memory
+    }
+
+    fn experiments(&self) -> &'static [Experiment] {
+        &[Experiment::Amplitudes]
+    }
+
+    fn candidates(&self, ranges: &Ranges, _model: &Model) -> Vec<Term> {
+        let a = ranges.rated_rad;
+        if a <= 0.0 {
+            return Vec::new();
+        }
+        let radii = [0.03, 0.05, 0.08, 0.13, 0.2, 0.32, 0.5, 0.8];
+        radii.map(|share| term(self.name(), &[("radius_rad", list(share * a))])).to_vec()
+    }
+
+    fn extends(&self) -> bool {
+        true
+    }
+
+    fn draft(&self, _shape: &str, measures: &Measures, random: &mut ChaCha8Rng) -> Draft {
+        // Three elements: one that slips early, one at half the stroke, one late.
+        let bands = [(0.03, 0.12), (0.15, 0.4), (0.5, 0.9)];
+        let radius = bands.map(|(low, high)| random.random_range(low..high) * measures.deflection_rad);
+        let torque: Vec<f64> = radius.iter().map(|_| random.random_range(0.2..0.5)).collect();
+        Draft::new(self.name()).list("torque_nm", torque).fixed_list("radius_rad", radius.to_vec())
+    }
+}

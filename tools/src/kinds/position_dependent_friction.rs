@@ -1,0 +1,73 @@
+//! Friction that varies with the motor or the output angle.
+
+use rand_chacha::ChaCha8Rng;
+
+use super::build::{harmonics, list, number, pick, smoothed, smoothings, term, text};
+use super::coulomb_friction::CoulombFriction;
+use super::draft::Draft;
+use super::experiment::Experiment;
+use super::measures::Measures;
+use super::ranges::Ranges;
+use super::{Family, Kind};
+use crate::model::{Model, Term};
+
+/// Kind `position_dependent_friction`.
+pub struct PositionDependentFriction;
+
+impl Kind for PositionDependentFriction {
+    fn name(&self) -> &'static str {
+        "position_dependent_friction"
+    }
+
+    fn family(&self) -> Family {
+        Family::Friction
+    }
+
+    fn experiments(&self) -> &'static [Experiment] {
+        &[Experiment::Running]
+    }
+
+    fn candidates(&self, ranges: &Ranges, _model: &Model) -> Vec<Term> {
+        if ranges.velocity_rad_per_s <= 0.0 {
+            return Vec::new();
+        }
+        let mut terms = Vec::new();
+        for &smoothing in &smoothings(ranges)[..3] {
+            let mut add = |angle: &str, order: f64| {
+                let values =
+                    [("angle", text(angle)), ("orders", list(order)), ("smoothing_rad_per_s", number(smoothing))];
+                terms.push(term(self.name(), &values));
+            };
+            if ranges.motor_turns_enough() {
+                let mut orders = vec![1.0, 2.0];
+                orders.extend(ranges.friction_orders.iter().filter(|o| **o != 1.0 && **o != 2.0));
+                orders.into_iter().for_each(|order| add("motor", order));
+            }
+            if ranges.output_turns_enough() {
+                add("output", 1.0);
+                add("output", 2.0);
+            }
+        }
+        terms
+    }
+
+    fn extends(&self) -> bool {
+        true
+    }
+
+    fn hidden_shapes(&self) -> &'static [&'static str] {
+        &["motor", "output"]
+    }
+
+    fn draft(&self, shape: &str, measures: &Measures, random: &mut ChaCha8Rng) -> Draft {
+        let order = if shape == "motor" { pick(&[1.0, 2.0], random) } else { pick(&[1.0, 2.0, 3.0], random) };
+        let draft = harmonics(self.name(), "nm", &[order], 1.0, random).text("angle", shape);
+        smoothed(draft, measures, random)
+    }
+
+    fn special_cases(&self, own: &Term) -> Vec<Vec<Term>> {
+        let smoothing = own.values.get("smoothing_rad_per_s").cloned().unwrap_or(number(0.0));
+        let values = [("torque_nm", number(0.0)), ("smoothing_rad_per_s", smoothing)];
+        vec![vec![term(CoulombFriction.name(), &values)]]
+    }
+}

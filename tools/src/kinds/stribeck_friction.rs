@@ -1,0 +1,119 @@
+//! Stribeck friction: Coulomb and viscous friction, and a static friction that decays with the velocity.
+
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+
+use super::build::{number, number_of, smoothed, term};
+use super::coulomb_friction::CoulombFriction;
+use super::draft::Draft;
+use super::experiment::Experiment;
+use super::measures::Measures;
+use super::ranges::{Extent, Ranges};
+use super::viscous_friction::ViscousFriction;
+use super::{Family, Kind, accepts_positive_only, saturates, usual_bounds};
+use crate::model::{Model, Term, TermValue};
+use gmhm::terms::KeyInfo;
+
+const COULOMB: &str = "coulomb_nm";
+const STATIC: &str = "static_nm";
+const DAMPING: &str = "damping_nms_per_rad";
+
+/// Static over Coulomb friction, at least, for the dip to be named.
+const SMALLEST_STATIC_RATIO: f64 = 1.17;
+
+/// Whether the model has friction that a Stribeck term would repeat.
+fn has_coulomb_friction(model: &Model) -> bool {
+    model.terms.iter().any(|term| term.kind == CoulombFriction.name())
+}
+
+/// Kind `stribeck_friction`.
+pub struct StribeckFriction;
+
+impl Kind for StribeckFriction {
+    fn name(&self) -> &'static str {
+        "stribeck_friction"
+    }
+
+    fn family(&self) -> Family {
+        Family::Friction
+    }
+
+    fn experiments(&self) -> &'static [Experiment] {
+        &[Experiment::Running]
+    }
+
+    fn candidates(&self, ranges: &Ranges, _model: &Model) -> Vec<Term> {
+        let fastest = ranges.velocity_rad_per_s;
+        if fastest <= 0.0 {
+            return Vec::new();
+        }
+        let mut terms = Vec::new();
+        for smoothing in [0.01, 0.03].map(|share| share * fastest) {
+            for velocity in [0.05, 0.12, 0.28].map(|share| share * fastest) {
+                for exponent in [0.7, 1.0, 2.0] {
+                    let values = [
+                        ("stribeck_velocity_rad_per_s", number(velocity)),
+                        ("exponent", number(exponent)),
+                        ("smoothing_rad_per_s", number(smoothing)),
+                    ];
+                    terms.push(term(self.name(), &values));
+                }
+            }
+        }
+        terms
+    }
+
+    fn draft(&self, _shape: &str, measures: &Measures, random: &mut ChaCha8Rng) -> Draft {
+        let draft = Draft::new(self.name())
+            .number("coulomb_nm", 0.6)
+            .number("static_nm", random.random_range(1.0..1.4))
+            .number("damping_nms_per_rad", random.random_range(0.2..0.6) / measures.velocity)
+            .fixed("stribeck_velocity_rad_per_s", random.random_range(0.08..0.25) * measures.velocity)
+            .fixed("exponent", random.random_range(0.7..2.0));
+        smoothed(draft, measures, random)
+    }
+
+    /// Beside Coulomb friction in the model, only what differs from it.
+    fn only_free_key(&self, model: &Model) -> Option<&'static str> {
+        has_coulomb_friction(model).then_some(STATIC)
+    }
+
+    fn complete(&self, term: &mut Term) {
+        term.values.entry(COULOMB.to_owned()).or_insert(number(0.0));
+    }
+
+    fn has_to_be_positive(&self, key: &KeyInfo) -> bool {
+        accepts_positive_only(key) || key.plausible.0 >= 0.0 && key.name != COULOMB && !key.optional
+    }
+
+    /// Coulomb friction beside Coulomb friction: the two share it, and neither drives.
+    fn bounds(&self, model: &Model, term: &Term, key: &KeyInfo, index: Option<usize>) -> (f64, f64) {
+        let (low, high) = usual_bounds(term, key, index);
+        if key.name == COULOMB && has_coulomb_friction(model) { (low.max(0.0), high) } else { (low, high) }
+    }
+
+    fn is_of_kind(&self, term: &Term, extent: &Extent) -> bool {
+        saturates(term, extent) && number_of(term, STATIC) > number_of(term, COULOMB)
+    }
+
+    fn contains(&self) -> &'static [&'static str] {
+        &["coulomb_friction", "viscous_friction"]
+    }
+
+    fn exceeds_what_it_contains(&self, term: &Term) -> bool {
+        number_of(term, STATIC) > SMALLEST_STATIC_RATIO * number_of(term, COULOMB)
+    }
+
+    fn special_cases(&self, own: &Term) -> Vec<Vec<Term>> {
+        let value = |key: &str| own.values.get(key).cloned();
+        if matches!(value(COULOMB), None | Some(TermValue::Number(0.0))) {
+            return Vec::new();
+        }
+        let smoothing = value("smoothing_rad_per_s").unwrap_or(number(0.0));
+        let dry = value(COULOMB)
+            .map(|torque| term(CoulombFriction.name(), &[("torque_nm", torque), ("smoothing_rad_per_s", smoothing)]));
+        let viscous = value(DAMPING).map(|damping| term(ViscousFriction.name(), &[(DAMPING, damping)]));
+        let both = dry.clone().zip(viscous.clone()).map(|(dry, viscous)| vec![dry, viscous]);
+        [both, dry.map(|t| vec![t]), viscous.map(|t| vec![t])].into_iter().flatten().collect()
+    }
+}
