@@ -15,6 +15,7 @@ mod machine;
 mod registry;
 mod setup;
 mod size;
+mod structure;
 mod test;
 
 use std::path::PathBuf;
@@ -78,6 +79,8 @@ enum Command {
         /// The image.
         image: PathBuf,
     },
+    /// Print the structure of tools/src: lines per folder, import cycles, files that name a kind; fails where a limit is exceeded.
+    Structure,
     /// Set up what is missing, then run every test.
     Test,
 }
@@ -104,6 +107,7 @@ fn run(arguments: Arguments) -> anyhow::Result<()> {
         Command::EndToEnd { cuts, seed } => end_to_end::run(&shell, cuts, seed),
         Command::Fuzz { executions, seed } => fuzz::run(&shell, executions, seed),
         Command::RunImage { image } => emulate::run_image(&image),
+        Command::Structure => structure::run(&shell),
         Command::Test => test::run(&shell),
     }
 }

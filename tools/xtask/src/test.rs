@@ -3,11 +3,12 @@
 use anyhow::{Context, Result};
 use xshell::{Shell, cmd};
 
-use crate::{c, cost, emulate, end_to_end, fuzz, setup, size};
+use crate::{c, cost, emulate, end_to_end, fuzz, setup, size, structure};
 
 /// Sets up what is missing, then runs everything.
 pub fn run(shell: &Shell) -> Result<()> {
     setup::run(shell)?;
+    structure::run(shell)?;
     cmd!(shell, "cargo test --workspace --locked").run().context("a host test failed")?;
     cmd!(shell, "cargo test --package gmhm --features micromath --lib --locked")
         .run()
