@@ -5,7 +5,7 @@ pub trait Progress: Sync {
     /// A stage and how much of it is done, 0 to 1.
     fn report(&self, _stage: &str, _done: f64) {}
 
-    /// Asked now and then: true ends the work with [`EstimateError::Cancelled`].
+    /// Asked now and then: true ends the work with an error that says so.
     fn cancelled(&self) -> bool {
         false
     }

@@ -3,8 +3,8 @@
 mod gears;
 
 use gears::{Path, cycle, foreign, published, record};
-use gmhm_tools::baselines::{Comparison, compare};
 use gmhm_tools::fit::FitOptions;
+use gmhm_tools::fit::comparison::{Comparison, compare};
 use gmhm_tools::recording::Recording;
 
 const A: f64 = 1.168e-3;

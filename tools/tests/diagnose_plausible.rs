@@ -6,7 +6,8 @@ use std::f64::consts::PI;
 
 use common::{PUBLISHED, WorkDir};
 use gmhm_tools::diagnose::{DiagnoseError, Options, diagnose};
-use gmhm_tools::fit::{FitOptions, fit};
+use gmhm_tools::fit::FitOptions;
+use gmhm_tools::fit::fit;
 use gmhm_tools::model::{Model, parse};
 use gmhm_tools::physics::predict;
 use gmhm_tools::recording::Recording;

@@ -4,7 +4,8 @@ mod gears;
 
 use gears::{Path, cycle, deflections, published, record, walk, with_coloured_noise};
 use gmhm::{Elastic, Gate, Kernel, Law, Memory};
-use gmhm_tools::fit::{Fit, FitOptions, Method, fit};
+use gmhm_tools::fit::{Fit, fit};
+use gmhm_tools::fit::{FitOptions, Method};
 use gmhm_tools::model::Model;
 use gmhm_tools::recording::Recording;
 

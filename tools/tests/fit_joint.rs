@@ -6,8 +6,9 @@ use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
 use common::WorkDir;
+use gmhm_tools::fit::FitOptions;
 use gmhm_tools::fit::verdict::{Assessment, Grade};
-use gmhm_tools::fit::{Fit, FitOptions, fit};
+use gmhm_tools::fit::{Fit, fit};
 use gmhm_tools::model::TorqueSide;
 use gmhm_tools::recording::{Recording, TorqueUnit};
 use gmhm_tools::regression::error::EstimateError;

@@ -7,11 +7,14 @@ use gears::{
     with_rate,
 };
 use gmhm::Memory;
-use gmhm_tools::fit::{Fit, FitOptions, fit};
+use gmhm_tools::fit::FitOptions;
+use gmhm_tools::fit::{Fit, fit};
 use gmhm_tools::numerics::bounded::Bound;
+use gmhm_tools::numerics::mark::Mark;
 use gmhm_tools::recording::Recording;
-use gmhm_tools::regression::columns::{Column, Columns, Contribution, Evaluate, Mark, Offset, Past, Rows, Stretch};
+use gmhm_tools::regression::columns::{Column, Columns, Contribution, Evaluate, Offset, Stretch};
 use gmhm_tools::regression::problem::Problem;
+use gmhm_tools::regression::rows::{Past, Rows};
 use gmhm_tools::regression::uncertainty::of_columns;
 use rayon::prelude::*;
 

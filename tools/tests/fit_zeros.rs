@@ -7,7 +7,8 @@ use gears::{
     scatter_over_reported, walk, with_rate,
 };
 use gmhm::{Law, Memory};
-use gmhm_tools::fit::{Fit, FitOptions, fit};
+use gmhm_tools::fit::FitOptions;
+use gmhm_tools::fit::{Fit, fit};
 use gmhm_tools::model::{GearSection, Model};
 use gmhm_tools::recording::Recording;
 use rayon::prelude::*;

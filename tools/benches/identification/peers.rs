@@ -16,7 +16,8 @@ use argmin::solver::particleswarm::ParticleSwarm;
 use gmhm::Params;
 use gmhm::memory::Frame;
 use gmhm::memory::masing::{Path as LoopPath, single_valued_column};
-use gmhm_tools::fit::{FitOptions, Method, fit, pso};
+use gmhm_tools::fit::{FitOptions, Method};
+use gmhm_tools::fit::{fit, pso};
 use gmhm_tools::recording::Recording;
 
 #[path = "../peers/environment.rs"]

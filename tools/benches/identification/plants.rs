@@ -6,8 +6,8 @@
 
 use std::path::Path as FilePath;
 
-use gmhm_tools::baselines::{Comparison, compare};
 use gmhm_tools::fit::FitOptions;
+use gmhm_tools::fit::comparison::{Comparison, compare};
 use gmhm_tools::recording::{ColumnMap, Needs, Recording, read};
 
 use super::A;

@@ -5,7 +5,8 @@
 
 use std::time::Instant;
 
-use gmhm_tools::fit::{FitOptions, fit};
+use gmhm_tools::fit::FitOptions;
+use gmhm_tools::fit::fit;
 use gmhm_tools::recording::Recording;
 use gmhm_tools::regression::error::EstimateError;
 

@@ -1,12 +1,13 @@
 //! Whether reported standard deviations are the scatter of refits, and what a quasi-static loop cannot tell.
 
 use gmhm_tools::fit::{Fit, fit};
+use gmhm_tools::numerics::mark::Mark;
 use gmhm_tools::recording::Recording;
 use gmhm_tools::regression::assembly::Assembly;
 use gmhm_tools::regression::base::Structure;
-use gmhm_tools::regression::columns::{Mark, Past, Rows};
 use gmhm_tools::regression::error::EstimateError;
 use gmhm_tools::regression::problem::Sweep;
+use gmhm_tools::regression::rows::{Past, Rows};
 use gmhm_tools::regression::uncertainty::Estimated;
 
 use super::gears::{

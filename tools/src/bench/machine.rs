@@ -4,7 +4,7 @@ use gmhm::terms::compensated::CompensatedState;
 use gmhm::terms::{Compensated, Domain, Sample};
 use gmhm::{Gear, Params};
 
-use super::BenchError;
+use super::error::BenchError;
 use super::plan::{Drive, Plan};
 use crate::model::Model;
 use crate::physics::invert::crossing;

@@ -3,7 +3,7 @@
 use gmhm::Params;
 use rand_chacha::ChaCha8Rng;
 
-use super::BenchError;
+use super::error::BenchError;
 use super::options::{Experiment, Options, Waveform};
 use super::profile::{self, Cycles};
 

@@ -9,9 +9,9 @@ use super::common::{ReadingArgs, SeedArgs, json, say};
 use super::failure::Failure;
 use super::progress::Progress;
 use super::tables;
-use crate::baselines::compare;
-use crate::demo::paper;
 use crate::fit::FitOptions;
+use crate::fit::comparison::compare;
+use crate::fit::paper;
 use crate::output::Outputs;
 use crate::report::figures;
 

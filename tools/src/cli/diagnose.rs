@@ -16,6 +16,7 @@ use crate::output::Outputs;
 use crate::recording::Recording;
 use crate::report;
 use crate::report::page::Input;
+use crate::signal::encoder_zeros;
 
 /// Where recordings and a model differ, what physics was left out, and the model with it
 ///
@@ -73,7 +74,7 @@ impl DiagnoseArgs {
                 session.note(&format!("{}: its zero is {zero:.4e} rad from that of {}", recording.name, all[0].name));
             }
             for (recording, zero) in recordings.iter_mut().chain(&mut holdout).zip(apart) {
-                zeros::take_off(recording, zero, model.gear.ratio)?;
+                encoder_zeros::take_off(recording, zero, model.gear.ratio)?;
             }
         }
         let progress = Progress::new("Diagnosing", Progress::WHOLE, session.quiet);

@@ -17,6 +17,7 @@ use crate::output::OutputError;
 use crate::physics::PredictError;
 use crate::physics::invert::InvertError;
 use crate::recording::{CopyError, RecordingError};
+use crate::regression::error::DatasetError;
 use crate::regression::error::EstimateError;
 
 /// Whatever may end a command.
@@ -87,7 +88,7 @@ impl Failure {
             Failure::BlockFile(e) => e.mend(),
             Failure::Predict(e)
             | Failure::Assess(AssessError::Predict(e))
-            | Failure::Discover(DiagnoseError::Predict(e)) => e.mend(),
+            | Failure::Discover(DiagnoseError::Dataset(DatasetError::Predict(e))) => e.mend(),
             Failure::Invert(e) => e.mend(),
             Failure::Discover(DiagnoseError::Implausible(e)) => Some(e.mend()),
             Failure::Estimate(e) | Failure::Assess(AssessError::Estimate(e)) => e.mend(),

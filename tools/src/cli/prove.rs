@@ -10,8 +10,8 @@ use super::Session;
 use super::common::{SeedArgs, json, say};
 use super::failure::Failure;
 use super::progress::Progress;
-use crate::diagnose::Diagnostician;
 use crate::output::Outputs;
+use crate::prove::Diagnostician;
 use crate::prove::mix::{self, BLOCKS};
 use crate::prove::{FULL_CASES, QUICK_CASES, Sealed, answers, export, generator};
 

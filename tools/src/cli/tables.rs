@@ -1,9 +1,9 @@
 //! Results as text for people.
 
-use crate::baselines::Comparison;
-use crate::demo::paper;
 use crate::diagnose::diagnosis::{Diagnosis, ParameterValue, Unit};
 use crate::fit::Fit;
+use crate::fit::comparison::Comparison;
+use crate::fit::paper;
 use crate::health::Health;
 use crate::recording::TorqueUnit;
 use crate::regression::uncertainty::Estimated;

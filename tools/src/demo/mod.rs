@@ -1,6 +1,5 @@
 //! The main job from end to end on a built-in recording: identify, write the model, evaluate it as the drive would, see what is left.
 
-pub mod paper;
 mod plots;
 mod story;
 
@@ -9,9 +8,12 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, Normal};
 
-use crate::baselines::{fitted, spring, two_lines};
+use crate::baselines::{spring, two_lines};
 use crate::fit;
-use crate::fit::{Fit, FitOptions};
+use crate::fit::Fit;
+use crate::fit::FitOptions;
+use crate::fit::comparison::fitted;
+use crate::fit::paper;
 use crate::progress::Progress;
 use crate::recording::Recording;
 use crate::regression::error::EstimateError;

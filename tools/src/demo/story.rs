@@ -2,7 +2,8 @@
 
 use std::fmt::{self, Display, Formatter};
 
-use super::{Demo, NOISE_NM, paper};
+use super::{Demo, NOISE_NM};
+use crate::fit::paper;
 
 impl Display for Demo {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {

@@ -12,6 +12,7 @@ use crate::numerics::basis::Basis;
 use crate::numerics::qr::dot;
 use crate::regression::dataset::Dataset;
 use crate::regression::fit::Fitted;
+use crate::regression::parameters::FreeParameter;
 
 /// A kind that was tried, at its best.
 pub struct Alternative {
@@ -71,6 +72,11 @@ const RICH: f64 = 0.2;
 const NEAR: f64 = 60.0;
 
 impl Dataset<'_> {
+    /// The free numbers of a model in a search.
+    pub fn places(&self, model: &Model, search: Search<'_>) -> Vec<FreeParameter> {
+        self.free_parameters(model, search.zero, search.base_terms)
+    }
+
     /// Every kind at its best beside a fitted model, the best first. Gains below `least` are left out, and nothing is polished if all are.
     ///
     /// # Errors

@@ -11,16 +11,15 @@
 //! | [`naming`], `shares` | classes that cannot be told apart, names, shares of power |
 //! | [`next_experiment`] | what could not have been seen, and the experiment that would show it |
 //! | [`report_data`] | what a report shows |
-//! | `detector` | the diagnosis as `gmhm prove` calls it |
 
 pub mod candidates;
-pub(crate) mod detector;
 pub mod diagnosis;
 pub mod explain;
 pub(crate) mod jumps;
 pub mod naming;
 pub mod next_experiment;
 pub mod nonparametric;
+pub(crate) mod past;
 pub mod pipeline;
 pub(crate) mod ranges;
 pub mod report_data;
@@ -29,46 +28,19 @@ pub(crate) mod shapes;
 pub(crate) mod shares;
 pub(crate) mod tones;
 
-pub use crate::diagnose::detector::Diagnostician;
 pub use crate::diagnose::pipeline::{Finding, Options, diagnose};
 
 use crate::physics::PredictError;
+use crate::regression::error::DatasetError;
 use crate::regression::error::EstimateError;
 use crate::signal::plausible::Implausible;
 
 /// Why nothing was diagnosed.
 #[derive(Debug, thiserror::Error)]
 pub enum DiagnoseError {
-    /// No recording.
-    #[error("no recording was given")]
-    NoRecording,
-    /// No torque to explain.
-    #[error(
-        "{0}: column torque_nm (or current_a) is missing; name it, or map another column to it with --map torque_nm=…"
-    )]
-    NoTorque(String),
-    /// Too little to tell anything.
-    #[error("{recording}: {rows} rows are too few for a diagnosis, at least 64 are needed")]
-    TooFewRows {
-        /// The recording.
-        recording: String,
-        /// Its rows.
-        rows: usize,
-    },
-    /// Newton-metres and amperes.
-    #[error("{first} and {other} hold torque in different units: diagnose them apart")]
-    MixedUnits {
-        /// The first recording.
-        first: String,
-        /// The one that differs.
-        other: String,
-    },
-    /// A simulation of some recordings only.
-    #[error("some recordings have a column torque_sim_nm and others have none: give it for all or for none")]
-    SomeSimulated,
-    /// The model cannot be evaluated.
+    /// The recordings cannot be taken together.
     #[error(transparent)]
-    Predict(#[from] PredictError),
+    Dataset(#[from] DatasetError),
     /// Recordings and model cannot be of one gear.
     #[error(transparent)]
     Implausible(#[from] Implausible),
@@ -78,4 +50,10 @@ pub enum DiagnoseError {
     /// The caller asked for it.
     #[error("stopped before the diagnosis was done; nothing was written")]
     Cancelled,
+}
+
+impl From<PredictError> for DiagnoseError {
+    fn from(error: PredictError) -> Self {
+        Self::Dataset(error.into())
+    }
 }

@@ -12,13 +12,15 @@ use crate::diagnose::explain::Search;
 use crate::diagnose::naming::{DiagnosisVerdict, EffectVerdict, coordinates};
 use crate::diagnose::next_experiment;
 use crate::diagnose::report_data::ReportData;
+use crate::fit::zeros::other_zeros;
 use crate::model::{Model, Term, TermValue};
 use crate::numerics::autoregression::mark_outliers;
+use crate::numerics::mark::Mark;
 use crate::numerics::qr::dot;
 use crate::progress::Progress;
 use crate::recording::{Recording, TorqueUnit};
-use crate::regression::columns::Mark;
 use crate::regression::dataset::Dataset;
+use crate::regression::error::DatasetError;
 use crate::regression::fit::Fitted;
 use crate::regression::parameters::FreeParameter;
 use crate::signal::plausible;
@@ -70,7 +72,7 @@ pub fn diagnose(
     progress: &dyn Progress,
 ) -> Result<Finding, DiagnoseError> {
     if recordings.is_empty() {
-        return Err(DiagnoseError::NoRecording);
+        return Err(DatasetError::NoRecording.into());
     }
     let model = prepared(model, recordings, options)?;
     let mut remarks = plausible::examine(recordings, holdout, &model)?;
@@ -107,7 +109,7 @@ pub fn diagnose(
     check()?;
     progress.report("judging", 0.6);
     if verdict.mismatch {
-        remarks.extend(plausible::other_zeros(recordings, &model));
+        remarks.extend(other_zeros(recordings, &model));
     }
     let undecidable = next_experiment::undecidable(&thin, &verdict, search)?;
     let places = if verdict.mismatch { thin.where_it_sits(&verdict) } else { Vec::new() };

@@ -12,14 +12,14 @@ use gmhm::gear::LONGEST_PERIOD_S;
 use gmhm::inverse::{invertible_range, least_rising_slope};
 use gmhm::{Gate, Law, Memory, Params};
 
-use crate::fit::zeros::DEFLECTION_ZERO;
 use crate::numerics::autoregression::Noise;
 use crate::numerics::bounded::{Bound, back_substitute, factor_of_rows, forward_substitute, solve};
 use crate::numerics::qr::Triangle;
 use crate::regression::assembly::Assembly;
-use crate::regression::columns::Rows;
+use crate::regression::deflection_zeros::DEFLECTION_ZERO;
 use crate::regression::polish::Polished;
 use crate::regression::problem::{Linear, Problem, Sweep};
+use crate::regression::rows::Rows;
 
 /// Places on each side of zero, in steps of the phase, at which the slope is looked at.
 const PLACES: u32 = 1000;

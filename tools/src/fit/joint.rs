@@ -6,8 +6,9 @@ use std::collections::BTreeMap;
 
 use gmhm::terms::{KINDS, KeyInfo, KindInfo, Role};
 
+use crate::fit::options::{FitOptions, Method};
 use crate::fit::refine::Weighted;
-use crate::fit::{Fit, FitOptions, Method, left, prepare, refine, select};
+use crate::fit::{Fit, left, refine, select};
 use crate::kinds::JOINT_BASE as BASE;
 use crate::model::{GearSection, Model, Term, TermValue, TorqueSide};
 use crate::numerics::autoregression;
@@ -16,11 +17,13 @@ use crate::numerics::particle_swarm::Stop;
 use crate::physics::{Evaluation, PredictError};
 use crate::progress::Progress;
 use crate::recording::{Recording, TorqueUnit};
-use crate::regression::columns::{Column, Columns, Contribution, Evaluate, Nonlinear, Offset, Rows, Stretch};
+use crate::regression::columns::{Column, Columns, Contribution, Evaluate, Nonlinear, Offset, Stretch};
 use crate::regression::error::EstimateError;
 use crate::regression::heldout::heldout;
 use crate::regression::polish::polish;
 use crate::regression::problem::{Problem, Sweep};
+use crate::regression::rows;
+use crate::regression::rows::Rows;
 use crate::regression::uncertainty;
 use crate::signal::recorded;
 
@@ -44,8 +47,8 @@ pub fn fit(recordings: &[Recording], options: &FitOptions, progress: &dyn Progre
     if let Some(other) = given.and_then(|m| m.terms.iter().find(|t| !BASE.contains(&t.kind.as_str()))) {
         return Err(EstimateError::HasTerms { kind: other.kind.clone() });
     }
-    let mut rows = prepare::joint_rows(recordings)?;
-    let size = prepare::torque_size(&rows);
+    let mut rows = rows::of_joint_logs(recordings)?;
+    let size = rows::torque_size(&rows);
     if size <= 0.0 {
         return Err(EstimateError::NoTorqueChange);
     }

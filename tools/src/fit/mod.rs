@@ -17,10 +17,13 @@
 //! **Gauge.** Of (α, β, ω) a rate-independent loop fixes only e, h and β/ω. The result is written with the ω of the model handed in, else ω = 1 1/s
 //! (law `time` does not use ω and has 0).
 
+pub mod comparison;
 pub mod coverage;
 pub(crate) mod invertible;
 pub mod joint;
 pub(crate) mod optimum;
+pub mod options;
+pub mod paper;
 pub(crate) mod prepare;
 pub mod pso;
 pub mod rated;
@@ -32,8 +35,10 @@ pub mod zeros;
 
 use gmhm::Elastic;
 
+pub use crate::fit::options::{FitOptions, Method};
 use crate::progress::Progress;
 use crate::regression::uncertainty;
+use crate::signal::encoder_zeros;
 use crate::signal::plausible;
 
 pub use crate::regression::error::EstimateError;
@@ -44,39 +49,13 @@ use crate::fit::refine::Weighted;
 use crate::fit::select::Candidate;
 use crate::model::{GearSection, Model, TorqueSide};
 use crate::numerics::autoregression::Noise;
+use crate::numerics::mark::Mark;
 use crate::numerics::particle_swarm::Stop;
 use crate::recording::{Recording, RecordingError, TorqueUnit};
 use crate::regression::base::Play;
-use crate::regression::columns::Mark;
 use crate::regression::polish::Polished;
 use crate::regression::problem::Problem;
 use crate::regression::uncertainty::{Estimated, Fitted, Uncertainty};
-
-/// How the parameters are found.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Method {
-    /// Linear parameters eliminated, the others searched and polished; noise, selection.
-    #[default]
-    Auto,
-    /// The paper's swarm over all six parameters.
-    Pso,
-}
-
-/// What to fit and how.
-#[derive(Debug, Clone, Default)]
-pub struct FitOptions {
-    /// The method.
-    pub method: Method,
-    /// Seed of every random choice.
-    pub seed: u64,
-    /// A model whose gear section, law, kernel, gate, play and ω are kept.
-    pub start: Option<Model>,
-    /// A; else the model's, else the largest deflection seen. rad.
-    pub rated_deflection_rad: Option<f64>,
-    /// Evaluations of `pso`; by default 20,000.
-    pub evaluations: Option<usize>,
-}
 
 /// A fit and what is known about it.
 #[derive(Debug, Clone, serde::Serialize)]
@@ -146,7 +125,7 @@ pub struct DeflectionZero {
 impl Fit {
     /// How far the zero of each recording is from that of the first, rad, where the encoders count from different ones.
     pub fn zeros_apart_rad(&self) -> Option<Vec<f64>> {
-        zeros::apart(&self.deflection_zeros.iter().map(|zero| zero.rad).collect::<Vec<_>>())
+        encoder_zeros::apart(&self.deflection_zeros.iter().map(|zero| zero.rad).collect::<Vec<_>>())
     }
 
     /// Shifts the deflections of the recordings that were fitted to the zero that the model has, that of the first.
@@ -156,7 +135,10 @@ impl Fit {
     pub fn align(&self, recordings: &mut [Recording]) -> Result<(), RecordingError> {
         let apart = self.zeros_apart_rad().unwrap_or_default();
         let ratio = self.model.gear.ratio;
-        recordings.iter_mut().zip(apart).try_for_each(|(recording, zero)| zeros::take_off(recording, zero, ratio))
+        recordings
+            .iter_mut()
+            .zip(apart)
+            .try_for_each(|(recording, zero)| encoder_zeros::take_off(recording, zero, ratio))
     }
 
     /// Whether what is left is physics more than noise: a fit against it as noise predicts worse.
@@ -189,9 +171,6 @@ fn is_missed(recording: &Recording, left: &[f64]) -> bool {
     let sd = plausible::sd(recording.torque.as_deref().unwrap_or_default());
     squares > left.len() as f64 * (APART * sd).powi(2)
 }
-
-/// Rows that the choice of the structure looks at; the chosen one is then fitted to all.
-const SELECTION_ROWS: usize = 20_000;
 
 /// Fits the base model to recordings of one gear. Joint logs, which know no deflection, have the base model of [`joint`].
 ///
@@ -268,7 +247,7 @@ fn fit_together(recordings: &[Recording], options: &FitOptions, progress: &dyn P
         model: named_model(options.start.as_ref(), recordings, gear, elastic, memory),
         method: options.method,
         seed: options.seed,
-        unit: prepare::unit_word(recordings[0].torque_unit),
+        unit: recordings[0].torque_unit.suffix(),
         uncertainty,
         rated_is_largest_seen,
         selection,

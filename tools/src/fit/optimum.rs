@@ -2,22 +2,23 @@
 
 use gmhm::Law;
 
-use crate::fit::prepare;
+use crate::fit::options::{FitOptions, Method, SELECTION_ROWS};
 use crate::fit::prepare::Prepared;
+use crate::fit::pso;
 use crate::fit::refine;
 use crate::fit::refine::Weighted;
 use crate::fit::select;
 use crate::fit::select::Candidate;
 use crate::fit::zeros;
 use crate::fit::zeros::Zeros;
-use crate::fit::{FitOptions, Method, SELECTION_ROWS, pso};
 use crate::numerics::autoregression::Noise;
 use crate::progress::Progress;
 use crate::recording::Recording;
 use crate::regression::assembly::Assembly;
-use crate::regression::columns::Rows;
 use crate::regression::error::EstimateError;
 use crate::regression::heldout;
+use crate::regression::rows;
+use crate::regression::rows::Rows;
 
 /// Where the search for the parameters of recordings ended.
 pub struct Optimum<'a> {
@@ -72,7 +73,7 @@ impl<'a> Optimum<'a> {
         let structures = prepared.structures(options);
         let Prepared { rows, rated_deflection_rad, torque_nm, start, zeros, .. } = &mut prepared;
         let rated = *rated_deflection_rad;
-        let beginning = prepare::beginning(rows, SELECTION_ROWS);
+        let beginning = rows::beginning(rows, SELECTION_ROWS);
         let selection_rows = beginning.iter().map(Rows::len).sum();
         let (mut selection, evaluations) =
             select::table(&structures, rated, &beginning, &start.known, options.seed, progress)?;

@@ -13,10 +13,10 @@ use gmhm::Law;
 use crate::numerics::particle_swarm::{SwarmOptions, minimise};
 use crate::progress::Progress;
 use crate::regression::assembly::Assembly;
-use crate::regression::columns::Rows;
 use crate::regression::error::EstimateError;
 use crate::regression::polish::Polished;
 use crate::regression::problem::{Linear, Sweep};
+use crate::regression::rows::Rows;
 
 /// Evaluations by default.
 pub const EVALUATIONS: usize = 20_000;

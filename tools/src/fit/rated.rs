@@ -1,7 +1,8 @@
 //! Whether the rated deflection given is the one that the recordings are of.
 
 use crate::fit::coverage::Coverage;
-use crate::fit::{FitOptions, fit};
+use crate::fit::fit;
+use crate::fit::options::FitOptions;
 use crate::progress::Progress;
 use crate::recording::Recording;
 use crate::regression::error::EstimateError;

@@ -3,14 +3,15 @@
 use crate::fit::start::Start;
 use crate::numerics::autoregression;
 use crate::numerics::autoregression::Noise;
+use crate::numerics::mark::Mark;
 use crate::progress::Progress;
 use crate::regression::assembly::Assembly;
 use crate::regression::base::Structure;
-use crate::regression::columns::{Mark, Rows};
 use crate::regression::error::EstimateError;
 use crate::regression::heldout::heldout;
 use crate::regression::polish::{Polished, polish, project};
 use crate::regression::problem::{Problem, Sweep, Tangent};
+use crate::regression::rows::Rows;
 
 /// The final fit.
 pub struct Refined {
@@ -54,7 +55,7 @@ pub fn free_start(
         *unsettled = 0;
     }
     start.known.fill(false);
-    let size = crate::fit::prepare::torque_size(rows);
+    let size = crate::regression::rows::torque_size(rows);
     let rss = |known: &[bool]| -> Result<f64, EstimateError> {
         let assembly = Assembly::new(structure, rated_deflection_rad, rows, known)?;
         let problem = assembly.problem(rows);
@@ -224,7 +225,7 @@ impl Found {
         let assembly = Assembly::new(assembly.structure, rated, rows, known_start)?.with_free_zeros(count);
         let problem = assembly.problem(rows);
         let row_count = rows.iter().map(Rows::len).sum::<usize>() as f64;
-        let explained = without.rss <= crate::fit::prepare::rounding(rows);
+        let explained = without.rss <= crate::regression::rows::rounding(rows);
         // One derivative tells what a zero could explain; most recordings end here.
         let promises = || {
             let smooth: Vec<usize> = (0..from.len()).filter(|&k| problem.nonlinear()[k].smooth).collect();
@@ -264,7 +265,7 @@ impl Found {
 pub fn noise_of(problem: &Problem<'_>, fit: &Polished) -> Vec<Noise> {
     let rows = problem.rows;
     let used = (problem.gear_columns().len() + problem.nonlinear().len()).div_ceil(rows.len()) + 1;
-    let size = crate::fit::prepare::torque_size(rows);
+    let size = crate::regression::rows::torque_size(rows);
     let residuals = problem.residuals(&fit.nonlinear, &fit.linear);
     let mut noise: Vec<Noise> = rows
         .iter()

@@ -11,11 +11,11 @@ use crate::numerics::particle_swarm::{SwarmOptions, minimise};
 use crate::progress::Progress;
 use crate::regression::assembly::Assembly;
 use crate::regression::base::{Play, Structure};
-use crate::regression::columns::Rows;
 use crate::regression::error::EstimateError;
 use crate::regression::heldout::{Heldout, heldout};
 use crate::regression::polish::polish;
 use crate::regression::problem::{Problem, Sweep};
+use crate::regression::rows::Rows;
 
 /// One line of the selection table.
 #[derive(Debug, Clone, serde::Serialize)]

@@ -2,13 +2,15 @@
 
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
-use crate::fit::prepare;
 use crate::numerics::bounded;
+use crate::numerics::extremes::range;
+use crate::numerics::mark::Mark;
 use crate::regression::assembly::Assembly;
 use crate::regression::base::Structure;
-use crate::regression::columns::{Mark, Past, Rows};
 use crate::regression::error::EstimateError;
 use crate::regression::problem::Sweep;
+use crate::regression::rows;
+use crate::regression::rows::{Past, Rows};
 use crate::signal::counts::Counts;
 
 /// How far the tip of the motion may be beyond the largest deflection seen, as a standard deviation, rad: the most that a parabola through that sample and its neighbours
@@ -30,6 +32,29 @@ pub(crate) fn tip_sd_rad(rows: &[Rows<'_>]) -> f64 {
     (bend / 8.0).hypot(0.1 * rows.counts.as_ref().map_or(0.0, Counts::step_rad))
 }
 
+/// The first row at which law `masing` no longer depends on the unknown past but for a constant torque.
+///
+/// At a tip of the rated cycle the loop is closed whatever came before. Between the extremes of a smaller recording, once both were reached, every
+/// branch starts at a turning point that was seen, so the past shifts the loop and no more, and the offset of the recording takes that up. `None`
+/// if that never comes.
+pub fn settled_row(deflection_rad: &[f64], rated_deflection_rad: f64) -> Option<usize> {
+    let (lowest, highest) = range(deflection_rad);
+    // Noise decides which cycle holds the very extreme; the first visit to its neighbourhood counts, at the furthest point of that visit.
+    let margin = 0.02 * (highest - lowest);
+    let furthest = |height: &dyn Fn(f64) -> f64, level: f64| {
+        let arrival = deflection_rad.iter().position(|&theta| height(theta) >= level)?;
+        let visit = deflection_rad[arrival..].iter().take_while(|&&theta| height(theta) >= level).enumerate();
+        visit.max_by(|a, b| height(*a.1).total_cmp(&height(*b.1)).then(b.0.cmp(&a.0))).map(|(row, _)| arrival + row)
+    };
+    let tip = furthest(&f64::abs, 0.98 * rated_deflection_rad);
+    let both = furthest(&|theta| -theta, -lowest - margin).zip(furthest(&|theta| theta, highest - margin));
+    let both = both.map(|(low, high)| low.max(high));
+    match (tip, both) {
+        (Some(tip), Some(both)) => Some(tip.min(both)),
+        (tip, both) => tip.or(both),
+    }
+}
+
 /// How each recording starts.
 pub(crate) struct Start {
     pub(crate) known: Vec<bool>,
@@ -41,7 +66,7 @@ pub(crate) fn leave_out_unsettled(rows: &mut [Rows<'_>], rated_deflection_rad: f
     let settled: Vec<usize> = rows
         .iter()
         .map(|r| {
-            let row = prepare::settled_row(&r.deflection_rad, rated_deflection_rad).unwrap_or(0);
+            let row = settled_row(&r.deflection_rad, rated_deflection_rad).unwrap_or(0);
             // Where too little would be left, the recording is taken as it is.
             if (r.len() - row) * 5 >= r.len() * 2 && r.len() - row >= 24 { row } else { 0 }
         })
@@ -64,7 +89,7 @@ pub(crate) fn decide_start(rows: &mut [Rows<'_>], rated_deflection_rad: f64) -> 
         let freedom = system.rows as f64 - (columns.len() + system.nuisances) as f64;
         Ok((bounded::solve(&system.shared, &columns).rss, freedom))
     };
-    let floor = (1e-8 * prepare::torque_size(rows)).powi(2);
+    let floor = (1e-8 * rows::torque_size(rows)).powi(2);
     let mut start = Start { known: vec![true; rows.len()], unsettled: vec![0; rows.len()] };
     for (index, &row) in settled.iter().enumerate() {
         let (without, freedom) = misfit(rows)?;

@@ -4,11 +4,12 @@ use gmhm::inverse::invertible_range;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::baselines::{Comparison, compare};
+use crate::fit::Fit;
+use crate::fit::comparison::{Comparison, compare};
 use crate::fit::coverage::{Coverage, JointCoverage};
-use crate::fit::prepare::range;
+use crate::fit::options::FitOptions;
 use crate::fit::rated::BetterRated;
-use crate::fit::{Fit, FitOptions};
+use crate::numerics::extremes::range;
 use crate::physics::{PredictError, Prediction};
 use crate::progress::Progress;
 use crate::recording::Recording;

@@ -3,71 +3,22 @@
 //! An incremental encoder counts from where it was switched on, an absolute one from where it was mounted. A torque offset does not make up for a zero: the loop hangs on where its tips are,
 //! and two recordings of one gear whose zeros differ by a twentieth of the rated deflection give e a fifth of its value.
 
-use std::ops::Range;
-
 use gmhm::{Law, Memory};
 
+use crate::fit::options::SELECTION_ROWS;
 use crate::fit::start::leave_out_unsettled;
-use crate::fit::{SELECTION_ROWS, prepare};
 use crate::model::Model;
-use crate::recording::{Recording, RecordingError};
+use crate::numerics::extremes::range;
+use crate::recording::Recording;
 use crate::regression::assembly::Assembly;
 use crate::regression::base::Structure;
-use crate::regression::columns::{Correct, Correction, Nonlinear, Past, Rows};
 use crate::regression::error::EstimateError;
 use crate::regression::polish::polish;
 use crate::regression::problem::Sweep;
-
-/// The name of the zero of the deflection.
-pub const DEFLECTION_ZERO: &str = "deflection_zero_rad";
-
-/// The zero of the deflection encoders, subtracted from every sample.
-#[derive(Debug, Clone)]
-pub struct DeflectionZeros {
-    /// One for all recordings, or one for each.
-    zeros: Vec<Nonlinear>,
-}
-
-/// Zeros are looked for within this share of the rated deflection.
-const SPAN: f64 = 0.2;
-
-impl DeflectionZeros {
-    /// As many as there are recordings, or a single one that all share.
-    pub fn new(count: usize, rated_deflection_rad: f64) -> Self {
-        let span = SPAN * rated_deflection_rad;
-        let zero = Nonlinear { name: DEFLECTION_ZERO.into(), unit: "rad".into(), low: -span, high: span, smooth: true };
-        Self { zeros: vec![zero; count] }
-    }
-
-    /// Which zero a recording has.
-    pub fn place(&self, recording: usize) -> usize {
-        recording.min(self.zeros.len() - 1)
-    }
-}
-
-struct Shift(f64);
-
-impl Correction for DeflectionZeros {
-    fn nonlinear(&self) -> &[Nonlinear] {
-        &self.zeros
-    }
-
-    fn concerns(&self, parameter: usize, index: usize) -> bool {
-        self.place(index) == parameter
-    }
-
-    fn start<'a>(&'a self, nonlinear: &[f64], _: &'a Rows<'a>, index: usize) -> Box<dyn Correct + 'a> {
-        Box::new(Shift(nonlinear[self.place(index)]))
-    }
-}
-
-impl Correct for Shift {
-    fn correct(&mut self, _: Range<usize>, deflection_rad: &mut [f64]) {
-        for theta in deflection_rad {
-            *theta -= self.0;
-        }
-    }
-}
+use crate::regression::rows;
+use crate::regression::rows::{Past, Rows};
+use crate::signal::encoder_zeros::apart;
+use crate::signal::plausible::Remark;
 
 /// Zeros of recordings.
 #[derive(Debug, Clone, PartialEq)]
@@ -76,12 +27,6 @@ pub struct Zeros {
     pub rad: Vec<f64>,
     /// How many of them a fit has found: none, one that all share, or all.
     pub free: usize,
-}
-
-/// How far zeros are from the first, rad; `None` where all are one.
-pub fn apart(zeros_rad: &[f64]) -> Option<Vec<f64>> {
-    let first = zeros_rad.first()?;
-    zeros_rad.iter().any(|zero| zero != first).then(|| zeros_rad.iter().map(|zero| zero - first).collect())
 }
 
 /// A zero elsewhere, or zeros of their own, have to leave less than this share of the squares.
@@ -108,7 +53,7 @@ pub fn structures(memory: Option<&Memory>) -> Vec<Structure> {
 /// # Errors
 /// [`EstimateError::NoMovement`], and what building the gear refuses.
 pub fn settle(rows: &[Rows<'_>], structures: &[Structure], given: Option<f64>) -> Result<Zeros, EstimateError> {
-    let (low, high) = prepare::deflection_range(rows);
+    let (low, high) = rows::deflection_range(rows);
     let half = 0.5 * (high - low);
     if half.is_nan() || half <= 0.0 {
         return Err(EstimateError::NoMovement);
@@ -133,11 +78,11 @@ pub fn settle(rows: &[Rows<'_>], structures: &[Structure], given: Option<f64>) -
     } else {
         (stays.min(shared.0), Zeros { rad: vec![0.0; count], free: 0 })
     };
-    if count == 1 || left <= prepare::rounding(&trial.rows) {
+    if count == 1 || left <= rows::rounding(&trial.rows) {
         return Ok(zeros);
     }
     let middles = rows.iter().map(|rows| {
-        let (low, high) = prepare::range(&*rows.deflection_rad);
+        let (low, high) = range(&*rows.deflection_rad);
         0.5 * (low + high)
     });
     let (near, far) = (trial.polished(&zeros.rad, count)?, trial.polished(&middles.collect::<Vec<_>>(), count)?);
@@ -155,27 +100,27 @@ pub fn between(recordings: &[&Recording], model: &Model) -> Result<Option<Vec<f6
     }
     let beginnings: Vec<Recording> =
         recordings.iter().map(|r| r.beginning(SELECTION_ROWS.div_ceil(recordings.len()))).collect();
-    let rows = prepare::rows(&beginnings, &model.gear)?;
+    let rows = rows::of_recordings(&beginnings, &model.gear)?;
     let zeros = settle(&rows, &structures(model.memory.as_ref()), model.gear.rated_deflection_rad)?;
     Ok(apart(&zeros.rad))
 }
 
-/// Takes a zero off the deflection of a recording.
-///
-/// # Errors
-/// Angles without a ratio.
-pub fn take_off(recording: &mut Recording, zero_rad: f64, ratio: Option<f64>) -> Result<(), RecordingError> {
-    if zero_rad != 0.0 {
-        recording.derive_deflection(ratio)?;
-        recording.deflection_rad.iter_mut().flatten().for_each(|theta| *theta -= zero_rad);
-    }
-    Ok(())
+/// Recordings that go together better with zeros of their own.
+pub fn other_zeros(recordings: &[Recording], model: &Model) -> Vec<Remark> {
+    let Ok(Some(apart)) = between(&recordings.iter().collect::<Vec<_>>(), model) else { return Vec::new() };
+    let first = &recordings[0].name;
+    let remark = |(other, apart_rad): (&Recording, &f64)| Remark::OtherZero {
+        first: first.clone(),
+        other: other.name.clone(),
+        apart_rad: *apart_rad,
+    };
+    recordings.iter().zip(&apart).filter(|(_, apart)| **apart != 0.0).map(remark).collect()
 }
 
 /// The largest deflection of all recordings beside their zeros, rad.
 pub fn largest(rows: &[Rows<'_>], zero_rad: impl Fn(usize) -> f64) -> f64 {
     let farthest = |(index, rows): (usize, &Rows<'_>)| {
-        let (low, high) = prepare::range(&*rows.deflection_rad);
+        let (low, high) = range(&*rows.deflection_rad);
         (high - zero_rad(index)).max(zero_rad(index) - low)
     };
     rows.iter().enumerate().map(farthest).fold(0.0, f64::max)
@@ -192,7 +137,7 @@ struct Trial<'a> {
 
 impl<'a> Trial<'a> {
     fn new(rows: &'a [Rows<'_>], structures: &'a [Structure], given: Option<f64>) -> Self {
-        let mut rows = prepare::beginning(rows, SELECTION_ROWS);
+        let mut rows = rows::beginning(rows, SELECTION_ROWS);
         // The same rows wherever the zero is: what is told by the extremes of each recording, not by the tips of the rated cycle.
         let settled = leave_out_unsettled(&mut rows, f64::INFINITY);
         Self { rows, settled, structures, given }

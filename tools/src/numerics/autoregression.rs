@@ -6,7 +6,7 @@
 //! *Time Series Analysis*, chapter 7). The first rows of a run use the predictors of lower order from the Levinson recursion, which is the exact
 //! likelihood. Outliers are isolated rows that Hampel's identifier finds in the residual (Hampel 1974; Pearson 2002); they do not count.
 
-use crate::regression::columns::Mark;
+use crate::numerics::mark::Mark;
 
 /// An autoregressive noise model of one recording.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]

@@ -11,7 +11,9 @@
 pub mod autoregression;
 pub mod basis;
 pub mod bounded;
+pub mod extremes;
 pub mod levenberg_marquardt;
+pub mod mark;
 pub mod particle_swarm;
 pub mod qr;
 pub(crate) mod smoothing;

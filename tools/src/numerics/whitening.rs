@@ -4,7 +4,7 @@
 //! the marks alone, so it is found once and the filter itself runs straight through every column.
 
 use crate::numerics::autoregression::Noise;
-use crate::regression::columns::Mark;
+use crate::numerics::mark::Mark;
 
 /// The way of the noise filter along a recording.
 #[derive(Debug, Clone, Copy)]

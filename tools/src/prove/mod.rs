@@ -26,6 +26,7 @@
 //! interference, a detent in the twist, friction that differs between speeding up and slowing down.
 
 pub mod answers;
+pub mod diagnostician;
 pub mod export;
 pub mod generator;
 pub mod key;
@@ -34,6 +35,7 @@ pub mod score;
 mod sealed;
 pub mod table;
 
+pub use diagnostician::Diagnostician;
 pub use sealed::{Answer, Sealed};
 
 use crate::diagnose::diagnosis::Diagnosis;

@@ -2,12 +2,13 @@
 
 use gmhm::{Elastic, Kernel, Law, Memory};
 
-use crate::fit::prepare;
-use crate::fit::zeros::DeflectionZeros;
 use crate::regression::base::{ElasticPart, IntegralPart, MasingPart, Play, Structure};
-use crate::regression::columns::{Contribution, Correction, Offset, Rows};
+use crate::regression::columns::{Contribution, Correction, Offset};
+use crate::regression::deflection_zeros::DeflectionZeros;
 use crate::regression::error::EstimateError;
 use crate::regression::problem::{Linear, Problem};
+use crate::regression::rows;
+use crate::regression::rows::Rows;
 
 /// The parts of a base model of a structure.
 pub struct Assembly {
@@ -38,7 +39,7 @@ impl Assembly {
         let memory = if structure.law == Law::Masing {
             MemoryPart::Masing(MasingPart::new(rated_deflection_rad, structure.play)?)
         } else {
-            let rates = prepare::rates_per_s(rows);
+            let rates = rows::rates_per_s(rows);
             MemoryPart::Integral(IntegralPart::new(rated_deflection_rad, structure, rates, known_start.to_vec())?)
         };
         Ok(Self { structure, rated_deflection_rad, memory, zeros: None })

@@ -5,7 +5,8 @@ use gmhm::memory::masing::{Path, single_valued_column};
 use gmhm::{Elastic, Gate, Gear, Kernel, Law, Memory, ParamError, Params, State};
 
 use crate::numerics::bounded::Bound;
-use crate::regression::columns::{Column, Columns, Contribution, Evaluate, Nonlinear, Past, Rows, Stretch};
+use crate::regression::columns::{Column, Columns, Contribution, Evaluate, Nonlinear, Stretch};
+use crate::regression::rows::{Past, Rows};
 
 /// Turning points kept on the host.
 pub const TURNING_POINTS: usize = 256;

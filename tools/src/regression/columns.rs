@@ -17,75 +17,7 @@ use std::ops::Range;
 
 use crate::numerics::bounded::Bound;
 use crate::numerics::qr::Block;
-use crate::recording::Recording;
-use crate::signal::counts::Counts;
-
-/// What a row is used for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[repr(u8)]
-pub enum Mark {
-    /// It counts.
-    #[default]
-    Used,
-    /// It counts, and the noise before it is of no concern to it: a gap in time lies between.
-    First,
-    /// The memory passes through it, but its torque does not count.
-    Skipped,
-    /// Its torque is an outlier and does not count.
-    Outlier,
-}
-
-/// A recording as the estimator reads it.
-#[derive(Debug, Clone)]
-pub struct Rows<'a> {
-    /// All its columns.
-    pub recording: &'a Recording,
-    /// Deflection as recorded, or the motion behind its counts, rad.
-    pub deflection_rad: Cow<'a, [f64]>,
-    /// Torque to be explained, N·m or A.
-    pub torque: Cow<'a, [f64]>,
-    /// What each row is used for.
-    pub marks: Vec<Mark>,
-    /// Where the gear came from before the first row; law `masing`.
-    pub past: Past,
-    /// What was recorded, where the deflection is the motion behind counts.
-    pub counts: Option<Counts>,
-}
-
-/// What a gear did before its recording began, as law `masing` remembers it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Past {
-    /// Nothing: y = 0, as a prediction starts.
-    #[default]
-    Rest,
-    /// It came up from the lower tip of the rated cycle.
-    Rising,
-    /// It came down from the upper tip of the rated cycle.
-    Falling,
-}
-
-impl Rows<'_> {
-    /// Number of rows.
-    pub fn len(&self) -> usize {
-        self.marks.len()
-    }
-
-    /// True without rows.
-    pub fn is_empty(&self) -> bool {
-        self.marks.is_empty()
-    }
-
-    /// Takes a zero off the deflection.
-    pub fn shift(&mut self, by_rad: f64) {
-        self.deflection_rad.to_mut().iter_mut().for_each(|theta| *theta -= by_rad);
-    }
-
-    /// Time since the row before, s; 0 for the first.
-    pub fn period_s(&self, row: usize) -> f64 {
-        let time = &self.recording.time_s;
-        if row == 0 { 0.0 } else { time[row] - time[row - 1] }
-    }
-}
+use crate::regression::rows::Rows;
 
 /// Whose a linear parameter is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -5,15 +5,12 @@ use std::ops::Range;
 
 use gmhm::Law;
 
-use crate::diagnose::DiagnoseError;
-use crate::diagnose::nonparametric;
-use crate::diagnose::search::MARGIN;
-use crate::fit::prepare;
 use crate::model::{Model, Term};
+use crate::numerics::mark::Mark;
 use crate::physics::{Evaluation, PredictError, Signals};
 use crate::recording::{Recording, TorqueUnit};
-use crate::regression::columns::Mark;
-use crate::regression::fit::Fitted;
+use crate::regression::error::DatasetError;
+use crate::regression::rows;
 use crate::signal::acceleration::acceleration;
 use crate::signal::denoise::denoised;
 
@@ -42,16 +39,16 @@ impl<'a> Dataset<'a> {
     ///
     /// # Errors
     /// Recordings without a torque or with too few rows, or a model that cannot be evaluated on them.
-    pub fn new(recordings: &'a [Recording], model: &Model) -> Result<Self, DiagnoseError> {
+    pub fn new(recordings: &'a [Recording], model: &Model) -> Result<Self, DatasetError> {
         let mut spans = Vec::with_capacity(recordings.len());
         let mut target = Vec::new();
         for recording in recordings {
-            let torque = recording.torque.as_deref().ok_or_else(|| DiagnoseError::NoTorque(recording.name.clone()))?;
+            let torque = recording.torque.as_deref().ok_or_else(|| DatasetError::NoTorque(recording.name.clone()))?;
             if recording.len() < FEWEST_ROWS {
-                return Err(DiagnoseError::TooFewRows { recording: recording.name.clone(), rows: recording.len() });
+                return Err(DatasetError::TooFewRows { recording: recording.name.clone(), rows: recording.len() });
             }
             if recording.torque_unit != recordings[0].torque_unit {
-                return Err(DiagnoseError::MixedUnits {
+                return Err(DatasetError::MixedUnits {
                     first: recordings[0].name.clone(),
                     other: recording.name.clone(),
                 });
@@ -61,9 +58,9 @@ impl<'a> Dataset<'a> {
         }
         let simulated = recordings.iter().filter(|r| r.torque_sim_nm.is_some()).count();
         if simulated != 0 && simulated != recordings.len() {
-            return Err(DiagnoseError::SomeSimulated);
+            return Err(DatasetError::SomeSimulated);
         }
-        let marks = recordings.iter().map(|r| prepare::gaps(&r.time_s)).collect();
+        let marks = recordings.iter().map(|r| rows::gaps(&r.time_s)).collect();
         let accelerations = recordings.iter().map(|r| acceleration(r, &model.gear)).collect();
         let recordings: Vec<Cow<'a, Recording>> = recordings.iter().map(|r| denoised(r, model.gear.ratio)).collect();
         let nuisances = nuisances(&recordings, &spans, model)?;
@@ -134,38 +131,6 @@ impl<'a> Dataset<'a> {
             }
         }
         bridged
-    }
-
-    /// Lets each recording remember any past whatever, where that explains more than the polynomial past does: reversals of old leave kinks. Highest and lowest
-    /// deflection so far move one way only, so what the past adds is a function of how far they have come together. Tells whether any does.
-    ///
-    /// # Errors
-    /// A model that cannot be evaluated.
-    pub fn allow_any_past(&mut self, fit: &Fitted) -> Result<bool, DiagnoseError> {
-        let mut admitted = Vec::new();
-        for (recording, span) in self.recordings.iter().zip(&self.spans) {
-            let Some(room) = untouched(recording, &fit.model)? else { continue };
-            let come: Vec<f64> = room.iter().map(|(above, below)| -(above + below)).collect();
-            let (from, to) = (come[0], come[come.len() - 1]);
-            let knots: Vec<f64> = (0..=PAST_HATS).map(|k| from + (to - from) * k as f64 / PAST_HATS as f64).collect();
-            if knots.windows(2).any(|w| w[1] <= w[0]) {
-                continue;
-            }
-            let mut columns = nonparametric::linear_splines(&come, &knots);
-            columns.pop();
-            let mut own = vec![vec![0.0; self.len()]; columns.len()];
-            own.iter_mut().zip(&columns).for_each(|(line, column)| line[span.clone()].copy_from_slice(column));
-            let mut columns = fit.of_places();
-            columns.extend(own.iter().map(Vec::as_slice));
-            let with = self.layout().best_profile(&columns, &fit.residual, &fit.noise);
-            let gain = fit.minus_two_log_likelihood - with.minus_two_log_likelihood;
-            if gain > self.penalty(own.len()) + MARGIN {
-                admitted.extend(own);
-            }
-        }
-        let any = !admitted.is_empty();
-        self.nuisances.extend(admitted);
-        Ok(any)
     }
 
     /// What the torque is measured in.
@@ -262,9 +227,6 @@ fn means(values: &[f64], stride: usize) -> impl Iterator<Item = f64> {
     values.chunks(stride).map(|part| part.iter().sum::<f64>() / part.len() as f64)
 }
 
-/// Pieces of which what any past adds is made.
-const PAST_HATS: usize = 8;
-
 /// Fewest rows of a recording.
 const FEWEST_ROWS: usize = 64;
 
@@ -277,7 +239,7 @@ fn nuisances(
     recordings: &[Cow<'_, Recording>],
     spans: &[Range<usize>],
     model: &Model,
-) -> Result<Vec<Vec<f64>>, DiagnoseError> {
+) -> Result<Vec<Vec<f64>>, DatasetError> {
     let rows = spans.last().map_or(0, |s| s.end);
     let mut columns = Vec::new();
     for (recording, span) in recordings.iter().zip(spans) {
@@ -296,7 +258,7 @@ fn nuisances(
 }
 
 /// Row by row the parts of the rated deflection that lie above the highest and below the lowest one so far, where law `masing` remembers.
-fn untouched(recording: &Recording, model: &Model) -> Result<Option<Vec<(f64, f64)>>, DiagnoseError> {
+pub(crate) fn untouched(recording: &Recording, model: &Model) -> Result<Option<Vec<(f64, f64)>>, DatasetError> {
     let masing = model.memory.is_some_and(|m| m.law == Law::Masing);
     let Some(rated) = model.gear.rated_deflection_rad.filter(|_| masing) else { return Ok(None) };
     let evaluation = Evaluation::new(model, None, recording)?;

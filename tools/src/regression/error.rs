@@ -2,6 +2,7 @@
 
 use gmhm::ParamError;
 
+use crate::physics::PredictError;
 use crate::signal::plausible::Implausible;
 
 /// Why nothing was fitted.
@@ -148,4 +149,39 @@ impl EstimateError {
         };
         Some(text.to_owned())
     }
+}
+
+/// Why recordings cannot be taken together as the data of a model.
+#[derive(Debug, thiserror::Error)]
+pub enum DatasetError {
+    /// No recording.
+    #[error("no recording was given")]
+    NoRecording,
+    /// No torque to explain.
+    #[error(
+        "{0}: column torque_nm (or current_a) is missing; name it, or map another column to it with --map torque_nm=…"
+    )]
+    NoTorque(String),
+    /// Too little to tell anything.
+    #[error("{recording}: {rows} rows are too few for a diagnosis, at least 64 are needed")]
+    TooFewRows {
+        /// The recording.
+        recording: String,
+        /// Its rows.
+        rows: usize,
+    },
+    /// Newton-metres and amperes.
+    #[error("{first} and {other} hold torque in different units: diagnose them apart")]
+    MixedUnits {
+        /// The first recording.
+        first: String,
+        /// The one that differs.
+        other: String,
+    },
+    /// A simulation of some recordings only.
+    #[error("some recordings have a column torque_sim_nm and others have none: give it for all or for none")]
+    SomeSimulated,
+    /// The model cannot be evaluated.
+    #[error(transparent)]
+    Predict(#[from] PredictError),
 }

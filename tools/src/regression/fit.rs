@@ -2,14 +2,13 @@
 //!
 //! How it goes down is told in [`projection`](crate::regression::variable_projection).
 
-use crate::diagnose::DiagnoseError;
-use crate::diagnose::explain::Search;
 use crate::model::Model;
 use crate::numerics::autoregression::Noise;
 use crate::numerics::levenberg_marquardt::descend;
 use crate::numerics::qr::dot;
 use crate::physics::PredictError;
 use crate::regression::dataset::Dataset;
+use crate::regression::error::DatasetError;
 use crate::regression::likelihood::Layout;
 use crate::regression::parameters;
 use crate::regression::parameters::FreeParameter;
@@ -41,15 +40,15 @@ impl Dataset<'_> {
         Layout { recordings, spans, marks, nuisances }
     }
 
-    /// The free numbers of a model.
-    pub fn places(&self, model: &Model, search: Search<'_>) -> Vec<FreeParameter> {
-        let mut places = if self.free_base { parameters::of_gear(model) } else { Vec::new() };
-        if search.zero {
-            places.push(FreeParameter::Zero);
+    /// The free numbers of a model whose first `base_terms` terms belong to its base. `zero` frees the zero of the deflection.
+    pub fn free_parameters(&self, model: &Model, zero: bool, base_terms: usize) -> Vec<FreeParameter> {
+        let mut free = if self.free_base { parameters::of_gear(model) } else { Vec::new() };
+        if zero {
+            free.push(FreeParameter::Zero);
         }
-        let first = if self.free_base { 0 } else { search.base_terms };
-        places.extend((first..model.terms.len()).flat_map(|term| parameters::of_term(model, term)));
-        places
+        let first = if self.free_base { 0 } else { base_terms };
+        free.extend((first..model.terms.len()).flat_map(|term| parameters::of_term(model, term)));
+        free
     }
 
     /// The change of the torque with a place of a model; where it is one of `beside`, that of `beside`.
@@ -85,7 +84,7 @@ impl Dataset<'_> {
     pub fn centred(&self, total: &[f64]) -> Vec<f64> {
         let mut residual: Vec<f64> = self.target.iter().zip(total).map(|(t, m)| t - m).collect();
         for (span, marks) in self.spans.iter().zip(&self.marks) {
-            let counts = |row: &usize| !matches!(marks[*row], crate::regression::columns::Mark::Skipped);
+            let counts = |row: &usize| !matches!(marks[*row], crate::numerics::mark::Mark::Skipped);
             let own = &mut residual[span.clone()];
             let kept: Vec<f64> = (0..own.len()).filter(counts).map(|r| own[r]).collect();
             let mean = kept.iter().sum::<f64>() / kept.len().max(1) as f64;
@@ -105,7 +104,7 @@ impl Dataset<'_> {
         places: &[FreeParameter],
         noise: Option<&[Noise]>,
         most_steps: usize,
-    ) -> Result<Fitted, DiagnoseError> {
+    ) -> Result<Fitted, DatasetError> {
         self.fit_beside(model, places, noise, most_steps, None)
     }
 
@@ -120,7 +119,7 @@ impl Dataset<'_> {
         noise: Option<&[Noise]>,
         most_steps: usize,
         beside: Option<&Fitted>,
-    ) -> Result<Fitted, DiagnoseError> {
+    ) -> Result<Fitted, DatasetError> {
         if noise.is_some() {
             return self.fit_from(model, places, noise, most_steps, beside);
         }
@@ -136,7 +135,7 @@ impl Dataset<'_> {
         noise: Option<&[Noise]>,
         most_steps: usize,
         beside: Option<&Fitted>,
-    ) -> Result<Fitted, DiagnoseError> {
+    ) -> Result<Fitted, DatasetError> {
         let direct = self.descend(model, places, noise, most_steps, beside)?;
         if most_steps < WHITE_STEPS {
             return Ok(direct);
@@ -154,7 +153,7 @@ impl Dataset<'_> {
     ///
     /// # Errors
     /// A model that cannot be evaluated.
-    pub fn settled(&self, fit: Fitted) -> Result<Fitted, DiagnoseError> {
+    pub fn settled(&self, fit: Fitted) -> Result<Fitted, DatasetError> {
         let plain = self.descend(&fit.model, &fit.places, None, PLAIN_STEPS, None)?;
         Ok(if self.rms_of_blocks(&plain) < CLEARLY * self.rms_of_blocks(&fit) { plain } else { fit })
     }
@@ -167,7 +166,7 @@ impl Dataset<'_> {
         noise: Option<&[Noise]>,
         most_steps: usize,
         beside: Option<&Fitted>,
-    ) -> Result<Fitted, DiagnoseError> {
+    ) -> Result<Fitted, DatasetError> {
         let layout = self.layout();
         let plain = noise.is_none();
         let weights = noise.map_or(Weights::White, |noise| Weights::Coloured(noise.to_vec()));

@@ -11,14 +11,16 @@ use nalgebra::DVector;
 use crate::numerics::autoregression::{Noise, runs};
 use crate::numerics::bounded;
 use crate::numerics::bounded::Bound;
+use crate::numerics::mark::Mark;
 use crate::numerics::qr::dot;
 use crate::numerics::svd::Singular;
 use crate::recording::Recording;
-use crate::regression::columns::{Column, Mark, Past, Rows};
+use crate::regression::columns::Column;
 use crate::regression::factors::System;
 use crate::regression::heldout::{Blocks, FOLDS};
 use crate::regression::problem::{Linear, Problem, Sweep};
 use crate::regression::ready::Ready;
+use crate::regression::rows::{Past, Rows};
 use crate::regression::uncertainty::SINGULAR;
 
 /// Rows of several recordings in one line.

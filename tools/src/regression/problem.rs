@@ -9,12 +9,14 @@ use std::ops::Range;
 use crate::numerics::autoregression::Noise;
 use crate::numerics::bounded;
 use crate::numerics::bounded::{Bound, Solution};
+use crate::numerics::mark::Mark;
 use crate::numerics::qr::{Block, Triangle};
 use crate::numerics::whitening::Filter;
 use crate::regression::columns::{
-    Column, Columns, Contribution, Correct, Correction, Evaluate, Mark, Nonlinear, Rows, Scope, Stretch,
+    Column, Columns, Contribution, Correct, Correction, Evaluate, Nonlinear, Scope, Stretch,
 };
 use crate::regression::factors::Factors;
+use crate::regression::rows::Rows;
 
 /// Recordings and what is to explain them.
 pub struct Problem<'a> {

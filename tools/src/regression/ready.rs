@@ -1,6 +1,7 @@
 //! Columns that stand ready: those of a model linearised where it stands, and of whatever may be added to it.
 
-use crate::regression::columns::{Column, Columns, Contribution, Evaluate, Rows, Stretch};
+use crate::regression::columns::{Column, Columns, Contribution, Evaluate, Stretch};
+use crate::regression::rows::Rows;
 
 /// A contribution whose columns were evaluated before.
 pub struct Ready<'v> {

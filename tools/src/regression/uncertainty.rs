@@ -9,20 +9,19 @@ use std::borrow::Cow;
 use gmhm::{Elastic, Gear, Kernel, Law, Memory, Params, State};
 use nalgebra::DVector;
 
-use crate::fit::zeros::{DEFLECTION_ZERO, DeflectionZeros};
 use crate::model::key_per;
 use crate::numerics::autoregression::Noise;
 use crate::numerics::bounded::Bound;
 use crate::recording::TorqueUnit;
 use crate::regression::base::TURNING_POINTS;
 use crate::regression::changes;
-use crate::regression::columns::{
-    Column, Columns, Contribution, Correction, Evaluate, Nonlinear, Offset, Past, Rows, Stretch,
-};
+use crate::regression::columns::{Column, Columns, Contribution, Correction, Evaluate, Nonlinear, Offset, Stretch};
+use crate::regression::count_errors;
+use crate::regression::deflection_zeros::{DEFLECTION_ZERO, DeflectionZeros};
 use crate::regression::error::EstimateError;
 use crate::regression::problem::Problem;
+use crate::regression::rows::{Past, Rows};
 use crate::regression::spread::Spread;
-use crate::signal::counts;
 
 /// One parameter as it goes into reports.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -220,7 +219,7 @@ pub fn assess(
     let places: Vec<usize> = (1..=count).collect();
     let (mut spread, linear) = Spread::of(&problem, &nonlinear, noise, &places);
     // Without a noise model the residual says what the counts do, too.
-    if let Some(scores) = noise.and_then(|noise| counts::scores(&problem, &nonlinear, &linear, noise)) {
+    if let Some(scores) = noise.and_then(|noise| count_errors::scores(&problem, &nonlinear, &linear, noise)) {
         spread.widen(&scores.select_rows(&places));
     }
 

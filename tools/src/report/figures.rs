@@ -1,7 +1,7 @@
 //! The figures that the commands show: which curves, in which units.
 
 use super::plot::{Bars, Curve, Drawing, Figure, HeatMap, Level, Role, Side, Style};
-use crate::baselines::Comparison;
+use crate::fit::comparison::Comparison;
 use crate::fit::coverage::{Coverage, JointCoverage};
 use crate::recording::TorqueUnit;
 

@@ -4,10 +4,11 @@ use super::figures::{self, Abscissa, symbol};
 use super::number::{estimate, number};
 use super::page::{Page, Provenance, Section, Table, TableRow, Tone, Verdict};
 use super::plot::{Drawing, Role};
-use crate::demo::paper;
+use crate::fit::Fit;
+use crate::fit::Method;
 use crate::fit::coverage::{Coverage, JointCoverage};
+use crate::fit::paper;
 use crate::fit::verdict::{Assessment, FitVerdict, Grade};
-use crate::fit::{Fit, Method};
 use crate::numerics::particle_swarm::Stop;
 use crate::recording::{Recording, TorqueUnit};
 use crate::regression::uncertainty::Estimated;
@@ -429,9 +430,9 @@ fn comparison(assessment: &Assessment, recordings: &[Recording], unit: TorqueUni
 }
 
 /// The comparison of models as a table.
-pub fn comparison_table(lines: &[crate::baselines::Comparison], unit: TorqueUnit) -> Table {
+pub fn comparison_table(lines: &[crate::fit::comparison::Comparison], unit: TorqueUnit) -> Table {
     let symbol = unit.symbol();
-    let row = |(index, line): (usize, &crate::baselines::Comparison)| {
+    let row = |(index, line): (usize, &crate::fit::comparison::Comparison)| {
         let errors = [Some(line.rms), Some(line.heldout_rms), line.unseen_recording_rms];
         let cells = [line.model.clone(), line.parameters.to_string()].into_iter();
         let cells = cells.chain(errors.into_iter().flatten().map(|rms| number(rms, 4)));

@@ -4,8 +4,8 @@ use super::figures::{self, TrendAxis};
 use super::number::{number, plus_minus};
 use super::page::{Page, Provenance, Section, Table, TableRow, Tone, Verdict};
 use super::plot::Drawing;
-use crate::health::verdict::words;
 use crate::health::{Against, Health};
+use crate::report::health_words::words;
 
 /// The page.
 pub fn page(health: &Health, provenance: Provenance) -> Page {

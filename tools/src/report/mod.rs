@@ -13,6 +13,7 @@ pub mod diagnosis;
 pub mod figures;
 pub mod fit;
 pub mod health;
+pub mod health_words;
 pub mod number;
 pub mod page;
 pub mod plot;

@@ -2,8 +2,8 @@
 
 use std::fmt;
 
-use crate::fit::prepare::range;
 use crate::numerics::autoregression::quantisation_step;
+use crate::numerics::extremes::range;
 use crate::recording::Recording;
 
 /// A channel that stands at its extreme, to the digit, while the other goes on, as a sensor does that is driven beyond its range.

@@ -10,15 +10,11 @@ use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::Arc;
 
-use nalgebra::DMatrix;
 use rayon::prelude::*;
 
-use crate::fit::prepare::{beginning, range};
-use crate::numerics::autoregression::{Noise, quantisation_step};
+use crate::numerics::autoregression::quantisation_step;
+use crate::numerics::extremes::range;
 use crate::numerics::smoothing::unround;
-use crate::regression::changes;
-use crate::regression::columns::Rows;
-use crate::regression::problem::{Linear, Problem};
 use crate::signal::denoise::{FEWEST_ROWS, pieces};
 
 /// What counting took from a motion.
@@ -89,6 +85,11 @@ impl Counts {
         Ok((motion, Self { step_rad, errors_rad: errors_rad.into() }))
     }
 
+    /// What the first rows may be off by, the `draw`-th of [`DRAWS`] times, rad.
+    pub fn errors_rad(&self, draw: usize) -> impl Iterator<Item = f64> {
+        self.errors_rad[draw / ABREAST].iter().map(move |errors| errors[draw % ABREAST])
+    }
+
     /// A count.
     pub fn step_rad(&self) -> f64 {
         self.step_rad
@@ -117,37 +118,12 @@ fn errors(motion_rad: &[f64], step_rad: f64, time_s: &[f64]) -> Vec<Vec<[f64; AB
 }
 
 /// Errors drawn, and how many abreast.
-const DRAWS: usize = 32;
+pub const DRAWS: usize = 32;
 const ABREAST: usize = 4;
 
 /// Rows along which errors are drawn. Further ones are taken to repeat them: a bench that goes to the same angles again meets the same counts there, and nothing
 /// averages out.
 pub(crate) const DRAWN_ROWS: usize = 10_000;
-
-/// What the parameters take of what the motion may be off by, as `changes::scores` of each. `None` without counted deflections.
-pub fn scores(problem: &Problem<'_>, nonlinear: &[f64], linear: &Linear, noise: &[Noise]) -> Option<DMatrix<f64>> {
-    if problem.rows.iter().all(|rows| rows.counts.is_none()) {
-        return None;
-    }
-    let rows = beginning(problem.rows, DRAWN_ROWS);
-    let along = |rows: &[Rows<'_>]| problem.on(rows).residuals(nonlinear, linear);
-    let found = along(&rows);
-    let with_errors = |draw: usize| {
-        let mut moved = rows.clone();
-        for rows in &mut moved {
-            if let Some(counts) = &rows.counts {
-                let motion = rows.deflection_rad.to_mut().iter_mut();
-                let errors = &counts.errors_rad[draw / ABREAST];
-                motion.zip(errors).for_each(|(motion, errors)| *motion -= errors[draw % ABREAST]);
-            }
-        }
-        changes::between(&found, along(&moved))
-    };
-    let drawn: Vec<Vec<Vec<f64>>> = (0..DRAWS).into_par_iter().map(with_errors).collect();
-    let count = |rows: &[Rows<'_>]| rows.iter().map(Rows::len).sum::<usize>() as f64;
-    let scale = count(problem.rows) / count(&rows) / (DRAWS as f64).sqrt();
-    Some(scale * changes::scores(&problem.on(&rows), nonlinear, linear, Some(noise), &drawn))
-}
 
 #[cfg(test)]
 mod tests {

@@ -4,9 +4,8 @@
 
 use std::fmt;
 
-use crate::fit::prepare::range;
-use crate::fit::zeros;
 use crate::model::Model;
+use crate::numerics::extremes::range;
 use crate::physics::Signals;
 use crate::recording::{Recording, TorqueUnit};
 use crate::signal::clipping::{Clipped, clipped};
@@ -237,18 +236,6 @@ pub fn examine(recordings: &[Recording], held_out: &[Recording], model: &Model) 
         }
     }
     Ok(remarks)
-}
-
-/// Recordings that go together better with zeros of their own.
-pub fn other_zeros(recordings: &[Recording], model: &Model) -> Vec<Remark> {
-    let Ok(Some(apart)) = zeros::between(&recordings.iter().collect::<Vec<_>>(), model) else { return Vec::new() };
-    let first = &recordings[0].name;
-    let remark = |(other, apart_rad): (&Recording, &f64)| Remark::OtherZero {
-        first: first.clone(),
-        other: other.name.clone(),
-        apart_rad: *apart_rad,
-    };
-    recordings.iter().zip(&apart).filter(|(_, apart)| **apart != 0.0).map(remark).collect()
 }
 
 /// Files given twice.

@@ -2,7 +2,8 @@
 #![allow(dead_code)]
 
 use gmhm::{Elastic, Gate, Gear, Kernel, Law, Memory, Params};
-use gmhm_tools::fit::{Fit, FitOptions, fit};
+use gmhm_tools::fit::FitOptions;
+use gmhm_tools::fit::{Fit, fit};
 use gmhm_tools::model::Model;
 use gmhm_tools::recording::Recording;
 use gmhm_tools::regression::error::EstimateError;

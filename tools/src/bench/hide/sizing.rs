@@ -3,16 +3,19 @@
 use std::borrow::Cow;
 
 use super::{Hidden, Hide, HideError};
-use crate::bench::{BenchError, Stage};
+use crate::bench::error::BenchError;
+use crate::bench::stage::Stage;
 use crate::fit::select;
 use crate::kinds::draft::Draft;
 use crate::model::{Model, Term, TermValue};
+use crate::numerics::mark::Mark;
 use crate::recording::Recording;
 use crate::regression::assembly::Assembly;
 use crate::regression::base::Structure;
-use crate::regression::columns::{Column, Columns, Contribution, Evaluate, Mark, Past, Rows, Stretch};
+use crate::regression::columns::{Column, Columns, Contribution, Evaluate, Stretch};
 use crate::regression::polish::polish;
 use crate::regression::problem::Sweep;
+use crate::regression::rows::{Past, Rows};
 
 /// The size is met within this share.
 const TOLERANCE: f64 = 1e-3;

@@ -8,7 +8,8 @@ use gmhm::drive::{Gains, Mounting, ServoSetup, Setup};
 use gmhm::feedforward::Settings;
 use rand_chacha::ChaCha8Rng;
 
-use super::super::{BenchError, sensors};
+use super::super::error::BenchError;
+use super::super::sensors;
 use super::compensator::{Compensation, Knowledge};
 use super::plant::Masses;
 use super::task::Reference;

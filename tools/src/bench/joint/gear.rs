@@ -4,7 +4,41 @@ use gmhm::{Elastic, Gear, Params, State};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::Plant;
+use clap::ValueEnum;
+
+/// Which gear sits in the joint.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, ValueEnum)]
+pub enum Plant {
+    /// The model's own
+    #[default]
+    Model,
+    /// Maxwell slip with the model's elastic torque: ten elements, first loading 1 − exp(−3θ/A)
+    MaxwellSlip,
+    /// Three elements: a loop with corners
+    Coarse,
+    /// First loading 1 − exp(−12θ/A): slips soon, almost as friction does
+    Early,
+    /// First loading 1 − exp(−θ/A) up to 3 A: never slips whole
+    Late,
+    /// As maxwell-slip, on a spring that is 28 % softer about zero (soft windup)
+    Windup,
+    /// Eight elements of random reach and torque
+    #[value(name = "random-1")]
+    Random1,
+    /// Eight others
+    #[value(name = "random-2")]
+    Random2,
+    /// Eight others
+    #[value(name = "random-3")]
+    Random3,
+}
+
+impl Plant {
+    /// Its name on the command line and in reports.
+    pub fn name(self) -> String {
+        self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
+    }
+}
 
 /// A gear that is driven by its deflection.
 #[derive(Debug, Clone)]

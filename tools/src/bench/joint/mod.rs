@@ -18,13 +18,15 @@ mod task;
 pub use compensator::Compensation;
 pub use report::{Errors, Identified, JointReport, Knows, Line};
 
-use clap::ValueEnum;
 use gmhm::{Memory, Params};
 use rayon::prelude::*;
 
+use super::error::BenchError;
 use super::noise::Noise;
+use super::options::{Experiment, Options};
 use super::plan;
-use super::{BenchError, Experiment, Options, Stream, random, sensors};
+use super::sensors;
+use super::stage::{Stream, gear_of, random};
 use crate::device::Lockstep;
 use crate::fit;
 use crate::fit::FitOptions;
@@ -35,43 +37,11 @@ use crate::regression::error::EstimateError;
 use crate::report::plot::Drawing;
 use compensator::Knowledge;
 use drive::{Drive, PERIOD_S, Servo};
+pub use gear::Plant;
+
 use gear::JointGear;
 use plant::{Joint, Masses};
 use task::{DURATION_S, SETTLED_S, Task};
-
-/// Which gear sits in the joint.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, ValueEnum)]
-pub enum Plant {
-    /// The model's own
-    #[default]
-    Model,
-    /// Maxwell slip with the model's elastic torque: ten elements, first loading 1 − exp(−3θ/A)
-    MaxwellSlip,
-    /// Three elements: a loop with corners
-    Coarse,
-    /// First loading 1 − exp(−12θ/A): slips soon, almost as friction does
-    Early,
-    /// First loading 1 − exp(−θ/A) up to 3 A: never slips whole
-    Late,
-    /// As maxwell-slip, on a spring that is 28 % softer about zero (soft windup)
-    Windup,
-    /// Eight elements of random reach and torque
-    #[value(name = "random-1")]
-    Random1,
-    /// Eight others
-    #[value(name = "random-2")]
-    Random2,
-    /// Eight others
-    #[value(name = "random-3")]
-    Random3,
-}
-
-impl Plant {
-    /// Its name on the command line and in reports.
-    pub fn name(self) -> String {
-        self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
-    }
-}
 
 /// Physics steps a control period.
 const STEPS: u32 = 10;
@@ -213,7 +183,7 @@ struct Bench {
 
 impl Bench {
     fn new(model: &Model, seed: u64) -> Result<Self, BenchError> {
-        let params = super::gear_of(model)?;
+        let params = gear_of(model)?;
         Ok(Self { params, masses: Masses::of(&params), seed })
     }
 

@@ -1,7 +1,8 @@
 //! The finding in words.
 
-use super::change::Change;
-use super::{Against, Health};
+use crate::health::change::Change;
+use crate::health::condition::Condition;
+use crate::health::{Against, Health};
 use crate::report::number::number;
 
 /// Change of a stiffness with temperature as catalogues and literature have it, 1/K (MODEL.md section 7).
@@ -44,7 +45,7 @@ impl Health {
         format!("From {} to {}: {}{more}.", self.conditions[0].name, self.last().name, told.join(", "))
     }
 
-    fn last(&self) -> &super::condition::Condition {
+    fn last(&self) -> &Condition {
         &self.conditions[self.conditions.len() - 1]
     }
 

@@ -2,7 +2,8 @@
 
 use gmhm::{Elastic, Gear, Memory, ParamError, Params};
 
-use crate::baselines::{Comparison, TWO_LINES};
+use crate::baselines::TWO_LINES;
+use crate::fit::comparison::Comparison;
 
 /// Rated deflection A of the paper's gear, read from its Table 1, rad.
 pub const RATED_DEFLECTION_RAD: f64 = 1.168e-3;

@@ -1,0 +1,108 @@
+//! Why no condition was found.
+
+use std::path::PathBuf;
+
+use crate::physics::PredictError;
+use crate::regression::error::EstimateError;
+
+/// Why there is no finding.
+#[derive(Debug, thiserror::Error)]
+pub enum HealthError {
+    /// Nothing to compare.
+    #[error("only {0} given: a change takes at least two recordings or models of the gear")]
+    TooFew(usize),
+    /// A recording could not be fitted.
+    #[error(transparent)]
+    Estimate(#[from] EstimateError),
+    /// A model could not be evaluated.
+    #[error(transparent)]
+    Predict(#[from] PredictError),
+    /// A model without a gear.
+    #[error("{name}: the model has no [elastic] and [memory]: there is no stiffness to follow")]
+    NoGear {
+        /// The model.
+        name: String,
+    },
+    /// Models that do not compare.
+    #[error("{name}: {what} differs from that of {first}: parameters of different structures do not compare")]
+    Differs {
+        /// The model.
+        name: String,
+        /// The first model.
+        first: String,
+        /// What differs.
+        what: &'static str,
+    },
+    /// The rating is beyond the model.
+    #[error(
+        "{name}: the rated torque {rated_torque} {unit} is beyond the {reached:.4} {unit} of the rated deflection, where the model is not calibrated"
+    )]
+    BeyondRated {
+        /// The model.
+        name: String,
+        /// The rated torque.
+        rated_torque: f64,
+        /// Torque at the rated deflection.
+        reached: f64,
+        /// Unit of both.
+        unit: &'static str,
+    },
+    /// A fit that is no spring.
+    #[error("{name}: fitted, the torque at the rated deflection is {torque:.2e} {unit}: this is no loaded gear")]
+    NoSpring {
+        /// The recording or model.
+        name: String,
+        /// Torque at the rated deflection.
+        torque: f64,
+        /// Its unit.
+        unit: &'static str,
+    },
+    /// The breakpoints are out of order.
+    #[error("the torques have to rise from T1 over T2 to the rated one: {t1} < {t2} < {rated} does not hold")]
+    Breakpoints {
+        /// T1.
+        t1: f64,
+        /// T2.
+        t2: f64,
+        /// Rated torque.
+        rated: f64,
+    },
+    /// No such property.
+    #[error("--against {asked}: {problem}")]
+    Against {
+        /// What was asked.
+        asked: String,
+        /// What is wrong.
+        problem: String,
+    },
+    /// The uncertainty beside a model could not be read.
+    #[error("{}: {problem}", path.display())]
+    Uncertainty {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        problem: String,
+    },
+}
+
+impl HealthError {
+    /// How to mend it, where there is more to say than the message does.
+    pub fn mend(&self) -> Option<String> {
+        let text = match self {
+            HealthError::Predict(error) => return error.mend(),
+            HealthError::Estimate(error) => return error.mend(),
+            HealthError::NoSpring { .. } => {
+                "leave it out, or check that the gear was loaded and that the deflection is not counted against the torque"
+            }
+            HealthError::BeyondRated { .. } => "give a smaller --rated-torque",
+            HealthError::Breakpoints { .. } => "give --t1, --t2 and --rated-torque as the catalogue does",
+            HealthError::Differs { .. } => "fit all recordings with one --model, or give the recordings to gmhm health",
+            HealthError::Against { .. } => {
+                "name temperature_c, or a table as TABLE.csv:COLUMN whose first column names the recordings or models"
+            }
+            HealthError::Uncertainty { .. } => "write it by `gmhm fit --json`, or remove the file",
+            _ => return None,
+        };
+        Some(text.to_owned())
+    }
+}
