@@ -54,6 +54,12 @@ pub const GEAR: SectionInfo = SectionInfo {
         KeyInfo::linear("deflection_zero_rad", "rad", "subtracted from every deflection").optional(),
         KeyInfo::choice("torque_unit", &["nm", "a"], "what torques are counted in, where no other key says so")
             .optional(),
+        KeyInfo::choice(
+            "base",
+            &["model", "simulation"],
+            "what the terms are added to: the model's own torque, or column torque_sim_nm of each recording",
+        )
+        .optional(),
     ],
     words: "the gear itself",
 };

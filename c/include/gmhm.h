@@ -68,17 +68,21 @@ typedef struct gmhm_joint {
 #define GMHM_NEEDS_ACCELERATION 0x08u
 #define GMHM_NEEDS_DEFLECTION_RATE 0x10u
 #define GMHM_NEEDS_TEMPERATURE 0x20u
+#define GMHM_NEEDS_MOTOR_VELOCITY 0x40u
+#define GMHM_NEEDS_OUTPUT_VELOCITY 0x80u
 
 /* One moment of the joint. What gmhm_status.needs does not ask for may stay 0. */
 typedef struct gmhm_sample {
     float deflection_rad;            /* q_m/N - q_o, encoder zeros subtracted */
     float motor_angle_rad;           /* q_m, may be reduced to one turn */
-    float output_angle_rad;          /* q_o */
+    float output_angle_rad;          /* q_o, may be reduced to one turn */
     float deflection_rate_rad_per_s;
     float velocity_rad_per_s;        /* of the output side */
     float acceleration_rad_per_s2;
     float temperature_c;
     float time_s;                    /* since power-up, for slow terms */
+    float motor_velocity_rad_per_s;  /* rate of q_m */
+    float output_velocity_rad_per_s; /* rate of q_o, on whichever side the torque is taken */
 } gmhm_sample;
 
 /* Torques at one sample. */

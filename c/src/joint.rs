@@ -73,8 +73,9 @@ impl Force {
             velocity: sample.velocity_rad_per_s,
             acceleration: sample.acceleration_rad_per_s2,
             temperature: sample.temperature_c,
-            base_torque: 0.0,
-            base_torque_rate: 0.0,
+            motor_velocity: sample.motor_velocity_rad_per_s,
+            output_velocity: sample.output_velocity_rad_per_s,
+            ..Sample::default()
         }
     }
 }

@@ -20,6 +20,10 @@ pub struct SampleC {
     pub temperature_c: f32,
     /// t.
     pub time_s: f32,
+    /// q̇_m.
+    pub motor_velocity_rad_per_s: f32,
+    /// q̇_o.
+    pub output_velocity_rad_per_s: f32,
 }
 
 /// `gmhm_output`.
@@ -97,12 +101,14 @@ pub mod need {
     use gmhm::terms::Need;
 
     /// Bit k stands for the k-th.
-    pub const ALL: [Need; 6] = [
+    pub const ALL: [Need; 8] = [
         Need::MotorAngle,
         Need::OutputAngle,
         Need::Velocity,
         Need::Acceleration,
         Need::DeflectionRate,
         Need::Temperature,
+        Need::MotorVelocity,
+        Need::OutputVelocity,
     ];
 }

@@ -97,6 +97,7 @@ fn expected(block: &[u8]) -> Vec<String> {
             deflection: gear.frame().rated() * triangle * size as f32 / 4.0,
             motor_angle: phase as f32 / 64.0,
             velocity: if phase < 128 { 0.5 } else { -0.5 },
+            motor_velocity: if phase < 128 { 2.0 } else { -2.0 },
             time: k as f32 / 1024.0,
             period: PERIOD_S as f32,
             ..Sample::default()
@@ -136,14 +137,14 @@ fn a_c_program_computes_the_bits_of_rust() {
     let program = compile(folder.path());
     let other = folder.path().join("other.bin");
     std::fs::write(&other, block(&params(1.1), &[])).expect("written");
-    for terms in [&[][..], &["kinematic_error", "coulomb_friction", "sensor_drift"]] {
+    for terms in [&[][..], &["kinematic_error", "coulomb_friction", "ripple_resonance", "sensor_drift"]] {
         let bytes = block(&params(1.0), terms);
         let file = folder.path().join("block.bin");
         std::fs::write(&file, &bytes).expect("written");
         let output = run(Command::new(&program).arg(&file).arg(&other));
         let mut lines = output.lines();
         let status: Vec<&str> = lines.next().expect("a status").rsplitn(6, ' ').collect();
-        let needs = if terms.is_empty() { "0" } else { "5" };
+        let needs = if terms.is_empty() { "0" } else { "45" };
         assert_eq!((status[0], status[5]), (needs, "joint 3"));
         assert_eq!(status[2], format!("{:08x}", (1.168e-3_f32).to_bits()));
         let lines: Vec<&str> = lines.collect();
@@ -183,7 +184,16 @@ fn the_header_says_what_the_library_does() {
     for (name, value) in flags {
         assert_eq!(defined(&format!("GMHM_FLAG_{name}")), value);
     }
-    let needs = ["MOTOR_ANGLE", "OUTPUT_ANGLE", "VELOCITY", "ACCELERATION", "DEFLECTION_RATE", "TEMPERATURE"];
+    let needs = [
+        "MOTOR_ANGLE",
+        "OUTPUT_ANGLE",
+        "VELOCITY",
+        "ACCELERATION",
+        "DEFLECTION_RATE",
+        "TEMPERATURE",
+        "MOTOR_VELOCITY",
+        "OUTPUT_VELOCITY",
+    ];
     for (k, name) in needs.into_iter().enumerate() {
         assert_eq!(defined(&format!("GMHM_NEEDS_{name}")), 1 << k);
     }

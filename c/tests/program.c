@@ -90,6 +90,7 @@ int main(int count, char **words)
         sample.deflection_rad = status.rated_deflection_rad * triangle * (float)size / 4.0f;
         sample.motor_angle_rad = (float)phase / 64.0f;
         sample.velocity_rad_per_s = phase < 128 ? 0.5f : -0.5f;
+        sample.motor_velocity_rad_per_s = phase < 128 ? 2.0f : -2.0f;
         sample.time_s = (float)k / 1024.0f;
         out = gmhm_step(&joint, &sample);
         print_output(&out);

@@ -152,6 +152,9 @@ fn use_terms(parameters: &Parameters, dice: &mut ChaCha8Rng) {
         temperature: any(),
         base_torque: any(),
         base_torque_rate: any(),
+        motor_velocity: any(),
+        output_velocity: any(),
+        simulated_torque: any(),
     };
     match parameters.compensated() {
         Some(compensated) => {

@@ -21,7 +21,7 @@ use gmhm::{Gate, Gear, Kernel, Law, Params};
 const PERIOD_S: f64 = 1e-3;
 
 /// File, CRC-32.
-const GOLDEN: [(&str, u32); 10] = [
+const GOLDEN: [(&str, u32); 11] = [
     ("block-1-masing", 0xbc7d_4194),
     ("block-1-phase", 0x7a4e_255d),
     ("block-1-time", 0x6913_b125),
@@ -32,6 +32,7 @@ const GOLDEN: [(&str, u32); 10] = [
     ("block-1-terms-9", 0x18b8_918b),
     ("block-1-terms-17", 0x2f3d_7dfe),
     ("block-1-shapes", 0x19b7_1ee5),
+    ("block-1-terms-24", 0),
 ];
 
 fn file(name: &str) -> PathBuf {
@@ -46,20 +47,35 @@ fn golden(name: &str) -> Vec<u8> {
 struct Grown {
     info: &'static KindInfo,
     shape: usize,
+    /// Whether keys are stated that the first blocks had not.
+    appended: bool,
+}
+
+impl Grown {
+    fn first(info: &'static KindInfo, shape: usize) -> Self {
+        Self { info, shape, appended: false }
+    }
 }
 
 impl Source<f32> for Grown {
     fn get(&self, key: &'static KeyInfo) -> Option<Value<'_, f32>> {
+        if key.appended && !self.appended {
+            return None;
+        }
         let place = self.info.keys.iter().position(|other| other.name == key.name)?;
         Some(match key.form {
             Form::Number => Value::Number(1.0 + place as f32),
+            Form::List { .. } if self.appended => Value::List(&[1.5, 2.0, 4.0]),
             Form::List { .. } => Value::List(&[0.25, 0.5, 2.0]),
             Form::Choice(_) => Value::Choice(self.shape),
         })
     }
 }
 
-/// The terms of a block by its name: eight kinds from a number on, or every shape of the kinds that have one.
+/// Kinds of the first blocks.
+const FIRST_KINDS: usize = 23;
+
+/// The terms of a block by its name: eight kinds from a number on, every shape of the kinds that have one, or what came after the first blocks.
 fn terms(name: &str) -> Vec<Grown> {
     let shaped = |info: &'static KindInfo| match info.keys.iter().find(|key| key.name == "shape").map(|key| key.form) {
         Some(Form::Choice(words)) => words.len(),
@@ -67,11 +83,16 @@ fn terms(name: &str) -> Vec<Grown> {
     };
     if name == "block-1-shapes" {
         let kinds = KINDS.iter().filter(|info| info.name != "wear");
-        return kinds.flat_map(|info| (0..shaped(info)).map(move |shape| Grown { info, shape })).collect();
+        return kinds.flat_map(|info| (0..shaped(info)).map(move |shape| Grown::first(info, shape))).collect();
+    }
+    if name == "block-1-terms-24" {
+        let earlier = KINDS[..FIRST_KINDS].iter().filter(|info| info.keys.iter().any(|key| key.appended));
+        let later = KINDS[FIRST_KINDS..].iter();
+        return earlier.chain(later).map(|info| Grown { info, shape: 1, appended: true }).collect();
     }
     let Some((_, first)) = name.split_once("terms-") else { return Vec::new() };
     let first: usize = first.parse().expect("a number");
-    KINDS.iter().skip(first - 1).take(8).map(|info| Grown { info, shape: 0 }).collect()
+    KINDS[..FIRST_KINDS].iter().skip(first - 1).take(8).map(|info| Grown::first(info, 0)).collect()
 }
 
 fn params(name: &str) -> Params {
@@ -102,7 +123,7 @@ fn written(name: &str) -> Vec<u8> {
     let joint = Joint { ratio: Some(-100.0), deflection_zero_rad: 0.125, motor_side: unit == TorqueUnit::Ampere };
     writer.joint(&joint).expect("a joint");
     let of_joint = ["gravity_load", "inertia"].map(|name| gmhm::terms::kind(name).expect("a kind"));
-    let of_joint = of_joint.into_iter().filter(|_| name.ends_with("joint")).map(|info| Grown { info, shape: 0 });
+    let of_joint = of_joint.into_iter().filter(|_| name.ends_with("joint")).map(|info| Grown::first(info, 0));
     for term in terms(name).into_iter().chain(of_joint) {
         writer.term(term.info.name, &term).expect("a term");
     }
@@ -157,7 +178,8 @@ fn golden_blocks_load_to_the_bit() {
 
 #[test]
 fn golden_blocks_hold_their_terms() {
-    let setting = Setting { sigma: -1.0, c1: common::elastic().c1_nm_per_rad as f32 };
+    let (c1, rated_deflection) = (common::elastic().c1_nm_per_rad as f32, common::A as f32);
+    let setting = Setting { sigma: -1.0, c1, rated_deflection };
     let mut count = 0;
     for (name, _) in GOLDEN {
         if name.ends_with("fixed") {
@@ -174,7 +196,7 @@ fn golden_blocks_hold_their_terms() {
         }
         count += loaded.terms.terms().len();
     }
-    assert_eq!(count, 2 + KINDS.len() + 8);
+    assert_eq!(count, 2 + FIRST_KINDS + 8 + 8);
 }
 
 /// What is written stays the same too. A change that means to write otherwise gives what it writes golden blocks of its own, and leaves these.

@@ -155,7 +155,8 @@ fn terms() {
     let Ok(params) = gears::published(Law::Masing, Kernel::Deflection, Gate::Cycle, 0.0) else {
         return say!("terms: parameters refused");
     };
-    let setting = Setting { sigma: -1.0, c1: params.elastic().c1_nm_per_rad as f32 };
+    let (c1, rated_deflection) = (params.elastic().c1_nm_per_rad as f32, gears::RATED_RAD);
+    let setting = Setting { sigma: -1.0, c1, rated_deflection };
     let mut friction = Stack::<f32, 2>::of_gear(setting);
     for term in typical::every().filter(|term| term.kind.name == "coulomb_friction") {
         if friction.add(term.kind.name, &term).is_err() {
@@ -174,16 +175,20 @@ fn terms() {
         let mut motion = Journey::new(1.0);
         let mut hash = Hash::new();
         for k in 1..=TERM_SAMPLES {
+            let [output_angle, deflection_rate, velocity] = core::array::from_fn(|_| motion.next_deflection());
             let sample = Sample {
                 time: PERIOD_S * k as f32,
                 period: PERIOD_S,
                 motor_angle: 0.07 * (k % 90) as f32,
-                output_angle: motion.next_deflection(),
+                output_angle,
                 deflection: deflection.next_deflection(),
-                deflection_rate: gears::RATED_RAD * motion.next_deflection(),
-                velocity: motion.next_deflection(),
+                deflection_rate: gears::RATED_RAD * deflection_rate,
+                velocity,
                 acceleration: motion.next_deflection(),
                 temperature: 25.0 + motion.uneven(),
+                motor_velocity: 100.0 * velocity,
+                output_velocity: velocity,
+                simulated_torque: gears::RATED_NM * velocity,
                 ..Sample::default()
             };
             let total = joint.step(&mut state, &sample);

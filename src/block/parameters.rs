@@ -99,7 +99,7 @@ impl<S: Word, L: BlockLaw<S>, T: TermStack> Parameters<S, L, T> {
             inverse: None,
             joint,
             scales: None,
-            terms: T::empty(Setting { sigma: joint.sigma(), c1: 0.0 }, false),
+            terms: T::empty(Setting { sigma: joint.sigma(), c1: 0.0, rated_deflection: 0.0 }, false),
         };
         if let Some(record) = block.only(&GEAR)? {
             let (gear, scales) = gear::<S, L>(block, &record)?;
@@ -108,7 +108,8 @@ impl<S: Word, L: BlockLaw<S>, T: TermStack> Parameters<S, L, T> {
             }
             parameters.inverse = inverse(block, gear, scales, f64::from(header.period_s))?;
             let c1 = gear.elastic().k1.to_f64() * scales.torque_scale_nm / scales.rated_deflection_rad;
-            parameters.terms = T::empty(Setting { sigma: joint.sigma(), c1: c1 as f32 }, true);
+            let rated_deflection = scales.rated_deflection_rad as f32;
+            parameters.terms = T::empty(Setting { sigma: joint.sigma(), c1: c1 as f32, rated_deflection }, true);
             (parameters.gear, parameters.scales) = (Some(gear), Some(scales));
         } else {
             for info in [&MASING, &PHASE, &TIME, &INVERSE] {
@@ -153,7 +154,7 @@ pub trait TermStack: Sized {
 
 impl<const K: usize> TermStack for Stack<f32, K> {
     fn empty(setting: Setting<f32>, has_gear: bool) -> Self {
-        if has_gear { Self::of_gear(setting) } else { Self::of_joint(setting.sigma) }
+        if has_gear { Self::of_gear(setting) } else { Self::of_joint(setting) }
     }
 
     fn take(&mut self, record: &Record<'_>) -> Result<bool, BlockError> {

@@ -2,11 +2,12 @@
 //!
 //! | form | words |
 //! |---|---|
-//! | number | single precision; 0 for one left out |
+//! | number | single precision; the default of one left out |
 //! | choice | the number of the word, counted from 0 |
 //! | list | how many, then each in single precision |
 //!
-//! Keys of other shapes than the record's are left out.
+//! Keys of other shapes than the record's are left out. Keys that a kind has got since version 1 come last, and the record ends before those that are at their
+//! defaults: what needs none of them is the record of version 1.
 
 use heapless::Vec;
 
@@ -68,7 +69,10 @@ impl TermRecord {
             if !key.belongs_to(shape) {
                 continue;
             }
-            let word = words.next().ok_or(malformed)?;
+            let word = match words.next() {
+                None if key.appended => break,
+                word => word.ok_or(malformed)?,
+            };
             let held = match key.form {
                 Form::Number => Held::Number(f32::from_bits(word)),
                 Form::Choice(accepted) => {
@@ -144,6 +148,8 @@ pub(super) fn encode(name: &str, source: &dyn Source<f32>) -> Result<(u16, Vec<u
     let (Some(info), Some(number)) = (kind(name), tag_of_kind(name)) else { return Err(TermError::UnknownKind) };
     let mut words = Vec::new();
     let mut shape = None;
+    // As far as the record goes: up to the last word that says anything.
+    let mut length = 0;
     for key in ordered(info) {
         if !key.belongs_to(shape) {
             continue;
@@ -152,7 +158,8 @@ pub(super) fn encode(name: &str, source: &dyn Source<f32>) -> Result<(u16, Vec<u
         let mut put = |word: u32| words.push(word).map_err(|_| room);
         match (key.form, source.get(key)) {
             (Form::Number, Some(Value::Number(x))) => put(x.to_bits())?,
-            (Form::Number, None) if key.optional => put(0)?,
+            (Form::Number, None) if key.optional => put((key.absent as f32).to_bits())?,
+            (Form::Choice(_), None) if key.optional => put(key.absent as u32)?,
             (Form::List { .. }, Some(Value::List(list))) => {
                 put(list.len() as u32)?;
                 list.iter().try_for_each(|x| put(x.to_bits()))?;
@@ -166,6 +173,15 @@ pub(super) fn encode(name: &str, source: &dyn Source<f32>) -> Result<(u16, Vec<u
             (_, None) => return Err(TermError::Missing { key: key.name }),
             (form, Some(_)) => return Err(TermError::WrongForm { key: key.name, form }),
         }
+        let default = match key.form {
+            Form::Number => Some((key.absent as f32).to_bits()),
+            Form::Choice(_) => Some(key.absent as u32),
+            Form::List { .. } => None,
+        };
+        if !key.appended || words.last().copied() != default {
+            length = words.len();
+        }
     }
+    words.truncate(length);
     Ok((FIRST_TERM + number, words))
 }

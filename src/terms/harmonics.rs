@@ -3,11 +3,58 @@
 use heapless::Vec;
 
 use super::read::{Reader, TermError};
-use super::registry::KeyInfo;
+use super::registry::{KeyInfo, Need, Range};
+use super::sample::Sample;
 use crate::scalar::Float;
 
 /// The most orders of one series.
 pub const MOST_ORDERS: usize = 8;
+
+/// Which angle a series turns with, where that may be chosen.
+pub(super) const ANGLE: KeyInfo =
+    KeyInfo::choice("angle", &["motor", "output"], "q: which angle it turns with, motor where left out").appended(0.0);
+
+/// The angle that a series turns with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Angle {
+    /// q_m.
+    Motor,
+    /// q_o.
+    Output,
+}
+
+impl Angle {
+    /// Reads [`ANGLE`]. Orders of the output turn are above 1: one wave a turn is gravity or eccentricity.
+    pub fn read<S: Float>(reader: &Reader<'_, S>, orders: &'static KeyInfo) -> Result<Self, TermError> {
+        if reader.choice(&ANGLE)? == 0 {
+            return Ok(Self::Motor);
+        }
+        let all = reader.list::<MOST_ORDERS>(orders)?;
+        let range = Range::AboveOne;
+        if all.iter().all(|order| range.holds(order.to_f64())) {
+            Ok(Self::Output)
+        } else {
+            Err(TermError::OutOfRange { key: orders.name, range })
+        }
+    }
+
+    /// The signal that it needs.
+    pub fn needs(self) -> &'static [Need] {
+        match self {
+            Self::Motor => &[Need::MotorAngle],
+            Self::Output => &[Need::OutputAngle],
+        }
+    }
+
+    /// Its value, rad.
+    #[inline]
+    pub fn of<S: Float>(self, sample: &Sample<S>) -> S {
+        match self {
+            Self::Motor => sample.motor_angle,
+            Self::Output => sample.output_angle,
+        }
+    }
+}
 
 /// A Fourier series of an angle, orders not necessarily integers.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,6 +68,15 @@ struct Wave<S> {
     integer: bool,
     cos: S,
     sin: S,
+}
+
+impl<S: Float> Wave<S> {
+    /// Sine and cosine of k times an angle, which is also given less whole turns.
+    #[inline]
+    fn of(&self, angle: S, wrapped: S) -> (S, S) {
+        let base = if self.integer { wrapped } else { angle };
+        (self.order * base).sin_cos()
+    }
 }
 
 impl<S: Float> Harmonics<S> {
@@ -59,9 +115,18 @@ impl<S: Float> Harmonics<S> {
     pub fn at(&self, angle: S) -> S {
         let wrapped = angle.wrap_turn();
         self.waves.iter().fold(S::ZERO, |sum, wave| {
-            let base = if wave.integer { wrapped } else { angle };
-            let (sin, cos) = (wave.order * base).sin_cos();
+            let (sin, cos) = wave.of(angle, wrapped);
             sum + wave.cos * cos + wave.sin * sin
+        })
+    }
+
+    /// The sum of what a function makes of each order, its wave c cos(k q) + s sin(k q) and the wave's quadrature c sin(k q) − s cos(k q).
+    #[inline]
+    pub fn sum(&self, angle: S, filter: impl Fn(S, S, S) -> S) -> S {
+        let wrapped = angle.wrap_turn();
+        self.waves.iter().fold(S::ZERO, |sum, wave| {
+            let (sin, cos) = wave.of(angle, wrapped);
+            sum + filter(wave.order, wave.cos * cos + wave.sin * sin, wave.cos * sin - wave.sin * cos)
         })
     }
 }

@@ -24,12 +24,16 @@ mod backlash;
 mod coulomb_friction;
 mod creep;
 mod encoder_eccentricity;
+mod encoder_skew;
 mod gravity_load;
 mod inertia;
 mod kinematic_error;
 mod load_dependent_friction;
+mod load_dependent_memory;
 mod nonlocal_memory;
 mod position_dependent_friction;
+mod presliding_friction;
+mod ripple_resonance;
 mod sensor_drift;
 mod soft_windup;
 mod stiffness_asymmetry;
@@ -39,6 +43,7 @@ mod thermal_stiffness;
 mod thermal_zero_drift;
 mod time_skew;
 mod torque_ripple;
+mod torque_scale;
 mod unknown;
 mod viscous_damping;
 mod viscous_friction;
@@ -194,6 +199,11 @@ kinds! {
     21 sensor_drift::SensorDrift,
     22 wear::Wear,
     23 unknown::Unknown,
+    24 torque_scale::TorqueScale,
+    25 load_dependent_memory::LoadDependentMemory,
+    26 presliding_friction::PreslidingFriction,
+    27 encoder_skew::EncoderSkew,
+    28 ripple_resonance::RippleResonance,
 }
 
 /// The registry's entry of a kind.

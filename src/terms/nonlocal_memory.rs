@@ -22,9 +22,11 @@ const TORQUE: KeyInfo =
 
 /// Slip elements in parallel.
 #[derive(Debug, Clone, PartialEq)]
-pub struct NonlocalMemory<S> {
-    elements: Vec<Element<S>, MOST_ELEMENTS>,
-}
+pub struct NonlocalMemory<S>(SlipElements<S>);
+
+/// The elements, of this kind and of its load-dependent form.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SlipElements<S>(Vec<Element<S>, MOST_ELEMENTS>);
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Element<S> {
@@ -38,6 +40,37 @@ struct Element<S> {
 pub struct NonlocalState<S> {
     theta: Option<S>,
     strains: [S; MOST_ELEMENTS],
+}
+
+impl<S: Float> SlipElements<S> {
+    /// Reads radii and torques.
+    pub fn read(reader: &Reader<'_, S>, radius: &'static KeyInfo, torque: &'static KeyInfo) -> Result<Self, TermError> {
+        let radii = reader.list::<MOST_ELEMENTS>(radius)?;
+        let torques = reader.list_like(torque, &radii, radius)?;
+        let mut elements = Vec::new();
+        // An element without torque adds nothing.
+        for (&radius, &torque) in radii.iter().zip(&torques).filter(|(_, torque)| **torque != S::ZERO) {
+            // There is room: the lists are no longer.
+            let _ = elements.push(Element { radius, stiffness: torque.over(radius) });
+        }
+        Ok(Self(elements))
+    }
+
+    /// Their torque after a step to a deflection, N·m.
+    #[inline]
+    pub fn torque(&self, state: &mut NonlocalState<S>, theta: S) -> S {
+        let step = theta - state.theta.replace(theta).unwrap_or(theta);
+        self.0.iter().zip(&mut state.strains).fold(S::ZERO, |sum, (element, strain)| {
+            *strain = (*strain + step).clamp(-element.radius, element.radius);
+            sum + element.stiffness * *strain
+        })
+    }
+
+    #[cfg(test)]
+    pub fn of(radii_and_torques: &[(S, S)]) -> Self {
+        let element = |&(radius, torque): &(S, S)| Element { radius, stiffness: torque.over(radius) };
+        Self(radii_and_torques.iter().map(element).collect())
+    }
 }
 
 impl<S: Float> Physics<S> for NonlocalMemory<S> {
@@ -55,24 +88,12 @@ impl<S: Float> Physics<S> for NonlocalMemory<S> {
     type State = NonlocalState<S>;
 
     fn read(reader: &Reader<'_, S>) -> Result<Self, TermError> {
-        let radii = reader.list::<MOST_ELEMENTS>(&RADIUS)?;
-        let torques = reader.list_like(&TORQUE, &radii, &RADIUS)?;
-        let mut elements = Vec::new();
-        // An element without torque adds nothing.
-        for (&radius, &torque) in radii.iter().zip(&torques).filter(|(_, torque)| **torque != S::ZERO) {
-            // There is room: the lists are no longer.
-            let _ = elements.push(Element { radius, stiffness: torque.over(radius) });
-        }
-        Ok(Self { elements })
+        SlipElements::read(reader, &RADIUS, &TORQUE).map(Self)
     }
 
     #[inline]
     fn torque(&self, state: &mut NonlocalState<S>, sample: &Sample<S>) -> S {
-        let step = sample.deflection - state.theta.replace(sample.deflection).unwrap_or(sample.deflection);
-        self.elements.iter().zip(&mut state.strains).fold(S::ZERO, |sum, (element, strain)| {
-            *strain = (*strain + step).clamp(-element.radius, element.radius);
-            sum + element.stiffness * *strain
-        })
+        self.0.torque(state, sample.deflection)
     }
 }
 
@@ -82,11 +103,7 @@ mod tests {
 
     #[test]
     fn elements_slip_at_their_torque_and_come_back() {
-        let element = |radius, torque: f64| Element { radius, stiffness: torque / radius };
-        let mut elements = Vec::new();
-        let _ = elements.push(element(1.0, 3.0));
-        let _ = elements.push(element(2.0, 4.0));
-        let memory = NonlocalMemory { elements };
+        let memory = NonlocalMemory(SlipElements::of(&[(1.0, 3.0), (2.0, 4.0)]));
         let mut state = NonlocalState::default();
         let path = [5.0, 5.5, 8.0, 7.0, 3.0];
         let torque = path.map(|deflection| memory.torque(&mut state, &Sample { deflection, ..Sample::default() }));

@@ -33,6 +33,8 @@ pub struct Setting<S> {
     pub sigma: S,
     /// c1, N·m/rad; 0 for a joint without gear.
     pub c1: S,
+    /// A, rad; 0 where it is not known.
+    pub rated_deflection: S,
 }
 
 /// Why a term was refused.
@@ -88,6 +90,8 @@ pub enum TermError {
         /// The key.
         key: &'static str,
     },
+    /// The rated deflection A that its numbers refer to is not known.
+    NoRatedDeflection,
     /// More terms than the stack has room for.
     StackFull,
 }
@@ -96,7 +100,7 @@ impl TermError {
     /// The key to blame.
     pub const fn key(&self) -> Option<&'static str> {
         match self {
-            Self::UnknownKind | Self::StackFull => None,
+            Self::UnknownKind | Self::StackFull | Self::NoRatedDeflection => None,
             Self::Missing { key }
             | Self::WrongForm { key, .. }
             | Self::OutOfRange { key, .. }
@@ -127,6 +131,7 @@ impl fmt::Display for TermError {
             Self::Empty { key } => write!(f, "`{key}` holds no number"),
             Self::Lengths { key, other } => write!(f, "`{key}` must be as long as `{other}`"),
             Self::NotIncreasing { key } => write!(f, "`{key}` must increase"),
+            Self::NoRatedDeflection => write!(f, "the rated deflection that it refers to is not known"),
             Self::StackFull => write!(f, "there are more terms than there is room for"),
         }
     }
@@ -157,12 +162,12 @@ impl<'a, S: Float> Reader<'a, S> {
         }
     }
 
-    /// A number; 0 where it may be left out and is.
+    /// A number; [`KeyInfo::absent`] where it may be left out and is.
     pub fn number(&self, key: &'static KeyInfo) -> Result<S, TermError> {
         match self.source.get(key) {
             Some(Value::Number(x)) => Self::check(key, x),
             Some(_) => Err(TermError::WrongForm { key: key.name, form: key.form }),
-            None if key.optional => Ok(S::ZERO),
+            None if key.optional => Ok(S::from_f64(key.absent)),
             None => Err(TermError::Missing { key: key.name }),
         }
     }
@@ -199,6 +204,7 @@ impl<'a, S: Float> Reader<'a, S> {
         match self.source.get(key) {
             Some(Value::Choice(word)) => Ok(word),
             Some(_) => Err(TermError::WrongForm { key: key.name, form: key.form }),
+            None if key.optional => Ok(key.absent as usize),
             None => Err(TermError::Missing { key: key.name }),
         }
     }

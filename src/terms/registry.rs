@@ -72,6 +72,12 @@ pub enum Need {
     Temperature,
     /// The elastic and hysteresis torque of a gear.
     Gear,
+    /// q̇_m.
+    MotorVelocity,
+    /// q̇_o.
+    OutputVelocity,
+    /// T_sim, another simulator's torque.
+    SimulatedTorque,
 }
 
 /// What a key holds.
@@ -109,6 +115,8 @@ pub enum Range {
     Measure,
     /// Any but 0.
     NotZero,
+    /// Above 1.
+    AboveOne,
 }
 
 impl Range {
@@ -125,6 +133,7 @@ impl Range {
             Self::NormalisedSize => (0.0..=8.0).contains(&x),
             Self::Measure => (1e-12..=1e12).contains(&x),
             Self::NotZero => x != 0.0 && x.is_finite(),
+            Self::AboveOne => x > 1.0 && x.is_finite(),
         }
     }
 
@@ -135,6 +144,7 @@ impl Range {
             Self::Normalised => -8.0,
             Self::AtLeastZero | Self::Positive | Self::Fraction | Self::Share | Self::NormalisedSize => 0.0,
             Self::Measure => 1e-12,
+            Self::AboveOne => 1.0,
         }
     }
 
@@ -150,6 +160,7 @@ impl Range {
             Self::NormalisedSize => "between 0 and 8",
             Self::Measure => "between 1e-12 and 1e12",
             Self::NotZero => "another number than zero",
+            Self::AboveOne => "greater than one",
         }
     }
 }
@@ -178,8 +189,12 @@ pub struct KeyInfo {
     pub range: Range,
     /// What it is to an estimator.
     pub role: Role,
-    /// Whether it may be left out, and is 0 then.
+    /// Whether it may be left out, and is [`absent`](Self::absent) then.
     pub optional: bool,
+    /// What it is where it is left out: a number, or the number of a word. 0 unless stated.
+    pub absent: f64,
+    /// Whether its kind has got it since the first format of blocks: a record ends before it where it is what it is when left out.
+    pub appended: bool,
     /// The shapes that have it; all where empty.
     pub shapes: &'static [&'static str],
     /// From where to where it lies on gears of size 20 to 32.
@@ -191,7 +206,8 @@ pub struct KeyInfo {
 impl KeyInfo {
     const fn new(name: &'static str, unit: &'static str, form: Form, role: Role, words: &'static str) -> Self {
         let plausible = (0.0, 0.0);
-        Self { name, unit, form, range: Range::Any, role, optional: false, shapes: &[], plausible, words }
+        let (range, shapes) = (Range::Any, &[]);
+        Self { name, unit, form, range, role, optional: false, absent: 0.0, appended: false, shapes, plausible, words }
     }
 
     /// A number that the response is proportional to.
@@ -246,6 +262,12 @@ impl KeyInfo {
     /// May be left out.
     pub const fn optional(mut self) -> Self {
         self.optional = true;
+        self
+    }
+
+    /// May be left out, and is so much then. Its kind has got it since the first format of blocks.
+    pub const fn appended(mut self, absent: f64) -> Self {
+        (self.optional, self.appended, self.absent) = (true, true, absent);
         self
     }
 
@@ -315,6 +337,9 @@ impl Need {
             Self::DeflectionRate => "the rate of the deflection",
             Self::Temperature => "the temperature",
             Self::Gear => "the gear's [elastic] and [memory]",
+            Self::MotorVelocity => "the motor velocity",
+            Self::OutputVelocity => "the velocity of the output itself",
+            Self::SimulatedTorque => "the simulated torque",
         }
     }
 }

@@ -12,7 +12,7 @@ pub struct Sample<S> {
     pub period: S,
     /// q_m, rad. It may be reduced to one turn, which keeps the digits of `f32`, unless a term has orders that are no integers.
     pub motor_angle: S,
-    /// q_o, rad.
+    /// q_o, rad. It may be reduced to one turn as well.
     pub output_angle: S,
     /// θ, rad: as measured, corrected before torque terms see it.
     pub deflection: S,
@@ -24,10 +24,16 @@ pub struct Sample<S> {
     pub acceleration: S,
     /// Θ, °C.
     pub temperature: S,
-    /// T_base = f + z, N·m. A stack without gear sets gravity and inertia.
+    /// T_base = f + z, N·m. A stack without gear sets gravity and inertia, over T_sim where a simulation is the base.
     pub base_torque: S,
     /// Its rate, N·m/s.
     pub base_torque_rate: S,
+    /// q̇_m, rad/s.
+    pub motor_velocity: S,
+    /// q̇_o, rad/s, on whichever side the torque is taken.
+    pub output_velocity: S,
+    /// T_sim, another simulator's torque, N·m: recordings only.
+    pub simulated_torque: S,
 }
 
 impl<S: Float> Sample<S> {
@@ -35,9 +41,11 @@ impl<S: Float> Sample<S> {
     pub fn is_finite(&self) -> bool {
         let Self { time, period, motor_angle, output_angle, deflection, deflection_rate, .. } = *self;
         let Self { velocity, acceleration, temperature, base_torque, base_torque_rate, .. } = *self;
+        let Self { motor_velocity, output_velocity, simulated_torque, .. } = *self;
         let places = [time, period, motor_angle, output_angle, deflection, deflection_rate];
         let moves = [velocity, acceleration, temperature, base_torque, base_torque_rate];
-        places.iter().chain(&moves).all(|x| x.is_finite())
+        let others = [motor_velocity, output_velocity, simulated_torque];
+        places.iter().chain(&moves).chain(&others).all(|x| x.is_finite())
     }
 
     /// The value of a coordinate; 0 for the travel since a reversal, which is no matter of one sample.

@@ -5,12 +5,23 @@ use heapless::Vec;
 use super::{Domain, Need, Sample, Setting, Side, Source, Term, TermError, TermState};
 use crate::scalar::Float;
 
+/// What the terms of a stack are added to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Base {
+    /// A gear's elastic and hysteresis torque.
+    Gear,
+    /// Nothing: a joint without motor-side angle.
+    Joint,
+    /// Another simulator's torque.
+    Simulation,
+}
+
 /// Up to `K` terms.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stack<S: Float, const K: usize = 8> {
     terms: Vec<Term<S>, K>,
     setting: Setting<S>,
-    has_gear: bool,
+    base: Base,
 }
 
 /// What the terms of a stack remember.
@@ -22,12 +33,17 @@ pub struct StackState<S: Float<Carry = S>, const K: usize = 8> {
 impl<S: Float<Carry = S>, const K: usize> Stack<S, K> {
     /// No terms yet, for a gear.
     pub fn of_gear(setting: Setting<S>) -> Self {
-        Self { terms: Vec::new(), setting, has_gear: true }
+        Self { terms: Vec::new(), setting, base: Base::Gear }
     }
 
     /// No terms yet, for a joint without motor-side angle: T_base is gravity and inertia.
-    pub fn of_joint(sigma: S) -> Self {
-        Self { terms: Vec::new(), setting: Setting { sigma, c1: S::ZERO }, has_gear: false }
+    pub fn of_joint(setting: Setting<S>) -> Self {
+        Self { terms: Vec::new(), setting: Setting { c1: S::ZERO, ..setting }, base: Base::Joint }
+    }
+
+    /// No terms yet, for what another simulator's torque leaves: T_base is that torque, with gravity and inertia of the terms.
+    pub fn of_simulation(setting: Setting<S>) -> Self {
+        Self { terms: Vec::new(), setting: Setting { c1: S::ZERO, ..setting }, base: Base::Simulation }
     }
 
     /// Adds a term by its keys.
@@ -67,10 +83,15 @@ impl<S: Float<Carry = S>, const K: usize> Stack<S, K> {
 
     /// Whether T_base is that of a gear.
     pub fn has_gear(&self) -> bool {
-        self.has_gear
+        self.base == Base::Gear
     }
 
-    /// σ and c1.
+    /// Whether T_base is that of another simulator.
+    pub fn has_simulation(&self) -> bool {
+        self.base == Base::Simulation
+    }
+
+    /// σ, c1 and A.
     pub fn setting(&self) -> Setting<S> {
         self.setting
     }
@@ -103,11 +124,13 @@ impl<S: Float<Carry = S>, const K: usize> Stack<S, K> {
     }
 
     /// Σ of the torque terms at a sample whose deflection is corrected and whose base torque is known, N·m. Without a gear the base torque is set to
-    /// gravity and inertia.
+    /// gravity and inertia, added to T_sim where that is the base.
     pub fn torque(&self, state: &mut StackState<S, K>, sample: &Sample<S>) -> S {
         let mut sample = *sample;
-        if !self.has_gear {
-            sample.base_torque = self.load(state, &sample);
+        match self.base {
+            Base::Gear => {}
+            Base::Joint => sample.base_torque = self.load(state, &sample),
+            Base::Simulation => sample.base_torque = sample.simulated_torque + self.load(state, &sample),
         }
         let factor = self.terms.iter().fold(S::ONE, |product, term| product * term.friction_factor(&sample));
         let pairs = self.terms.iter().zip(&mut state.states);

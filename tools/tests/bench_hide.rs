@@ -24,7 +24,9 @@ fn hiding(hides: &[&str]) -> Options {
 /// An experiment in which a kind shows.
 fn stage(kind: &str) -> Experiment {
     match kind {
-        "viscous_damping" | "inertia" | "creep" | "time_skew" | "nonlocal_memory" => Experiment::Rates,
+        "viscous_damping" | "inertia" | "creep" | "time_skew" | "nonlocal_memory" | "load_dependent_memory" => {
+            Experiment::Rates
+        }
         "soft_windup" | "stiffness_asymmetry" | "backlash" | "wear" | "sensor_drift" => Experiment::Amplitudes,
         _ => Experiment::Running,
     }
@@ -63,7 +65,8 @@ fn left_by_least_squares(recording: &Recording, model: &Model) -> f64 {
 
 #[test]
 fn every_kind_leaves_the_size_asked_for() {
-    for info in KINDS {
+    // A wrong scale is that of a measurement against a simulation: the bench records none, and refitted parameters would absorb it.
+    for info in KINDS.iter().filter(|info| info.name != "torque_scale") {
         let name = info.name;
         let hides = if name == "thermal_friction" {
             vec!["coulomb_friction=0.5".to_owned(), format!("{name}=0.05")]

@@ -1,7 +1,7 @@
 //! Model files: what is written reads back bit for bit, what is wrong is refused at its place.
 
 use gmhm::terms::{Form, KINDS, KeyInfo, Range};
-use gmhm_tools::model::{Model, ModelError, Term, TermValue, TorqueSide, parse};
+use gmhm_tools::model::{Base, Model, ModelError, Term, TermValue, TorqueSide, parse};
 use gmhm_tools::recording::TorqueUnit;
 use proptest::prelude::*;
 
@@ -143,7 +143,7 @@ fn term() -> impl Strategy<Value = Term> {
         |(kind, shape, length, numbers)| {
             let fit = |key: &KeyInfo, i: usize| match key.range {
                 // Growing along a list and from key to key, as knots and kinks must.
-                Range::Positive => 1.0 + i as f64,
+                Range::Positive => 1.5 + i as f64,
                 range if range.holds(numbers[i]) => numbers[i],
                 _ => numbers[i].abs(),
             };
@@ -179,7 +179,7 @@ prop_compose! {
         motor in any::<bool>(),
         rated in prop::option::of(1e-6..1.0_f64),
         zero in number(),
-        joint in any::<bool>(),
+        (joint, simulation) in (any::<bool>(), any::<bool>()),
         c in (positive(), -1e3..1e3_f64, -1e3..1e3_f64),
         law in 0..3_usize,
         (alpha, beta, omega) in (positive(), positive(), positive()),
@@ -197,9 +197,10 @@ prop_compose! {
                 torque_side: if motor { TorqueSide::Motor } else { TorqueSide::Output },
                 rated_deflection_rad: rated,
                 deflection_zero_rad: zero,
+                base: if simulation { Base::Simulation } else { Base::Model },
             },
-            elastic: (!joint).then_some(elastic),
-            memory: (!joint).then_some(memory),
+            elastic: (!joint && !simulation).then_some(elastic),
+            memory: (!joint && !simulation).then_some(memory),
             terms,
         }
     }

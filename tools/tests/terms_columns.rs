@@ -27,6 +27,7 @@ fn recording() -> Recording {
         theta_out_rad: of_time(&|t| 1.5 * (0.7 * t).sin()),
         velocity_out_rad_per_s: of_time(&|t| 1.05 * (0.7 * t).cos()),
         temperature_c: of_time(&|t| 25.0 + 0.4 * t + 0.1 * (TAU * t).sin()),
+        torque_sim_nm: of_time(&|t| 25.0 * (1.3 * t).sin()),
         time_s,
         ..Recording::default()
     }
@@ -55,7 +56,7 @@ fn term(kind: &str, choice: usize) -> Term {
             "reference_c" => 22.0,
             // Small against the deflection.
             "cos_rad" | "sin_rad" => [3e-6, -2e-6][i],
-            "half_gap_rad" => 1e-5,
+            "half_gap_rad" | "delay_s" if kind != "time_skew" => 1e-5,
             _ => low + (high - low) * [0.01, 0.02][i],
         }
     };

@@ -14,6 +14,7 @@ const DEFLECTION_MRAD: Row = [0.1, 0.6, 1.1, 0.7, -0.02, 0.03, -0.9, 0.2];
 const OUTPUT: Row = [0.3, 0.5, 0.9, 1.0, 0.8, 0.75, 0.2, -0.4];
 const VELOCITY: Row = [2.0, 2.5, 1.5, -0.02, -1.0, -2.0, 0.05, 0.0];
 const TEMPERATURE: Row = [22.0, 23.0, 25.0, 26.0, 28.0, 29.0, 31.0, 35.0];
+const SIMULATED_TORQUE: Row = [2.0, 12.0, 25.0, 11.0, -4.0, -2.5, -19.0, 7.0];
 const BASE: Row = [
     1.9886352060e+00,
     1.4031535356e+01,
@@ -34,6 +35,14 @@ sin_rad = [-2e-5, 3e-5]"#, [9.8987237902e-01, -9.1718491434e-01, 8.6370169794e-0
     ("torque_ripple", r#"orders = [1, 2.02]
 cos_nm = [0.5, 0.1]
 sin_nm = [0.2, -0.3]"#, [6.5460902094e-02, 3.6478751235e-01, 5.1033504968e-02, 1.4151652200e-01, 1.9851046430e-02, 2.6485175038e-01, 1.6259324036e-01, -6.5618298720e-01]),
+    ("kinematic_error", r#"angle = "output"
+orders = [2, 101.5]
+cos_rad = [5e-5, 1e-5]
+sin_rad = [-2e-5, 3e-5]"#, [-2.1893164143e-01, -7.7363686288e-01, 1.8510783137e+00, -1.5529318811e-01, 2.8815943151e-01, -6.4659760364e-01, -1.7913480555e+00, -4.1082174247e-01]),
+    ("torque_ripple", r#"angle = "output"
+orders = [2, 101.5]
+cos_nm = [0.5, 0.1]
+sin_nm = [0.2, -0.3]"#, [8.2923464415e-01, 3.8720088092e-01, 5.6547418070e-02, -2.1690637072e-01, 4.1285784534e-01, 1.1026043896e-01, 2.5259043522e-01, 1.7928117071e-01]),
     ("encoder_eccentricity", r#"cos_rad = 4e-5
 sin_rad = -6e-5"#, [-4.0813335433e-01, -1.3615760356e-01, 7.2827291696e-01, 5.6585546296e-01, 1.3323452450e-01, 4.5251932656e-02, -7.5727545597e-01, -1.2001684261e+00]),
     ("gravity_load", r#"cos_nm = 3.0
@@ -42,6 +51,8 @@ sin_nm = -1.5"#, [2.4227291574e+00, 1.9136093778e+00, 6.8983954037e-01, 3.587004
 smoothing_rad_per_s = 0.05"#, [-7.0000000000e-01, -7.0000000000e-01, -7.0000000000e-01, 2.6596427358e-01, 7.0000000000e-01, 7.0000000000e-01, -5.3311590917e-01, -0.0000000000e+00]),
     ("coulomb_friction", r#"torque_nm = 0.7"#, [-7.0000000000e-01, -7.0000000000e-01, -7.0000000000e-01, 7.0000000000e-01, 7.0000000000e-01, 7.0000000000e-01, -7.0000000000e-01, -0.0000000000e+00]),
     ("viscous_friction", r#"damping_nms_per_rad = 1.25"#, [-2.5000000000e+00, -3.1250000000e+00, -1.8750000000e+00, 2.5000000000e-02, 1.2500000000e+00, 2.5000000000e+00, -6.2500000000e-02, -0.0000000000e+00]),
+    ("viscous_friction", r#"damping_nms_per_rad = 1.25
+exponent = 0.7"#, [-2.0306309909e+00, -2.3739306029e+00, -1.6602515499e+00, 8.0840875822e-02, 1.2500000000e+00, 2.0306309909e+00, -1.5352850326e-01, -0.0000000000e+00]),
     ("stribeck_friction", r#"coulomb_nm = 0.5
 static_nm = 0.9
 stribeck_velocity_rad_per_s = 0.8
@@ -114,6 +125,28 @@ values_nm = [1, -1, 0.5]"#, [6.9211291535e-01, 9.5500092419e-01, -8.9094572539e-
     ("unknown", r#"coordinate = "torque"
 knots = [-10, 10]
 values_nm = [-1, 1]"#, [1.9886352060e-01, 1.0000000000e+00, 1.0000000000e+00, 1.0000000000e+00, -2.6915082121e-01, -1.4428732101e-01, -1.0000000000e+00, 6.2831916774e-01]),
+    ("torque_scale", r#"gain_error = -0.04"#, [-8.0000000000e-02, -4.8000000000e-01, -1.0000000000e+00, -4.4000000000e-01, 1.6000000000e-01, 1.0000000000e-01, 7.6000000000e-01, -2.8000000000e-01]),
+    ("load_dependent_memory", r#"radius_rad = [2e-4, 6e-4]
+torque_nm = [0.5, 0.8]
+load_linear = 0.9
+load_quadratic = 0.4"#, [0.0000000000e+00, 3.1253049353e-01, 1.1730981422e+00, -8.9379495840e-02, -0.0000000000e+00, -0.0000000000e+00, -8.2028804654e-01, 0.0000000000e+00]),
+    ("load_dependent_memory", r#"radius_rad = [3e-4]
+torque_nm = [0.5]
+load_quadratic = 0.6"#, [0.0000000000e+00, 2.7916588478e-01, 4.6608533496e-01, -1.0258452180e-01, -2.0008796209e-01, -1.6683159559e-01, -3.7812324076e-01, 2.0879620942e-01]),
+    ("presliding_friction", r#"torque_nm = 0.7
+radius_rad = 0.15"#, [-0.0000000000e+00, -5.1548200332e-01, -6.8717905278e-01, -6.9341750621e-01, 3.3269913316e-01, 4.3681742851e-01, 6.9327264996e-01, 6.9987678429e-01]),
+    ("encoder_skew", r#"delay_s = 4e-5"#, [-1.5914438883e+00, -2.2691194582e+00, -2.2251943030e+00, 1.6038630491e-01, 7.6200027742e-01, 1.7563737288e+00, -3.4101057950e-01, -2.8392708293e-01]),
+    ("ripple_resonance", r#"orders = [1, 2]
+cos_nm = [0.5, 0.1]
+sin_nm = [0.2, -0.3]
+frequency_hz = 40
+damping_ratio = 0.1"#, [-8.4024418603e-01, 3.5493871560e-01, -3.2674534271e-01, 6.5824842265e-01, -4.1516228494e-01, -7.2682946626e-02, -1.4035178979e-01, 1.2061502261e-01]),
+    ("ripple_resonance", r#"angle = "output"
+orders = [2, 30]
+cos_nm = [0.5, 0.1]
+sin_nm = [0.2, -0.3]
+frequency_hz = 8
+damping_ratio = 0.1"#, [6.8151759422e-01, 6.2715481800e-01, -7.7022645009e-01, 2.8570317249e-01, 6.4300593731e-01, 4.3562132163e-01, 7.1997106555e-01, 1.2829565697e-01]),
 ];
 
 /// Coulomb friction, friction of the load, damping, thermal friction, eccentricity, skew, Coulomb friction again.
@@ -137,6 +170,15 @@ const JOINT: [Row; 4] = [
     [-3.1620495623e-01, 2.0805909758e-01, -2.5965328429e-01, 5.8826572781e-02, -2.7074626800e-01, 1.3828759898e-01, -1.2557010245e-01, 6.6272692241e-02],
 ];
 
+/// Gravity, friction of the load, scale and skew over a simulation.
+#[rustfmt::skip]
+const SIMULATED: [Row; 4] = [
+    [7.9382121197e-01, 7.5000860337e-01, 5.7562066558e-01, 5.1638894318e-01, 6.2910097657e-01, 6.5351497110e-01, 8.0392019535e-01, 6.9790696097e-01],
+    [-8.3814636359e-02, -3.8250025810e-01, -7.6726861997e-01, 6.8191528665e-02, 1.0112697029e-01, 5.5394550867e-02, -2.5226162018e-01, -0.0000000000e+00],
+    [4.0000000000e-02, 2.4000000000e-01, 5.0000000000e-01, 2.2000000000e-01, -8.0000000000e-02, -5.0000000000e-02, -3.8000000000e-01, 1.4000000000e-01],
+    [-1.1102230246e-16, -2.9572505309e+00, -2.5401687401e+00, 4.0511314721e+00, 3.0308705050e+00, -4.5260447253e-01, 2.5480876420e+00, -7.9998745157e+00],
+];
+
 fn recording() -> Recording {
     Recording {
         name: "rec".into(),
@@ -145,6 +187,7 @@ fn recording() -> Recording {
         theta_out_rad: Some(OUTPUT.to_vec()),
         velocity_out_rad_per_s: Some(VELOCITY.to_vec()),
         temperature_c: Some(TEMPERATURE.to_vec()),
+        torque_sim_nm: Some(SIMULATED_TORQUE.to_vec()),
         ..Recording::default()
     }
 }
@@ -211,6 +254,66 @@ fn a_joint_log_needs_no_gear() {
     }
 }
 
+const SIMULATION: &str = "format = 1\n[gear]\nbase = \"simulation\"\n\
+    [[term]]\nkind = \"gravity_load\"\ncos_nm = 0.8\nsin_nm = 0.1\n\
+    [[term]]\nkind = \"load_dependent_friction\"\nmu = 0.03\nsmoothing_rad_per_s = 0.1\n\
+    [[term]]\nkind = \"torque_scale\"\ngain_error = 0.02\n\
+    [[term]]\nkind = \"time_skew\"\ndelay_s = 0.03\n";
+
+#[test]
+fn terms_are_added_to_a_simulation() {
+    let model = parse("m.toml", SIMULATION).unwrap();
+    let prediction = predict(&model, None, &recording()).unwrap();
+    let mut total = SIMULATED_TORQUE;
+    for ((name, column), expected) in prediction.terms.iter().zip(&SIMULATED) {
+        assert_close(column, expected, name);
+        total.iter_mut().zip(expected).for_each(|(sum, x)| *sum += x);
+    }
+    assert_close(&prediction.torque, &total, "total");
+    assert_close(&prediction.elastic, &[0.0; 8], "elastic");
+    let bare = Recording { torque_sim_nm: None, ..recording() };
+    let refused = predict(&model, None, &bare);
+    assert!(matches!(refused, Err(PredictError::NoSimulation { .. })), "{refused:?}");
+    // Nothing found is a model, too: the simulation is right.
+    let nothing = parse("m.toml", "format = 1\n[gear]\nbase = \"simulation\"\n").unwrap();
+    assert_close(&predict(&nothing, None, &recording()).unwrap().torque, &SIMULATED_TORQUE, "nothing found");
+    // Elements under load refer to A, which a model without gear has to state.
+    let memory =
+        "[[term]]\nkind = \"load_dependent_memory\"\nradius_rad = [3e-4]\ntorque_nm = [0.5]\nload_quadratic = 0.6\n";
+    let rated = SIMULATION.replace("base", "rated_deflection_rad = 1.168e-3\nbase");
+    let with_memory = predict(&parse("m.toml", &(rated + memory)).unwrap(), None, &recording()).unwrap();
+    let (.., alone) = KINDS.iter().find(|(_, keys, _)| keys.contains("load_quadratic = 0.6")).unwrap();
+    let late = with_memory.terms.iter().find(|(name, _)| name == "load_dependent_memory").unwrap();
+    // The skew before it delays it: rows between which it does not move are told exactly.
+    assert!((late.1[0] - alone[0]).abs() < 1e-12);
+    let no_deflection = Recording { deflection_rad: None, ..recording() };
+    let unrated = predict(&parse("m.toml", &(SIMULATION.to_owned() + memory)).unwrap(), None, &no_deflection);
+    assert!(matches!(unrated, Err(PredictError::Term { .. })), "{unrated:?}");
+}
+
+#[test]
+fn the_command_needs_no_motion_for_a_simulation_whose_terms_need_none() {
+    let dir = WorkDir::new();
+    let model = "format = 1\n[gear]\nbase = \"simulation\"\n[[term]]\nkind = \"torque_scale\"\ngain_error = -0.5\n";
+    dir.write("m.toml", model).write("rec.csv", "time_s,torque_sim_nm\n0,2\n0.1,-4\n");
+    dir.succeed("predict m.toml rec.csv -o out.csv");
+    assert_eq!(dir.column("out.csv", "torque_model_nm"), [1.0, -2.0]);
+    assert_eq!(dir.column("out.csv", "torque_scale_nm"), [-1.0, 2.0]);
+    dir.write("bare.csv", "time_s,theta_out_rad\n0,2\n0.1,-4\n");
+    dir.refuse("predict m.toml bare.csv -o none.csv", &["bare.csv", "torque_sim_nm is missing", "simulation"]);
+    dir.write("m.toml", PUBLISHED.replace("[gear]", "[gear]\nbase = \"simulation\""));
+    dir.refuse("predict m.toml rec.csv -o none.csv", &["m.toml", "[elastic]", "simulation"]);
+}
+
+#[test]
+fn an_order_of_the_output_is_above_one() {
+    let keys = "angle = \"output\"\norders = [2, 1]\ncos_nm = [1, 1]\nsin_nm = [1, 1]\n";
+    let text = format!("{JOINT_LOG}[[term]]\nkind = \"torque_ripple\"\n{keys}");
+    let error = parse("m.toml", &text).unwrap_err().to_string();
+    assert!(error.contains("orders") && error.contains("greater than one"), "{error}");
+    assert!(parse("m.toml", &text.replace("output", "motor")).is_ok());
+}
+
 #[test]
 fn the_command_writes_a_column_a_term() {
     let dir = WorkDir::new();
@@ -252,8 +355,15 @@ fn a_term_without_its_column_is_refused() {
         let model = model(&[(kind, keys)]);
         let info = model.terms[0].info().unwrap();
         let needed = predict(&model, None, &bare());
-        let of_deflection =
-            ["viscous_damping", "soft_windup", "stiffness_asymmetry", "backlash", "nonlocal_memory", "creep"];
+        let of_deflection = [
+            "viscous_damping",
+            "soft_windup",
+            "stiffness_asymmetry",
+            "backlash",
+            "nonlocal_memory",
+            "load_dependent_memory",
+            "creep",
+        ];
         let of_nothing = ["time_skew", "sensor_drift", "wear"];
         let tells =
             of_deflection.contains(kind) || of_nothing.contains(kind) || keys.contains("coordinate = \"torque\"");

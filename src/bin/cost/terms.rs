@@ -21,7 +21,8 @@ pub fn measure() {
     let Ok(params) = gears::published(Law::Masing, Kernel::Deflection, Gate::Cycle, 0.0) else {
         return say!("0 1 parameters refused");
     };
-    let setting = Setting { sigma: -1.0, c1: params.elastic().c1_nm_per_rad as f32 };
+    let c1 = params.elastic().c1_nm_per_rad as f32;
+    let setting = Setting { sigma: -1.0, c1, rated_deflection: RATED_RAD };
     let bare = Joint { gear: Gear::with_law(&params, Masing::new(&params)), stack: Stack::of_gear(setting) };
     let ride = ride();
     let without = ride_through(&bare, &ride);
@@ -67,6 +68,9 @@ fn ride() -> [Sample<f32>; SAMPLES] {
             velocity: cos,
             acceleration: -sin,
             temperature: 25.0 + sin,
+            motor_velocity: 100.0 * cos,
+            output_velocity: cos,
+            simulated_torque: sin,
             ..Sample::default()
         }
     })

@@ -11,17 +11,30 @@ pub struct Typical {
     /// The key that tells the shape, and its word; empty where the kind has one shape only.
     pub shape: (&'static str, &'static str),
     choice: usize,
+    /// Whether keys are stated that the first format of blocks had not.
+    appended: bool,
 }
 
-/// All of them, in the order of the registry.
+/// All of them, in the order of the registry: every shape with later keys left out, and once more with the later key stated.
 pub fn every() -> impl Iterator<Item = Typical> {
     KINDS.iter().flat_map(|kind| {
         let shapes = kind.keys.iter().find_map(|key| match key.form {
-            Form::Choice(words) if !is_coordinate(key) => Some((key.name, words)),
+            Form::Choice(words) if !is_coordinate(key) && !key.appended => Some((key.name, words)),
             _ => None,
         });
         let (key, words) = shapes.unwrap_or(("", &[""]));
-        words.iter().enumerate().map(move |(choice, word)| Typical { kind, shape: (key, *word), choice })
+        let plain = move |(choice, word): (usize, &&'static str)| Typical {
+            kind,
+            shape: (key, *word),
+            choice,
+            appended: false,
+        };
+        let later = kind.keys.iter().filter(|key| key.appended).map(move |key| match key.form {
+            Form::Choice(words) => (key.name, words.last().copied().unwrap_or_default(), words.len() - 1),
+            _ => (key.name, "stated", 0),
+        });
+        let stated = later.map(move |(key, word, choice)| Typical { kind, shape: (key, word), choice, appended: true });
+        words.iter().enumerate().map(plain).chain(stated)
     })
 }
 
@@ -31,6 +44,9 @@ fn is_coordinate(key: &KeyInfo) -> bool {
 
 impl Source<f32> for Typical {
     fn get(&self, key: &'static KeyInfo) -> Option<Value<'_, f32>> {
+        if key.appended && !self.appended {
+            return None;
+        }
         let (low, high) = key.plausible;
         // Never the middle, which is often nought, and not the same share for any two keys.
         let place = self.kind.keys.iter().position(|known| known.name == key.name)?;

@@ -25,19 +25,23 @@ pub(super) fn deflections(
         Drive::Deflection(deflection) => return Ok(deflection.clone()),
         Drive::Load(load) => load,
     };
-    let mut stack = no_terms(model);
+    let mut stack = no_terms(model, Some(params.rated_deflection_rad()));
     for term in &model.terms {
         if term.info().is_some_and(|info| info.domain == Domain::Deflection) {
             predict::add(&mut stack, term)?;
         }
     }
     let ratio = model.gear.ratio.unwrap_or(0.0);
+    let input_rate = rate(input_rad, &plan.time_s);
     let sample = |row: usize, theta: f64| Sample {
         time: plan.time_s[row],
         period: plan.time_s[row] - plan.time_s[row.saturating_sub(1)],
         motor_angle: ratio * input_rad[row],
         output_angle: input_rad[row] - theta - model.gear.deflection_zero_rad,
         deflection: theta,
+        motor_velocity: ratio * input_rate[row],
+        // Of the input, which the output follows but for its deflection: the torque is predicted along what is recorded.
+        output_velocity: input_rate[row],
         ..Sample::default()
     };
     // Beyond ±A on the encoders the gear may still be within.

@@ -9,7 +9,8 @@ use super::common::ReadingArgs;
 use super::failure::Failure;
 use crate::model;
 use crate::output::Outputs;
-use crate::recording::{Needs, copy_with_columns};
+use crate::physics::predict::needs;
+use crate::recording::copy_with_columns;
 use crate::signal::recorded::predict;
 
 /// Predict the torque of a recording's motion, row by row
@@ -35,7 +36,8 @@ impl PredictArgs {
     pub(super) fn run(&self, session: &Session) -> Result<(), Failure> {
         Outputs::check_beside(&self.output, std::slice::from_ref(&self.recording))?;
         let model = model::load(&self.model)?;
-        let recording = self.reading.read(&self.recording, &Needs::PREDICT, session.quiet)?;
+        let needs = needs(&model);
+        let recording = self.reading.read(&self.recording, &needs, session.quiet)?;
         let prediction = predict(&model, self.reading.rated_deflection, &recording)?;
         let suffix = model.torque_unit.suffix();
         let base = [&prediction.torque, &prediction.elastic, &prediction.hysteresis];
@@ -47,7 +49,7 @@ impl PredictArgs {
 
         let mut outputs = Outputs::new();
         outputs.add(&self.output, |out| -> Result<(), Failure> {
-            Ok(copy_with_columns(&self.recording, &self.reading.map(), &Needs::PREDICT, &columns, out)?)
+            Ok(copy_with_columns(&self.recording, &self.reading.map(), &needs, &columns, out)?)
         })?;
         outputs.commit()?;
         if prediction.rows_out_of_range > 0 {

@@ -76,6 +76,14 @@ pub fn once(kind: &'static str, cos: &'static str, sin: &'static str, per_nm: f6
     Draft::new(kind).number(cos, per_nm * phase.cos()).number(sin, per_nm * phase.sin())
 }
 
+/// Three slip elements: one that slips early, one at half the stroke, one late.
+pub fn slip_elements(kind: &'static str, measures: &Measures, random: &mut ChaCha8Rng) -> Draft {
+    let bands = [(0.03, 0.12), (0.15, 0.4), (0.5, 0.9)];
+    let radius = bands.map(|(low, high)| random.random_range(low..high) * measures.deflection_rad);
+    let torque: Vec<f64> = radius.iter().map(|_| random.random_range(0.2..0.5)).collect();
+    Draft::new(kind).list("torque_nm", torque).fixed_list("radius_rad", radius.to_vec())
+}
+
 /// Friction that changes its sign within a few per cent of the largest velocity.
 pub fn smoothed(draft: Draft, measures: &Measures, random: &mut ChaCha8Rng) -> Draft {
     draft.fixed("smoothing_rad_per_s", random.random_range(0.01..0.05) * measures.velocity)

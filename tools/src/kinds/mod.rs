@@ -20,12 +20,16 @@ mod backlash;
 mod coulomb_friction;
 mod creep;
 mod encoder_eccentricity;
+mod encoder_skew;
 mod gravity_load;
 mod inertia;
 mod kinematic_error;
 mod load_dependent_friction;
+mod load_dependent_memory;
 mod nonlocal_memory;
 mod position_dependent_friction;
+mod presliding_friction;
+mod ripple_resonance;
 mod sensor_drift;
 mod soft_windup;
 mod stiffness_asymmetry;
@@ -35,6 +39,7 @@ mod thermal_stiffness;
 mod thermal_zero_drift;
 mod time_skew;
 mod torque_ripple;
+mod torque_scale;
 mod unknown;
 mod viscous_damping;
 mod viscous_friction;
@@ -190,7 +195,7 @@ pub trait Kind: Sync {
 }
 
 /// Every kind, in the order of the core's registry.
-pub static ALL: [&dyn Kind; 23] = [
+pub static ALL: [&dyn Kind; 28] = [
     &kinematic_error::KinematicError,
     &torque_ripple::TorqueRipple,
     &encoder_eccentricity::EncoderEccentricity,
@@ -214,6 +219,11 @@ pub static ALL: [&dyn Kind; 23] = [
     &sensor_drift::SensorDrift,
     &wear::Wear,
     &unknown::Unknown,
+    &torque_scale::TorqueScale,
+    &load_dependent_memory::LoadDependentMemory,
+    &presliding_friction::PreslidingFriction,
+    &encoder_skew::EncoderSkew,
+    &ripple_resonance::RippleResonance,
 ];
 
 /// The terms of the base model of a joint log, in the order of its file: gravity, inertia, Coulomb and viscous friction.

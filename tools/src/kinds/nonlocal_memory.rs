@@ -1,9 +1,8 @@
 //! Memory of several slip elements: minor loops that the base model does not draw.
 
-use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-use super::build::{list, term};
+use super::build::{list, slip_elements, term};
 use super::draft::Draft;
 use super::experiment::Experiment;
 use super::measures::Measures;
@@ -41,10 +40,6 @@ impl Kind for NonlocalMemory {
     }
 
     fn draft(&self, _shape: &str, measures: &Measures, random: &mut ChaCha8Rng) -> Draft {
-        // Three elements: one that slips early, one at half the stroke, one late.
-        let bands = [(0.03, 0.12), (0.15, 0.4), (0.5, 0.9)];
-        let radius = bands.map(|(low, high)| random.random_range(low..high) * measures.deflection_rad);
-        let torque: Vec<f64> = radius.iter().map(|_| random.random_range(0.2..0.5)).collect();
-        Draft::new(self.name()).list("torque_nm", torque).fixed_list("radius_rad", radius.to_vec())
+        slip_elements(self.name(), measures, random)
     }
 }

@@ -77,6 +77,9 @@ pub enum ModelProblem {
     /// The core refuses the values of a term.
     #[error("{0}")]
     Term(gmhm::terms::TermError),
+    /// A gear of the model's own beside a simulation's torque.
+    #[error("cannot be combined with base = \"simulation\" in [gear]: the terms are added to one torque")]
+    GearBesideSimulation,
     /// Parameters per newton-metre and per ampere in one file.
     #[error("is {} while `{first}` is {}", per(!*ampere), per(*ampere))]
     MixedUnits {
@@ -117,6 +120,9 @@ impl ModelError {
             ModelProblem::Term(_) => "correct the value; the key's name says its unit",
             ModelProblem::Refused(gmhm::ParamError::NotInLaw { .. }) => "remove the key, or choose another law",
             ModelProblem::Refused(_) => "correct the parameters; `gmhm fit` writes files that are accepted",
+            ModelProblem::GearBesideSimulation => {
+                "remove [elastic] and [memory] to add the terms to column torque_sim_nm, or remove `base`"
+            }
             ModelProblem::MixedUnits { .. } => "use _nm throughout, or _a throughout (a recording with current_a)",
         };
         Some(text.to_owned())

@@ -23,6 +23,16 @@ pub enum TorqueSide {
     Output,
 }
 
+/// What the terms of a model are added to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Base {
+    /// The model's own elastic and hysteresis torque; nothing for a joint log.
+    #[default]
+    Model,
+    /// The torque of another simulator, column `torque_sim_nm` of each recording.
+    Simulation,
+}
+
 /// The gear itself: section `[gear]`.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct GearSection {
@@ -34,6 +44,8 @@ pub struct GearSection {
     pub rated_deflection_rad: Option<f64>,
     /// Subtracted from every deflection before anything else, rad.
     pub deflection_zero_rad: f64,
+    /// What the terms are added to.
+    pub base: Base,
 }
 
 /// One value of a `[[term]]` table.
@@ -65,15 +77,20 @@ pub struct Model {
     pub torque_unit: TorqueUnit,
     /// Section `[gear]`.
     pub gear: GearSection,
-    /// Section `[elastic]`; absent for a joint log.
+    /// Section `[elastic]`; absent for a joint log and where a simulation is the base.
     pub elastic: Option<gmhm::Elastic>,
-    /// Section `[memory]`; absent for a joint log.
+    /// Section `[memory]`; absent as that is.
     pub memory: Option<gmhm::Memory>,
     /// The `[[term]]` tables in file order.
     pub terms: Vec<Term>,
 }
 
 impl Model {
+    /// Whether the terms are added to another simulator's torque.
+    pub fn is_simulation(&self) -> bool {
+        self.gear.base == Base::Simulation
+    }
+
     /// The checked parameters of the gear at the rated deflection A; `None` for a joint log. The file's own A is only a default:
     /// commands may be told another.
     ///

@@ -12,7 +12,7 @@ use toml::de::{DeTable, DeValue};
 
 use super::error::{ModelError, ModelProblem};
 use super::unit::per_newton_metre;
-use super::{GearSection, Model, Term, TermValue, TorqueSide};
+use super::{Base, GearSection, Model, Term, TermValue, TorqueSide};
 use crate::recording::TorqueUnit;
 
 /// Reads a model file.
@@ -84,6 +84,9 @@ fn read(text: &str) -> Checked<Model> {
         let missing = if elastic.is_some() { "[memory]" } else { "[elastic]" };
         return Err(root.fault(None, ModelProblem::Missing(missing.to_owned())));
     }
+    if let (Base::Simulation, Some(section)) = (gear.base, &elastic_section) {
+        return Err(section.fault(None, ModelProblem::GearBesideSimulation));
+    }
     let model = Model { name, torque_unit, gear, elastic, memory, terms };
     // Where the rated deflection is left to the command, everything else is checked at a stand-in.
     let rated = model.gear.rated_deflection_rad.unwrap_or(1e-3);
@@ -121,6 +124,7 @@ fn read_gear(section: &Section<'_>, unit: TorqueUnit) -> Checked<GearSection> {
         torque_side: section.choice("torque_side", &sides)?.unwrap_or(default_side(unit)),
         rated_deflection_rad: section.number("rated_deflection_rad")?,
         deflection_zero_rad: section.number("deflection_zero_rad")?.unwrap_or(0.0),
+        base: section.choice("base", &[("model", Base::Model), ("simulation", Base::Simulation)])?.unwrap_or_default(),
     })
 }
 

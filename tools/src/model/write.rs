@@ -5,7 +5,7 @@ use std::fmt::Write;
 use gmhm::{Kernel, Law};
 
 use super::unit::{key_per, per_ampere};
-use super::{Model, TermValue, TorqueSide};
+use super::{Base, Model, TermValue, TorqueSide};
 use crate::recording::TorqueUnit;
 
 impl Model {
@@ -23,6 +23,9 @@ impl Model {
         }
         page.optional("rated_deflection_rad", gear.rated_deflection_rad, "amplitude of the calibrated cycle, rad");
         page.number("deflection_zero_rad", gear.deflection_zero_rad, "subtracted from every deflection, rad");
+        if gear.base == Base::Simulation {
+            page.text("base", "simulation", "the terms are added to column torque_sim_nm of each recording");
+        }
         if self.torque_unit == TorqueUnit::Ampere && !self.shows_unit() {
             page.text("torque_unit", "a", "torques are counted in amperes of motor current");
         }

@@ -55,7 +55,7 @@ impl<'a> Evaluation<'a> {
         signals: Signals<'a>,
     ) -> Result<Self, PredictError> {
         let context = context(model, asked_rad, recording, signals)?;
-        let mut terms = no_terms(model);
+        let mut terms = no_terms(model, context.rated_deflection_rad);
         model.terms.iter().try_for_each(|term| add(&mut terms, term))?;
         context.check(&terms)?;
         let followed = context.follow(&terms)?;
@@ -147,7 +147,8 @@ impl<'a> Evaluation<'a> {
     /// What a unit of a linear key adds.
     fn unit(&self, zero: &Term, key: &'static KeyInfo, index: Option<usize>) -> Result<Vec<f64>, PredictError> {
         let unit = set(zero, key, index, 1.0);
-        if !self.terms.has_gear() {
+        let is_load = zero.info().is_some_and(|info| info.domain == Domain::Load);
+        if !self.terms.has_gear() && (is_load || zero.follows_base()) {
             // T_base of a joint is made of terms: a load changes it, and friction may depend on it.
             return self.change(&unit);
         }
@@ -190,12 +191,12 @@ fn linear_places(info: &KindInfo, term: &mut Term) -> Vec<(&'static KeyInfo, Opt
     places
 }
 
-/// A number of a term; 0 where there is none.
+/// A number of a term; what it is when left out where there is none.
 pub fn get(term: &Term, key: &KeyInfo, index: Option<usize>) -> f64 {
     match (term.values.get(key.name), index) {
         (Some(TermValue::Number(x)), _) => *x,
         (Some(TermValue::List(list)), Some(i)) => list.get(i).copied().unwrap_or(0.0),
-        _ => 0.0,
+        _ => key.absent,
     }
 }
 

@@ -40,6 +40,14 @@ pub enum PredictError {
         /// What it needs.
         need: Need,
     },
+    /// A model whose terms are added to a simulation, and a recording without one.
+    #[error(
+        "{file}: the model's terms are added to a simulation's torque (base = \"simulation\"), and column torque_sim_nm is missing"
+    )]
+    NoSimulation {
+        /// The recording.
+        file: String,
+    },
     /// A term of a gear in the model of a joint.
     #[error("the term `{kind}` needs a gear: the model has no [elastic] and [memory]")]
     NoGear {
@@ -76,7 +84,7 @@ pub enum PredictError {
 fn column(need: Need) -> &'static str {
     match need {
         Need::MotorAngle => "column theta_in_rad (or theta_out_rad with ratio in [gear])",
-        Need::OutputAngle => "column theta_out_rad (or theta_in_rad and deflection_rad with ratio in [gear])",
+        Need::OutputAngle => "column theta_out_rad (or theta_in_rad with ratio in [gear])",
         Need::Velocity | Need::Acceleration => {
             "column velocity_out_rad_per_s or theta_out_rad (or theta_in_rad with ratio in [gear])"
         }
@@ -84,6 +92,9 @@ fn column(need: Need) -> &'static str {
             "column deflection_rad (or theta_in_rad and theta_out_rad with ratio in [gear])"
         }
         Need::Temperature => "column temperature_c",
+        Need::MotorVelocity => "column theta_in_rad (or theta_out_rad with ratio in [gear])",
+        Need::OutputVelocity => "column velocity_out_rad_per_s or theta_out_rad (or theta_in_rad with ratio in [gear])",
+        Need::SimulatedTorque => "column torque_sim_nm",
         Need::Gear => "a gear",
     }
 }
@@ -99,6 +110,7 @@ impl PredictError {
             PredictError::MissingSignal { .. } => {
                 "name the column, or map another to it with --map; or remove the term"
             }
+            PredictError::NoSimulation { .. } => "add the column, or map another to it with --map torque_sim_nm=…",
             PredictError::NoGear { .. } => "remove the term, or add the gear's sections",
             PredictError::Absurd { .. } => {
                 "check the column's unit and the model's deflection_zero_rad; --map scales and shifts columns"

@@ -20,6 +20,8 @@ pub struct RecordingContext<'a> {
     pub signals: Signals<'a>,
     /// The gear; none for a joint log.
     pub params: Option<Params>,
+    /// A in use, rad: for the gear, and for terms that refer to it.
+    pub rated_deflection_rad: Option<f64>,
 }
 
 /// The base model's way through a recording.
@@ -33,7 +35,9 @@ pub struct Followed {
     pub elastic: Vec<f64>,
     /// z.
     pub hysteresis: Vec<f64>,
-    /// The rate of f + z.
+    /// T_sim where that is the base; empty otherwise.
+    pub simulated: Vec<f64>,
+    /// The rate of f + z, or of T_sim.
     pub base_rate: Vec<f64>,
     /// Rows outside the rated deflection.
     pub rows_out_of_range: usize,
@@ -53,7 +57,8 @@ impl<'a> RecordingContext<'a> {
             let file = recording.name.clone();
             return Err(RecordingError { file, line: None, column: None, problem: Box::new(problem) }.into());
         }
-        Ok(Self { file: &recording.name, signals, params })
+        let rated_deflection_rad = params.map(|params| params.rated_deflection_rad());
+        Ok(Self { file: &recording.name, signals, params, rated_deflection_rad })
     }
 
     /// Refuses terms that need what the recording does not tell.
@@ -82,6 +87,10 @@ impl<'a> RecordingContext<'a> {
     /// A deflection that is absurd for the gear.
     pub fn follow(&self, terms: &Terms) -> Result<Followed, PredictError> {
         let mut followed = Followed::default();
+        if let (true, Some(simulated)) = (terms.has_simulation(), self.signals.torque_sim_nm) {
+            followed.simulated = simulated.to_vec();
+            followed.base_rate = rate(simulated, self.signals.time_s);
+        }
         if self.signals.deflection_rad.is_none() {
             return Ok(followed);
         }
@@ -179,12 +188,18 @@ impl<'a> RecordingContext<'a> {
 }
 
 impl Followed {
-    /// f + z of every row; empty without a gear.
+    /// f + z of every row, or T_sim; empty with neither.
     pub fn base(&self) -> Vec<f64> {
+        if !self.simulated.is_empty() {
+            return self.simulated.clone();
+        }
         self.elastic.iter().zip(&self.hysteresis).map(|(f, z)| f + z).collect()
     }
 
     fn base_at(&self, row: usize) -> f64 {
-        self.elastic.get(row).map_or(0.0, |f| f + self.hysteresis[row])
+        match self.simulated.get(row) {
+            Some(simulated) => *simulated,
+            None => self.elastic.get(row).map_or(0.0, |f| f + self.hysteresis[row]),
+        }
     }
 }

@@ -145,7 +145,7 @@ fn of_gear(params: &Params, time_s: &[f64], torques: &[f64]) -> Result<Inversion
 
 /// By a search on gear and terms together; no equation of theirs is known here.
 fn with_terms(model: &Model, params: &Params, time_s: &[f64], torques: &[f64]) -> Result<Inversion, InvertError> {
-    let mut stack = no_terms(model);
+    let mut stack = no_terms(model, Some(params.rated_deflection_rad()));
     model.terms.iter().try_for_each(|term| add(&mut stack, term))?;
     check(&stack)?;
     let gear = Compensated { gear: Gear::new(params), stack };

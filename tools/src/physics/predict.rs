@@ -2,14 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use gmhm::terms::{Domain, TermError};
+use gmhm::terms::{Domain, Need, TermError};
 
 use super::error::PredictError;
 use super::evaluate::RecordingContext;
 use super::signals::Signals;
 use super::term::{Terms, no_terms};
 use crate::model::{Model, Term};
-use crate::recording::Recording;
+use crate::recording::{Need as ColumnNeed, Needs, Recording};
 
 /// Torques of every row of a recording, in the model's unit.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -49,7 +49,7 @@ pub fn predict_along(
     signals: Signals<'_>,
 ) -> Result<Prediction, PredictError> {
     let context = context(model, asked_rad, recording, signals)?;
-    let mut terms = no_terms(model);
+    let mut terms = no_terms(model, context.rated_deflection_rad);
     let uncorrected = context.follow(&terms)?;
     let rows = recording.len();
     let mut prediction = Prediction {
@@ -102,8 +102,11 @@ pub fn context<'a>(
 ) -> Result<RecordingContext<'a>, PredictError> {
     let seen = || signals.deflection_rad.as_ref().map(|theta| theta.iter().fold(0.0, |a: f64, x| a.max(x.abs())));
     let rated = asked_rad.or(model.gear.rated_deflection_rad).or_else(seen).unwrap_or(f64::NAN);
+    if model.is_simulation() && signals.torque_sim_nm.is_none() {
+        return Err(PredictError::NoSimulation { file: recording.name.clone() });
+    }
     let params = model.params(rated);
-    if params.is_none() && model.terms.is_empty() {
+    if params.is_none() && model.terms.is_empty() && !model.is_simulation() {
         return Err(PredictError::EmptyModel);
     }
     if params.is_some() && signals.deflection_rad.is_none() {
@@ -111,7 +114,21 @@ pub fn context<'a>(
         return RecordingContext::new(recording, signals, model.params(1.0).and_then(Result::ok));
     }
     let refused = |error| PredictError::Params { rated_deflection_rad: rated, error };
-    RecordingContext::new(recording, signals, params.transpose().map_err(refused)?)
+    let context = RecordingContext::new(recording, signals, params.transpose().map_err(refused)?)?;
+    Ok(RecordingContext { rated_deflection_rad: Some(rated).filter(|rated| rated.is_finite()), ..context })
+}
+
+/// What `gmhm predict` reads of a recording for a model.
+pub fn needs(model: &Model) -> Needs {
+    let of_terms = |term: &Term| term.info().is_some_and(|info| info.needs.contains(&Need::SimulatedTorque));
+    if model.is_simulation() {
+        // Whether the terms have what they need is known once they are read.
+        Needs { motion: ColumnNeed::IfPresent, simulation: ColumnNeed::IfPresent, ..Needs::PREDICT }
+    } else if model.terms.iter().any(of_terms) {
+        Needs { simulation: ColumnNeed::IfPresent, ..Needs::PREDICT }
+    } else {
+        Needs::PREDICT
+    }
 }
 
 /// Adds a term of a model file.

@@ -13,8 +13,11 @@ use crate::recording::Recording;
 /// |---|---|
 /// | deflection | `deflection_rad`, else both angles and the ratio; less the model's `deflection_zero_rad` |
 /// | motor angle | `theta_in_rad`, else N·(q_o + θ), else N·q_o |
-/// | output angle | `theta_out_rad`, else q_m/N − θ |
+/// | output angle | `theta_out_rad`, else q_m/N − θ, else q_m/N |
 /// | velocity | torque on the motor side and `theta_in_rad` recorded: the rate of q_m/N; else `velocity_out_rad_per_s`, else the rate of q_o |
+/// | motor velocity | the rate of the motor angle |
+/// | output velocity | `velocity_out_rad_per_s`, else the rate of the output angle |
+/// | simulated torque | `torque_sim_nm` |
 /// | acceleration | the [curvature] of the angle that the velocity comes from; of a recorded velocity its rate |
 ///
 /// Rates are [`rate`]s.
@@ -34,6 +37,12 @@ pub struct Signals<'a> {
     pub acceleration_rad_per_s2: Option<Vec<f64>>,
     /// Θ, °C.
     pub temperature_c: Option<&'a [f64]>,
+    /// q̇_m, rad/s.
+    pub motor_velocity_rad_per_s: Option<Vec<f64>>,
+    /// q̇_o, rad/s.
+    pub output_velocity_rad_per_s: Option<Cow<'a, [f64]>>,
+    /// T_sim, N·m.
+    pub torque_sim_nm: Option<&'a [f64]>,
 }
 
 impl<'a> Signals<'a> {
@@ -58,6 +67,7 @@ impl<'a> Signals<'a> {
         let output_angle_rad = match (output, input, &raw, ratio) {
             (Some(q_o), ..) => Some(Cow::Borrowed(q_o)),
             (None, Some(q_m), Some(theta), Some(n)) => Some(combine(q_m, theta, |q_m, theta| q_m / n - theta)),
+            (None, Some(q_m), None, Some(n)) => Some(q_m.iter().map(|q| q / n).collect()),
             _ => None,
         };
         let of_angle = |q: &[f64]| (Cow::Owned(rate(q, time_s)), curvature(q, time_s));
@@ -70,6 +80,10 @@ impl<'a> Signals<'a> {
             },
         };
         let (velocity_rad_per_s, acceleration_rad_per_s2) = motion.unzip();
+        let output_velocity_rad_per_s = match &recording.velocity_out_rad_per_s {
+            Some(v) => Some(Cow::Borrowed(v.as_slice())),
+            None => output_angle_rad.as_deref().map(|q| Cow::Owned(rate(q, time_s))),
+        };
         let zero = gear.deflection_zero_rad;
         let deflection_rad = raw.map(|theta| match zero {
             0.0 => theta,
@@ -78,6 +92,9 @@ impl<'a> Signals<'a> {
         Self {
             time_s,
             acceleration_rad_per_s2,
+            motor_velocity_rad_per_s: motor_angle_rad.as_deref().map(|q| rate(q, time_s)),
+            output_velocity_rad_per_s,
+            torque_sim_nm: recording.torque_sim_nm.as_deref(),
             motor_angle_rad,
             output_angle_rad,
             deflection_rad,
@@ -104,6 +121,9 @@ impl<'a> Signals<'a> {
             Need::Velocity | Need::Acceleration => self.velocity_rad_per_s.is_some(),
             Need::Deflection | Need::DeflectionRate => self.deflection_rad.is_some(),
             Need::Temperature => self.temperature_c.is_some(),
+            Need::MotorVelocity => self.motor_velocity_rad_per_s.is_some(),
+            Need::OutputVelocity => self.output_velocity_rad_per_s.is_some(),
+            Need::SimulatedTorque => self.torque_sim_nm.is_some(),
             Need::Gear => true,
         }
     }
@@ -122,6 +142,9 @@ impl<'a> Signals<'a> {
             velocity: at(self.velocity_rad_per_s.as_deref()),
             acceleration: at(self.acceleration_rad_per_s2.as_deref()),
             temperature: at(self.temperature_c),
+            motor_velocity: at(self.motor_velocity_rad_per_s.as_deref()),
+            output_velocity: at(self.output_velocity_rad_per_s.as_deref()),
+            simulated_torque: at(self.torque_sim_nm),
             ..Sample::default()
         }
     }

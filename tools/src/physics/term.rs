@@ -2,7 +2,7 @@
 
 use gmhm::terms::{Form, KeyInfo, KindInfo, Setting, Source, Stack, TermError, Value, kind};
 
-use crate::model::{GearSection, Model, Term, TermValue, TorqueSide};
+use crate::model::{Base, GearSection, Model, Term, TermValue, TorqueSide};
 
 /// The most terms of one model on the host.
 pub const MOST_TERMS: usize = 32;
@@ -58,7 +58,7 @@ impl Term {
     }
 
     fn as_core(&self) -> Result<gmhm::terms::Term<f64>, TermError> {
-        gmhm::terms::Term::read(&self.kind, self, Setting { sigma: 1.0, c1: 1.0 })
+        gmhm::terms::Term::read(&self.kind, self, Setting { sigma: 1.0, c1: 1.0, rated_deflection: 1.0 })
     }
 }
 
@@ -70,11 +70,13 @@ pub fn sigma(gear: &GearSection) -> f64 {
     }
 }
 
-/// No terms, for the gear or the joint of a model.
-pub fn no_terms(model: &Model) -> Terms {
-    let sigma = sigma(&model.gear);
-    match &model.elastic {
-        Some(elastic) => Stack::of_gear(Setting { sigma, c1: elastic.c1_nm_per_rad }),
-        None => Stack::of_joint(sigma),
+/// No terms, for the gear, the joint or the simulation of a model, at the rated deflection in use.
+pub fn no_terms(model: &Model, rated_deflection_rad: Option<f64>) -> Terms {
+    let c1 = model.elastic.map_or(0.0, |elastic| elastic.c1_nm_per_rad);
+    let setting = Setting { sigma: sigma(&model.gear), c1, rated_deflection: rated_deflection_rad.unwrap_or(0.0) };
+    match (model.gear.base, &model.elastic) {
+        (Base::Simulation, _) => Stack::of_simulation(setting),
+        (Base::Model, Some(_)) => Stack::of_gear(setting),
+        (Base::Model, None) => Stack::of_joint(setting),
     }
 }

@@ -17,6 +17,7 @@ V = np.array([2.0, 2.5, 1.5, -0.02, -1.0, -2.0, 0.05, 0.0])
 TEMP = np.array([22.0, 23.0, 25.0, 26.0, 28.0, 29.0, 31.0, 35.0])
 QM = N * (THETA + QO)
 ACC = np.gradient(V, T)
+SIM = np.array([2.0, 12.0, 25.0, 11.0, -4.0, -2.5, -19.0, 7.0])
 
 
 def elastic(x):
@@ -114,6 +115,47 @@ def creep(tau):
     return np.array(out)
 
 
+def butterfly(r, linear, quadratic):
+    """A stop is what a play leaves; the load factor as written in the model."""
+    u = np.abs(THETA) / A
+    played, out = THETA[0], []
+    for x in THETA:
+        played = min(max(played, x - r), x + r)
+        out.append(x - played)
+    return np.maximum(0, 1 - linear - quadratic + linear * u + quadratic * u**2) * np.array(out)
+
+
+def dahl(r):
+    """dD/dq by classical Runge-Kutta along the output."""
+    d, out = 0.0, [0.0]
+    for step in np.diff(QO):
+        sense, count = np.sign(step), 4000
+        h = step / count
+        slope = lambda d: (1 - d * sense) / r
+        for _ in range(count):
+            k1 = slope(d)
+            k2 = slope(d + 0.5 * h * k1)
+            k3 = slope(d + 0.5 * h * k2)
+            k4 = slope(d + h * k3)
+            d += h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+        out.append(d)
+    return np.array(out)
+
+
+def resonance(q, rate, orders, cos, sin, hertz, zeta):
+    """Complex transfer function of the mode at the frequency of each order."""
+    wn, total = 2 * np.pi * hertz, 0
+    for k, c, s in zip(orders, cos, sin):
+        jw = 1j * k * rate
+        total = total + np.real(wn**2 / (jw**2 + 2 * zeta * wn * jw + wn**2) * (c - 1j * s) * np.exp(1j * k * q))
+    return total
+
+
+def parabolic(x):
+    """The slope at each middle sample of the parabola through three."""
+    return np.gradient(x, T)
+
+
 BASE = base(THETA)
 RATE = np.gradient(THETA, T)
 SIGN = lambda s: np.tanh(V / s) if s > 0 else np.sign(V)
@@ -142,11 +184,16 @@ KINDS = [
      deflection(THETA - series(QM, [2, 4.5], [5e-5, 1e-5], [-2e-5, 3e-5]))),
     ("torque_ripple", "orders = [1, 2.02]\ncos_nm = [0.5, 0.1]\nsin_nm = [0.2, -0.3]",
      series(QM, [1, 2.02], [0.5, 0.1], [0.2, -0.3])),
+    ("kinematic_error", 'angle = "output"\norders = [2, 101.5]\ncos_rad = [5e-5, 1e-5]\nsin_rad = [-2e-5, 3e-5]',
+     deflection(THETA - series(QO, [2, 101.5], [5e-5, 1e-5], [-2e-5, 3e-5]))),
+    ("torque_ripple", 'angle = "output"\norders = [2, 101.5]\ncos_nm = [0.5, 0.1]\nsin_nm = [0.2, -0.3]',
+     series(QO, [2, 101.5], [0.5, 0.1], [0.2, -0.3])),
     ("encoder_eccentricity", "cos_rad = 4e-5\nsin_rad = -6e-5", deflection(THETA - series(QO, [1], [4e-5], [-6e-5]))),
     ("gravity_load", "cos_nm = 3.0\nsin_nm = -1.5", series(QO, [1], [3.0], [-1.5])),
     ("coulomb_friction", "torque_nm = 0.7\nsmoothing_rad_per_s = 0.05", SIGMA * 0.7 * SIGN(0.05)),
     ("coulomb_friction", "torque_nm = 0.7", SIGMA * 0.7 * SIGN(0)),
     ("viscous_friction", "damping_nms_per_rad = 1.25", SIGMA * 1.25 * V),
+    ("viscous_friction", "damping_nms_per_rad = 1.25\nexponent = 0.7", SIGMA * 1.25 * np.sign(V) * np.abs(V) ** 0.7),
     ("stribeck_friction",
      "coulomb_nm = 0.5\nstatic_nm = 0.9\nstribeck_velocity_rad_per_s = 0.8\nexponent = 1.5\ndamping_nms_per_rad = 0.3\nsmoothing_rad_per_s = 0.02",
      SIGMA * ((0.5 + 0.4 * np.exp(-np.abs(V / 0.8) ** 1.5)) * SIGN(0.02) + 0.3 * V)),
@@ -185,6 +232,18 @@ KINDS = [
     ("unknown", 'coordinate = "motor_angle"\nknots = [0, 2, 4]\nvalues_nm = [1, -1, 0.5]',
      np.interp(QM, [0, 2, 4], [1, -1, 0.5], period=2 * np.pi)),
     ("unknown", 'coordinate = "torque"\nknots = [-10, 10]\nvalues_nm = [-1, 1]', np.interp(BASE, [-10, 10], [-1, 1])),
+    ("torque_scale", "gain_error = -0.04", -0.04 * SIM),
+    ("load_dependent_memory", "radius_rad = [2e-4, 6e-4]\ntorque_nm = [0.5, 0.8]\nload_linear = 0.9\nload_quadratic = 0.4",
+     0.5 / 2e-4 * butterfly(2e-4, 0.9, 0.4) + 0.8 / 6e-4 * butterfly(6e-4, 0.9, 0.4)),
+    ("load_dependent_memory", "radius_rad = [3e-4]\ntorque_nm = [0.5]\nload_quadratic = 0.6",
+     0.5 / 3e-4 * butterfly(3e-4, 0, 0.6)),
+    ("presliding_friction", "torque_nm = 0.7\nradius_rad = 0.15", SIGMA * 0.7 * dahl(0.15)),
+    ("encoder_skew", "delay_s = 4e-5", deflection(THETA - 4e-5 * V)),
+    ("ripple_resonance", "orders = [1, 2]\ncos_nm = [0.5, 0.1]\nsin_nm = [0.2, -0.3]\nfrequency_hz = 40\ndamping_ratio = 0.1",
+     resonance(QM, parabolic(QM), [1, 2], [0.5, 0.1], [0.2, -0.3], 40, 0.1)),
+    ("ripple_resonance",
+     'angle = "output"\norders = [2, 30]\ncos_nm = [0.5, 0.1]\nsin_nm = [0.2, -0.3]\nfrequency_hz = 8\ndamping_ratio = 0.1',
+     resonance(QO, V, [2, 30], [0.5, 0.1], [0.2, -0.3], 8, 0.1)),
 ]
 
 # Several at once, in file order: each column is its change of the total.
@@ -213,6 +272,16 @@ SEVERAL = [
 GRAVITY = series(QO, [1], [3.0], [-1.5])
 INERTIA = 0.2 * ACC
 FRICTION = lambda base: 0.03 * np.abs(base) * SIGN(0.1)
+# Terms over a simulation's torque: T_base is that torque and the payload that it lacks.
+PAYLOAD = series(QO, [1], [0.8], [0.1])
+SIMULATED = [
+    PAYLOAD,
+    SIGMA * 0.03 * np.abs(SIM + PAYLOAD) * SIGN(0.1),
+    0.02 * SIM,
+]
+TORQUE = skew(SIM + sum(SIMULATED))
+SIMULATED.append(TORQUE - SIM - sum(SIMULATED))
+
 JOINT = [
     GRAVITY,
     FRICTION(GRAVITY),
@@ -229,7 +298,7 @@ if __name__ == "__main__":
     print("const BASE: Row =", f"[{numbers(BASE)}];")
     for kind, keys, column in KINDS:
         print(f'    ("{kind}", r#"{keys}"#, [{numbers(column)}]),')
-    for name, columns in (("SEVERAL", SEVERAL), ("JOINT", JOINT)):
+    for name, columns in (("SEVERAL", SEVERAL), ("SIMULATED", SIMULATED), ("JOINT", JOINT)):
         print(f"const {name}: [Row; {len(columns)}] = [")
         for column in columns:
             print(f"    [{numbers(column)}],")

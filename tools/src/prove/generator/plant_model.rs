@@ -220,7 +220,7 @@ impl PlantModel {
                 ratio: Some(ratio),
                 torque_side: side,
                 rated_deflection_rad: None,
-                deflection_zero_rad: 0.0,
+                ..GearSection::default()
             },
             ..Model::default()
         };
