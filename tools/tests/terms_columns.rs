@@ -233,7 +233,7 @@ fn what_is_eliminated_is_linear_together_and_what_follows_the_torque_is_not() {
 
 #[test]
 fn a_fit_leaves_nothing_that_the_eliminated_numbers_could_take() {
-    let mut recording = recording();
+    let mut recording = Recording { torque_sim_nm: None, ..recording() };
     let mut truth = model();
     truth.terms.push(term("viscous_friction", 0));
     recording.torque = Some(Evaluation::new(&truth, None, &recording).unwrap().total().to_vec());
