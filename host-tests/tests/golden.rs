@@ -32,7 +32,7 @@ const GOLDEN: [(&str, u32); 11] = [
     ("block-1-terms-9", 0x18b8_918b),
     ("block-1-terms-17", 0x2f3d_7dfe),
     ("block-1-shapes", 0x19b7_1ee5),
-    ("block-1-terms-24", 0),
+    ("block-1-terms-24", 0xfa9a_9165),
 ];
 
 fn file(name: &str) -> PathBuf {
