@@ -15,7 +15,10 @@ pub(super) fn fit(fit: &Fit) -> String {
     if let Some(chosen) = fit.selection.iter().find(|c| c.chosen) {
         let of = match fit.selection.len() {
             1 => "as given".to_owned(),
-            n => format!("chosen among {n} by held-out prediction"),
+            n => format!(
+                "chosen among {n} by held-out prediction on {} rows spread over the recordings",
+                fit.selection_rows
+            ),
         };
         lines.push(format!("Structure {} ({of}), seed {}", chosen.name, fit.seed));
     }
@@ -39,7 +42,7 @@ pub(super) fn fit(fit: &Fit) -> String {
         lines.push("Plain least squares: what is left is physics more than noise; standard deviations from the scatter of blocks".to_owned());
     }
     if let Some(rated) = fit.model.gear.rated_deflection_rad.filter(|_| fit.rated_is_largest_seen) {
-        lines.push(format!("Rated deflection {rated:.6e} rad, the largest seen: e and c1 to c3 hang on it, their ± holds what may lie between its samples; --rated-deflection gives the gear's"));
+        lines.push(format!("No rated deflection given: using the largest recorded, {rated:.6e} rad. c1–c3 and e depend on it; set --rated-deflection if you know it"));
     }
     if fit.zeros_apart_rad().is_some() {
         lines.push("The deflections count from zeros of their own; the model has the first:".to_owned());

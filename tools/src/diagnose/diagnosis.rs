@@ -7,8 +7,10 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-/// The name that stands for structure which no kind of the vocabulary explains.
 pub use crate::kinds::UNKNOWN;
+
+/// The rate of false alarms on coloured nulls: 9 of 500 by `gmhm prove --only null --cases 500 --seed 2027`.
+pub const FALSE_ALARM_RATE: f64 = 0.02;
 
 /// The verdict on one recording, or on several of one gear taken together.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -41,7 +43,7 @@ impl Diagnosis {
     pub fn nothing(unit: Unit, noise_rms: f64, rms: Rms, heldout: Heldout) -> Self {
         Self {
             mismatch: false,
-            false_alarm_rate: 0.01,
+            false_alarm_rate: FALSE_ALARM_RATE,
             unit,
             noise_rms,
             rms,
@@ -230,5 +232,6 @@ mod tests {
         let verdict = Diagnosis::nothing(Unit::Ampere, 0.1, Rms::default(), Heldout::default());
         assert!(!verdict.mismatch && verdict.effects.is_empty() && verdict.places.is_empty());
         assert_eq!(serde_json::to_value(&verdict).unwrap()["unit"], "a");
+        assert_eq!(verdict.false_alarm_rate, FALSE_ALARM_RATE);
     }
 }

@@ -6,7 +6,8 @@ use gmhm::terms::{Form, Role, Side as TermSide};
 
 use crate::diagnose::DiagnoseError;
 use crate::diagnose::diagnosis::{
-    Diagnosis, Effect, Heldout, HeldoutFrom, Location, Parameter, ParameterValue, Rms, Side, UNKNOWN, Unit,
+    Diagnosis, Effect, FALSE_ALARM_RATE, Heldout, HeldoutFrom, Location, Parameter, ParameterValue, Rms, Side, UNKNOWN,
+    Unit,
 };
 use crate::diagnose::explain::Search;
 use crate::diagnose::naming::{DiagnosisVerdict, EffectVerdict, coordinates};
@@ -31,9 +32,6 @@ const SEARCH_ROWS: usize = 10_000;
 
 /// Rows that are fitted. Of longer recordings means are, the motion's as well as the torque's.
 const MOST_ROWS: usize = 250_000;
-
-/// The rate of false alarms on coloured nulls: 9 of 500 by `gmhm prove --only null --cases 500 --seed 2027`.
-pub const FALSE_ALARM_RATE: f64 = 0.02;
 
 /// How a diagnosis is done.
 #[derive(Debug, Clone, Default)]

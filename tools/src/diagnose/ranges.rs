@@ -1,6 +1,7 @@
 //! What recordings span, and the orders that the residual of a fit holds.
 
 use std::f64::consts::TAU;
+use std::ops::Range;
 
 use crate::kinds::ranges::Ranges;
 use crate::numerics::spectrum;
@@ -28,7 +29,8 @@ impl Dataset<'_> {
         let temperature = self.signal(evaluations, |s| s.temperature_c);
         let time = self.time_s();
         let motor_turns = travel(&motor);
-        let period_s = (time[self.spans[0].end - 1] - time[0]) / (self.spans[0].len() - 1) as f64;
+        let period_s = |span: &Range<usize>| (time[span.end - 1] - time[span.start]) / (span.len() - 1) as f64;
+        let period_s = self.spans.iter().map(period_s).fold(f64::INFINITY, f64::min);
         let mut ranges = Ranges {
             rated_rad: fit.model.gear.rated_deflection_rad.unwrap_or(0.0),
             velocity_rad_per_s: velocity.as_deref().map_or(0.0, largest),
@@ -75,13 +77,23 @@ impl Dataset<'_> {
 
     /// The spectrum over the orders of an angle, in multiples of the noise.
     pub fn order_spectrum(&self, fit: &Fitted, angle: &[f64], u: &[f64]) -> Vec<spectrum::Line> {
-        let steps = angle.windows(2).map(|w| (w[1] - w[0]).abs()).sum::<f64>() / angle.len() as f64;
-        spectrum::spectrum(angle, u, |order| self.noise_gain(fit, order * steps))
+        let advance = |span: &Range<usize>| {
+            let own = &angle[span.clone()];
+            own.windows(2).map(|w| (w[1] - w[0]).abs()).sum::<f64>() / own.len() as f64
+        };
+        let advances: Vec<f64> = self.spans.iter().map(advance).collect();
+        // The mean over the rows of all recordings, each by its own noise.
+        spectrum::spectrum(angle, u, |order| {
+            let of = |(recording, span): (usize, &Range<usize>)| {
+                span.len() as f64 * Self::noise_gain(fit, recording, order * advances[recording])
+            };
+            self.spans.iter().enumerate().map(of).sum::<f64>() / self.len() as f64
+        })
     }
 
-    /// What the noise filter multiplies the power of a wave with that advances by `radians` a sample.
-    pub fn noise_gain(&self, fit: &Fitted, radians: f64) -> f64 {
-        let noise = &fit.noise[0];
+    /// What the noise filter of a recording multiplies the power of a wave with that advances by `radians` a sample.
+    pub fn noise_gain(fit: &Fitted, recording: usize, radians: f64) -> f64 {
+        let noise = &fit.noise[recording];
         let w = radians.min(std::f64::consts::PI);
         let (mut re, mut im) = (1.0, 0.0);
         for (i, a) in noise.coefficients.iter().enumerate() {
@@ -90,5 +102,48 @@ impl Dataset<'_> {
             im += a * phase.sin();
         }
         (re * re + im * im) / noise.innovation_sd.max(1e-12).powi(2)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution, Normal};
+
+    use super::*;
+    use crate::model::parse;
+    use crate::recording::Recording;
+
+    /// A joint log of nothing but noise.
+    fn noise(sd: f64, period_s: f64, seed: u64) -> Recording {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let normal = Normal::new(0.0, sd).unwrap();
+        let time_s: Vec<f64> = (0..4000).map(|k| f64::from(k) * period_s).collect();
+        Recording {
+            name: format!("{sd}.csv"),
+            theta_out_rad: Some(time_s.iter().map(|t| (0.5 * t).sin()).collect()),
+            torque: Some(time_s.iter().map(|_| normal.sample(&mut random)).collect()),
+            time_s,
+            ..Recording::default()
+        }
+    }
+
+    #[test]
+    fn noise_has_the_same_power_over_the_orders_whichever_of_two_unequal_recordings_is_first() {
+        let text = "format = 1\n[gear]\n[[term]]\nkind = \"gravity_load\"\ncos_nm = 0.0\nsin_nm = 0.0\n";
+        let model = parse("joint.toml", text).unwrap();
+        let (quiet, loud) = (noise(0.1, 0.01, 1), noise(2.0, 0.02, 2));
+        for recordings in [[quiet.clone(), loud.clone()], [loud, quiet]] {
+            let dataset = Dataset::new(&recordings, &model).unwrap();
+            let fit = dataset.fit(&model, &dataset.free_parameters(&model, false, 1), None, 4).unwrap();
+            let motor: Vec<f64> = (0..dataset.len()).map(|row| 0.05 * row as f64).collect();
+            let lines = dataset.order_spectrum(&fit, &motor, &dataset.filtered_twice(&fit));
+            let mean = lines.iter().map(|line| line.power).sum::<f64>() / lines.len() as f64;
+            // A line of unit power has twice the power of noise at one frequency.
+            assert!((1.6..2.4).contains(&mean), "{}: {mean}", recordings[0].name);
+            let ranges = dataset.ranges(&dataset.evaluate(&fit.model).unwrap(), &fit);
+            assert!((ranges.period_s - 0.01).abs() < 1e-9, "{}", ranges.period_s);
+        }
     }
 }

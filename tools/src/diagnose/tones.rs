@@ -31,8 +31,9 @@ pub fn tones(dataset: &Dataset<'_>, see: &Coordinates, fit: &Fitted) -> Vec<Curv
         });
         windows.flat_map(|rows| wave(rad_per_s, rows)).collect::<Vec<_>>()
     };
-    let filtered = lines(dataset, see, &dataset.filtered_twice(fit), |rad| dataset.noise_gain(fit, rad));
-    let plain = lines(dataset, see, &dataset.layout().masked(&fit.residual), |_| 1.0);
+    let filtered =
+        lines(dataset, see, &dataset.filtered_twice(fit), |recording, rad| Dataset::noise_gain(fit, recording, rad));
+    let plain = lines(dataset, see, &dataset.layout().masked(&fit.residual), |_, _| 1.0);
     let mut curves: Vec<Curve> =
         filtered.iter().take(2).map(|line| tone(wave(line.rad_per_s, line.rows.clone()).into(), false)).collect();
     for line in [filtered.first(), plain.first()].into_iter().flatten() {
@@ -53,20 +54,21 @@ struct Line {
     rows: Range<usize>,
 }
 
-/// The strongest line of each of overlapping windows, the strongest of all first. `gain` is what the noise's filter does to a frequency, in rad a row.
-fn lines(dataset: &Dataset<'_>, see: &Coordinates, values: &[f64], gain: impl Fn(f64) -> f64) -> Vec<Line> {
+/// The strongest line of each of overlapping windows, the strongest of all first. `gain` is what the noise filter of a recording does to a
+/// frequency, in rad a row.
+fn lines(dataset: &Dataset<'_>, see: &Coordinates, values: &[f64], gain: impl Fn(usize, f64) -> f64) -> Vec<Line> {
     let mut found = Vec::new();
-    for span in &dataset.spans {
+    for (recording, span) in dataset.spans.iter().enumerate() {
         let time = &see.time[span.clone()];
         let period = (time[time.len() - 1] - time[0]) / (time.len() - 1) as f64;
         let length = 2 * span.len() / WINDOWS;
         for window in 0..WINDOWS - 1 {
             let rows = span.start + window * length / 2..span.start + window * length / 2 + length;
-            // A turn a second; frequencies up to a quarter of the sample rate.
-            let highest = (0.25 / period).min(24.0 / (24.0 * period));
-            let scale = std::f64::consts::TAU * highest / 24.0;
+            // An angle whose highest order is the highest frequency looked for.
+            let scale = std::f64::consts::TAU * HIGHEST_SHARE / (period * spectrum::HIGHEST);
             let phase: Vec<f64> = see.time[rows.clone()].iter().map(|t| scale * (t - see.time[rows.start])).collect();
-            let lines = spectrum::spectrum(&phase, &values[rows.clone()], |order| gain(order * scale * period));
+            let lines =
+                spectrum::spectrum(&phase, &values[rows.clone()], |order| gain(recording, order * scale * period));
             let best = lines.into_iter().max_by(|a, b| a.power.total_cmp(&b.power));
             found.extend(best.map(|line| Line { power: line.power, rad_per_s: line.order * scale, rows }));
         }
@@ -75,6 +77,8 @@ fn lines(dataset: &Dataset<'_>, see: &Coordinates, values: &[f64], gain: impl Fn
     found
 }
 
+/// The highest frequency looked for, as a share of the sample rate.
+const HIGHEST_SHARE: f64 = 0.25;
 /// Lines that are looked at for a tone.
 const STRONGEST: usize = 3;
 /// Neighbours on either side, one over the window apart, that a line's power is compared with.

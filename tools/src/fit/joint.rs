@@ -91,6 +91,7 @@ pub fn fit(recordings: &[Recording], options: &FitOptions, progress: &dyn Progre
         unit: first.torque_unit.suffix(),
         uncertainty,
         rated_is_largest_seen: false,
+        started_from_model: options.start.is_some(),
         selection: Vec::new(),
         selection_rows: 0,
         rms: (rss / counted.max(1) as f64).sqrt(),

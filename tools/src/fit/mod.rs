@@ -8,6 +8,7 @@
 //! | `invertible` | the parameters held where feed-forward has an inverse |
 //! | [`joint`] | joint logs: gravity, inertia, friction |
 //! | [`coverage`], [`rated`], [`verdict`] | what the recordings exercise, whether the rated deflection is theirs, and whether the fit is good enough for the drive |
+//! | [`units`] | quantities that no gear reaches |
 //! | [`pso`] | the paper's own identification |
 //!
 //! **Start of a recording.** What the gear went through before the first row is unknown, but `predict` starts every recording with an empty memory. Both
@@ -30,6 +31,7 @@ pub mod rated;
 pub(crate) mod refine;
 pub mod select;
 pub(crate) mod start;
+pub mod units;
 pub mod verdict;
 pub mod zeros;
 
@@ -75,9 +77,12 @@ pub struct Fit {
     /// Whether the rated deflection was not given, and is the largest deflection seen. A hundredth of a per cent of it moves e of the published gear by 4 %, c1 by 0.6 %: what may lie between its samples is in the
     /// standard deviations.
     pub rated_is_largest_seen: bool,
+    /// Whether a model said what the gear is, so that the units were compared with it.
+    #[serde(skip)]
+    pub started_from_model: bool,
     /// Structures tried, the chosen one marked. One line where the model gave the structure.
     pub selection: Vec<Candidate>,
-    /// Rows that the selection looked at.
+    /// Rows that the selection looked at, spread over the whole of each recording.
     pub selection_rows: usize,
     /// Root mean square of the residual of all counted rows, N·m.
     pub rms: f64,
@@ -250,6 +255,7 @@ fn fit_together(recordings: &[Recording], options: &FitOptions, progress: &dyn P
         unit: recordings[0].torque_unit.suffix(),
         uncertainty,
         rated_is_largest_seen,
+        started_from_model: options.start.is_some(),
         selection,
         selection_rows,
         rms: (rss / counted.max(1) as f64).sqrt(),

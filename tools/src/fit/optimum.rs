@@ -17,8 +17,7 @@ use crate::recording::Recording;
 use crate::regression::assembly::Assembly;
 use crate::regression::error::EstimateError;
 use crate::regression::heldout;
-use crate::regression::rows;
-use crate::regression::rows::Rows;
+use crate::regression::rows::{Rows, Spread};
 
 /// Where the search for the parameters of recordings ended.
 pub struct Optimum<'a> {
@@ -73,11 +72,12 @@ impl<'a> Optimum<'a> {
         let structures = prepared.structures(options);
         let Prepared { rows, rated_deflection_rad, torque_nm, start, zeros, .. } = &mut prepared;
         let rated = *rated_deflection_rad;
-        let beginning = rows::beginning(rows, SELECTION_ROWS);
-        let selection_rows = beginning.iter().map(Rows::len).sum();
-        let (mut selection, evaluations) =
-            select::table(&structures, rated, &beginning, &start.known, options.seed, progress)?;
-        drop(beginning);
+        let (selection_rows, (mut selection, evaluations)) = {
+            let spread = Spread::over(rows, SELECTION_ROWS);
+            let looked_at = spread.of(rows);
+            let table = select::table(&structures, rated, &looked_at, &start.known, options.seed, progress)?;
+            (looked_at.iter().map(Rows::len).sum(), table)
+        };
         let chosen = selection.iter().position(|c| c.chosen).unwrap_or(0);
         let structure = selection[chosen].structure;
         let from = selection[chosen].nonlinear.clone();

@@ -28,5 +28,5 @@ pub struct FitOptions {
     pub evaluations: Option<usize>,
 }
 
-/// Rows that the choice of the structure looks at; the chosen one is then fitted to all.
+/// About so many rows, spread over all recordings, decide on the structure and on the zeros; the chosen structure is then fitted to all rows.
 pub(crate) const SELECTION_ROWS: usize = 20_000;

@@ -8,6 +8,7 @@ use crate::numerics::mark::Mark;
 use crate::regression::assembly::Assembly;
 use crate::regression::base::Structure;
 use crate::regression::error::EstimateError;
+use crate::regression::factors::Shared;
 use crate::regression::problem::Sweep;
 use crate::regression::rows;
 use crate::regression::rows::{Past, Rows};
@@ -81,29 +82,34 @@ pub(crate) fn leave_out_unsettled(rows: &mut [Rows<'_>], rated_deflection_rad: f
 /// Leaves out the rows before the loop has settled, unless a start from rest, or from a branch of the rated cycle, explains them.
 pub(crate) fn decide_start(rows: &mut [Rows<'_>], rated_deflection_rad: f64) -> Result<Start, EstimateError> {
     let settled = leave_out_unsettled(rows, rated_deflection_rad);
-    let misfit = |rows: &[Rows<'_>]| -> Result<(f64, f64), EstimateError> {
-        let assembly = Assembly::new(Structure::MASING, rated_deflection_rad, rows, &[])?;
-        let problem = assembly.problem(rows);
-        let system = problem.factor(&[], None, Sweep::PLAIN).combine(|_, _| true);
-        let columns = problem.bounds();
-        let freedom = system.rows as f64 - (columns.len() + system.nuisances) as f64;
-        Ok((bounded::solve(&system.shared, &columns).rss, freedom))
+    let assembly = Assembly::new(Structure::MASING, rated_deflection_rad, rows, &[])?;
+    let bounds = assembly.problem(rows).bounds();
+    let part = |rows: &[Rows<'_>], index: usize| assembly.problem(rows).shared_of(index, &[], Sweep::PLAIN);
+    let misfit = |all: &Shared| {
+        let freedom = all.rows as f64 - (bounds.len() + all.nuisances) as f64;
+        (bounded::solve(&all.factor().0, &bounds).rss, freedom)
     };
     let floor = (1e-8 * rows::torque_size(rows)).powi(2);
     let mut start = Start { known: vec![true; rows.len()], unsettled: vec![0; rows.len()] };
+    // Only one recording at a time differs: the others are added up once.
+    let parts: Vec<Shared> = (0..rows.len()).map(|index| part(rows, index)).collect();
+    let after = Shared::after(&parts);
+    let mut before: Option<Shared> = None;
     for (index, &row) in settled.iter().enumerate() {
-        let (without, freedom) = misfit(rows)?;
+        let others = before.as_ref().map_or_else(|| after[index].clone(), |before| before.with(&after[index]));
+        let (without, freedom) = misfit(&others.with(&parts[index]));
         let kept: Vec<Mark> = rows[index].marks[..row].to_vec();
         rows[index].marks[..row].fill(Mark::Used);
-        let mut under = |past: Past| -> Result<(Past, f64), EstimateError> {
+        let mut under = |past: Past| {
             rows[index].past = past;
-            Ok((past, misfit(rows)?.0))
+            let own = part(rows, index);
+            (past, misfit(&others.with(&own)).0, own)
         };
-        let (rest, rising, falling) = (under(Past::Rest)?, under(Past::Rising)?, under(Past::Falling)?);
+        let (rest, rising, falling) = (under(Past::Rest), under(Past::Rising), under(Past::Falling));
         let other = if rising.1 <= falling.1 { rising } else { falling };
         // Predictions start from rest: another past has to be clearly better.
         let clearly = 1.0 + STRANGE_PAST / freedom.max(1.0);
-        let (past, with) = if other.1 * clearly + floor < rest.1 { other } else { rest };
+        let (past, with, mut own) = if other.1 * clearly + floor < rest.1 { other } else { rest };
         rows[index].past = past;
         start.known[index] = past == Past::Rest;
         // Chow's test of further observations (Econometrica 28, 1960): F with (early rows, freedom) degrees.
@@ -114,7 +120,9 @@ pub(crate) fn decide_start(rows: &mut [Rows<'_>], rated_deflection_rad: f64) -> 
             rows[index].past = Past::Rising;
             start.known[index] = false;
             start.unsettled[index] = row;
+            own = parts[index].clone();
         }
+        before = Some(before.map_or_else(|| own.clone(), |before| before.with(&own)));
     }
     Ok(start)
 }

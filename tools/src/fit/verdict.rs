@@ -1,5 +1,7 @@
 //! Whether a fit is good enough for the drive, in one sentence with its reasons.
 
+use std::borrow::Cow;
+
 use gmhm::inverse::invertible_range;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -9,11 +11,13 @@ use crate::fit::comparison::{Comparison, compare};
 use crate::fit::coverage::{Coverage, JointCoverage};
 use crate::fit::options::FitOptions;
 use crate::fit::rated::BetterRated;
+use crate::fit::units::{DoubtfulUnit, doubtful};
 use crate::numerics::extremes::range;
 use crate::physics::{PredictError, Prediction};
 use crate::progress::Progress;
 use crate::recording::Recording;
 use crate::regression::error::EstimateError;
+use crate::regression::rows::spread_over;
 use crate::signal::clipping::{Clipped, clipped};
 use crate::signal::recorded::predict;
 
@@ -62,7 +66,7 @@ pub struct Assessment {
     pub structure: Option<Structure>,
     /// Other models on the same recordings, the gear's own first.
     pub comparison: Vec<Comparison>,
-    /// Rows of each recording, from its beginning, that the comparison looked at.
+    /// Rows of all recordings together, spread over the whole of each, that the comparison looked at.
     pub comparison_rows: usize,
     /// The prediction for each recording, from rest.
     #[serde(skip)]
@@ -74,11 +78,13 @@ pub struct Assessment {
     pub torque_peak: f64,
     /// Channels that were driven beyond their range.
     pub clipped: Vec<Clipped>,
+    /// Quantities that no gear reaches.
+    pub doubtful_units: Vec<DoubtfulUnit>,
     /// A rated deflection that suits the recordings better than the one given.
     pub better_rated: Option<BetterRated>,
 }
 
-/// Rows of all recordings together that the comparison looks at.
+/// About so many rows of all recordings together, spread over the whole of each, are compared.
 const COMPARED_ROWS: usize = 20_000;
 
 /// Why a fit could not be assessed.
@@ -112,9 +118,9 @@ impl Assessment {
         let gear = &fit.model.gear;
         // A joint log has neither a rated deflection nor baselines for a loop.
         let rated = gear.rated_deflection_rad.filter(|_| fit.model.elastic.is_some());
-        let total: usize = recordings.iter().map(Recording::len).sum();
-        let comparison_rows = if total <= COMPARED_ROWS { total } else { COMPARED_ROWS / recordings.len() };
-        let beginnings: Vec<Recording> = recordings.iter().map(|r| r.beginning(comparison_rows)).collect();
+        let compared: Vec<Recording> =
+            spread_over(recordings, COMPARED_ROWS).into_iter().map(Cow::into_owned).collect();
+        let comparison_rows = compared.iter().map(Recording::len).sum();
         let options = FitOptions {
             seed: fit.seed,
             rated_deflection_rad: gear.rated_deflection_rad,
@@ -131,9 +137,10 @@ impl Assessment {
             coverage: rated.map(|rated| Coverage::of(recordings, gear.deflection_zero_rad, rated)),
             joint_coverage: fit.model.elastic.is_none().then(|| JointCoverage::of(recordings)),
             structure: structure(recordings, &residuals, fit.seed),
-            comparison: if rated.is_some() { compare(&beginnings, &options, progress)? } else { Vec::new() },
+            comparison: if rated.is_some() { compare(&compared, &options, progress)? } else { Vec::new() },
             comparison_rows,
             clipped: recordings.iter().filter_map(|r| clipped(r, r.deflection_rad.as_deref()?)).collect(),
+            doubtful_units: if fit.started_from_model { Vec::new() } else { doubtful(recordings) },
             better_rated: None,
             torque_peak: recordings.iter().map(size).fold(0.0, f64::max),
             predictions,
@@ -141,7 +148,7 @@ impl Assessment {
         };
         let given = assessment.comparison.first().filter(|_| !fit.rated_is_largest_seen);
         if let Some((coverage, given)) = assessment.coverage.as_ref().zip(given) {
-            assessment.better_rated = BetterRated::of(&beginnings, &options, coverage, given.heldout_rms, progress)?;
+            assessment.better_rated = BetterRated::of(&compared, &options, coverage, given.heldout_rms, progress)?;
         }
         assessment.verdict = decide(fit, &assessment);
         Ok(assessment)
@@ -195,6 +202,12 @@ fn decide(fit: &Fit, evidence: &Assessment) -> FitVerdict {
             1e3 * seen
         );
         say(Grade::Caution, words);
+    }
+    for DoubtfulUnit { column, size, limit, unit, grade } in &evidence.doubtful_units {
+        let words = format!(
+            "{column} reaches ±{size:.3} {unit}, strain wave gears at most about {limit} {unit}: check its unit, --map {column}=COLUMN*1e-3 scales it"
+        );
+        say(*grade, words);
     }
     for clipped in &evidence.clipped {
         say(Grade::Bad, format!("{clipped}: repeat with a larger range, or less load"));

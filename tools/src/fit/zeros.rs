@@ -4,18 +4,22 @@
 //! and two recordings of one gear whose zeros differ by a twentieth of the rated deflection give e a fifth of its value.
 
 use gmhm::{Law, Memory};
+use rayon::prelude::*;
 
 use crate::fit::options::SELECTION_ROWS;
 use crate::fit::start::leave_out_unsettled;
 use crate::model::Model;
+use crate::numerics::bounded;
 use crate::numerics::extremes::range;
 use crate::recording::Recording;
 use crate::regression::assembly::Assembly;
 use crate::regression::base::Structure;
 use crate::regression::error::EstimateError;
+use crate::regression::factors::Shared;
 use crate::regression::polish::polish;
 use crate::regression::problem::Sweep;
 use crate::regression::rows;
+use crate::regression::rows::Spread;
 use crate::regression::rows::{Past, Rows};
 use crate::signal::encoder_zeros::apart;
 use crate::signal::plausible::Remark;
@@ -40,6 +44,9 @@ pub const SETTLED: f64 = 1e-6;
 /// A middle of the deflections within this share of half their range suggests no zero elsewhere.
 const CENTRED: f64 = 0.05;
 
+/// The zeros of so many recordings are found together, each beside all others. Those of more are found in pairs with the first, which costs no more a recording.
+const MOST_TOGETHER: usize = 12;
+
 /// The structures that zeros are tried with: a gear's own, or one without a rate and one with.
 pub fn structures(memory: Option<&Memory>) -> Vec<Structure> {
     memory.map_or_else(|| vec![Structure::MASING, Structure::TIME], |memory| vec![Structure::of(memory)])
@@ -63,7 +70,8 @@ pub fn settle(rows: &[Rows<'_>], structures: &[Structure], given: Option<f64>) -
     if centred && count == 1 {
         return Ok(Zeros { rad: vec![0.0], free: 0 });
     }
-    let trial = Trial::new(rows, structures, given);
+    let spread = Spread::over(rows, SELECTION_ROWS);
+    let trial = Trial::new(spread.of(rows), structures, given);
     // Far outside the rated deflection a polynomial may still meet the torque.
     let rated = given.unwrap_or_else(|| high.max(-low));
     let outside = low > rated || high < -rated;
@@ -85,8 +93,18 @@ pub fn settle(rows: &[Rows<'_>], structures: &[Structure], given: Option<f64>) -
         let (low, high) = range(&*rows.deflection_rad);
         0.5 * (low + high)
     });
-    let (near, far) = (trial.polished(&zeros.rad, count)?, trial.polished(&middles.collect::<Vec<_>>(), count)?);
-    let (own, own_zeros) = if near.0 <= far.0 { near } else { far };
+    let middles: Vec<f64> = middles.collect();
+    let (own, own_zeros) = if count <= MOST_TOGETHER {
+        trial.better_of(&zeros.rad, &middles)?
+    } else {
+        // What gears of their own leave is less than zeros of their own can leave of one gear.
+        let alone = |index: usize| Ok(trial.part(&[index]).polished(&zeros.rad[index..=index], 1)?.0);
+        let alone = (0..count).into_par_iter().map(alone).collect::<Result<Vec<f64>, EstimateError>>()?;
+        if alone.iter().sum::<f64>() >= CLEARLY * left {
+            return Ok(zeros);
+        }
+        trial.in_pairs(&zeros.rad, &middles)?
+    };
     Ok(if own < CLEARLY * left { Zeros { rad: own_zeros, free: count } } else { zeros })
 }
 
@@ -136,11 +154,35 @@ struct Trial<'a> {
 }
 
 impl<'a> Trial<'a> {
-    fn new(rows: &'a [Rows<'_>], structures: &'a [Structure], given: Option<f64>) -> Self {
-        let mut rows = rows::beginning(rows, SELECTION_ROWS);
+    fn new(mut rows: Vec<Rows<'a>>, structures: &'a [Structure], given: Option<f64>) -> Self {
         // The same rows wherever the zero is: what is told by the extremes of each recording, not by the tips of the rated cycle.
         let settled = leave_out_unsettled(&mut rows, f64::INFINITY);
         Self { rows, settled, structures, given }
+    }
+
+    /// The same for some of the recordings.
+    fn part(&self, of: &[usize]) -> Self {
+        let rows = of.iter().map(|&index| self.rows[index].clone()).collect();
+        let settled = of.iter().map(|&index| self.settled[index]).collect();
+        Self { rows, settled, structures: self.structures, given: self.given }
+    }
+
+    /// The better of two starts, each recording with a zero of its own.
+    fn better_of(&self, near_rad: &[f64], far_rad: &[f64]) -> Result<(f64, Vec<f64>), EstimateError> {
+        let (near, far) = (self.polished(near_rad, near_rad.len())?, self.polished(far_rad, far_rad.len())?);
+        Ok(if near.0 <= far.0 { near } else { far })
+    }
+
+    /// Zeros of each recording, found beside the first one.
+    fn in_pairs(&self, near_rad: &[f64], far_rad: &[f64]) -> Result<(f64, Vec<f64>), EstimateError> {
+        let of_pair = |index: usize| {
+            let start = |from: &[f64]| [from[0], from[index]];
+            let found = self.part(&[0, index]).better_of(&start(near_rad), &start(far_rad))?.1;
+            Ok(found[1] - found[0])
+        };
+        let apart = (1..self.rows.len()).into_par_iter().map(of_pair).collect::<Result<Vec<f64>, EstimateError>>()?;
+        let zeros: Vec<f64> = std::iter::once(0.0).chain(apart).map(|apart| near_rad[0] + apart).collect();
+        self.polished(&zeros, 1)
     }
 
     /// The squares that the best structure leaves and the zeros of each recording, from these on to where they suit best: none moved, all by the same, or each by its own.
@@ -189,13 +231,25 @@ impl<'a> Trial<'a> {
 
     /// The past that explains most, of recordings whose first rows take part.
     fn choose_pasts(&self, assembly: &Assembly, rows: &mut [Rows<'_>], count: usize) {
-        for index in (0..rows.len()).filter(|&index| self.settled[index] == 0) {
-            let pasts = [Past::Rest, Past::Rising, Past::Falling].map(|past| {
-                rows[index].past = past;
-                (past, assembly.problem(rows).solve(&vec![0.0; count], Sweep::PLAIN).1.rss)
-            });
-            rows[index].past =
-                pasts.into_iter().min_by(|a, b| a.1.total_cmp(&b.1)).map_or(Past::Rest, |(past, _)| past);
+        let (zeros, bounds) = (vec![0.0; count], assembly.problem(rows).bounds());
+        let part = |rows: &[Rows<'_>], index: usize| assembly.problem(rows).shared_of(index, &zeros, Sweep::PLAIN);
+        let parts: Vec<Shared> = (0..rows.len()).map(|index| part(rows, index)).collect();
+        let after = Shared::after(&parts);
+        let mut before: Option<Shared> = None;
+        for index in 0..rows.len() {
+            let mut own = parts[index].clone();
+            if self.settled[index] == 0 {
+                let others = before.as_ref().map_or_else(|| after[index].clone(), |before| before.with(&after[index]));
+                let pasts = [Past::Rest, Past::Rising, Past::Falling].map(|past| {
+                    rows[index].past = past;
+                    let own = part(rows, index);
+                    (past, bounded::solve(&others.with(&own).factor().0, &bounds).rss, own)
+                });
+                if let Some(best) = pasts.into_iter().min_by(|a, b| a.1.total_cmp(&b.1)) {
+                    (rows[index].past, own) = (best.0, best.2);
+                }
+            }
+            before = Some(before.map_or_else(|| own.clone(), |before| before.with(&own)));
         }
     }
 }

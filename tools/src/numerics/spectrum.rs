@@ -7,7 +7,7 @@ use realfft::RealFftPlanner;
 /// Bins of a turn.
 const BINS: usize = 64;
 /// The highest order looked for.
-const HIGHEST: f64 = 24.0;
+pub const HIGHEST: f64 = 24.0;
 /// The spectrum is taken on a grid so many times finer than one over the turns.
 const FINER: usize = 4;
 

@@ -108,12 +108,21 @@ impl Recording {
     #[must_use]
     pub fn part(&self, rows: std::ops::Range<usize>) -> Self {
         let end = rows.end.min(self.len());
-        let rows = rows.start.min(end)..end;
-        let cut = |column: &Option<Vec<f64>>| column.as_ref().map(|values| values[rows.clone()].to_vec());
+        self.picked(&(rows.start.min(end)..end).collect::<Vec<usize>>())
+    }
+
+    /// Some rows of it, in order.
+    ///
+    /// # Panics
+    /// If it has no such row.
+    #[must_use]
+    pub fn picked(&self, rows: &[usize]) -> Self {
+        let pick = |values: &[f64]| rows.iter().map(|&row| values[row]).collect::<Vec<f64>>();
+        let cut = |column: &Option<Vec<f64>>| column.as_deref().map(pick);
         Self {
             name: self.name.clone(),
             sha256: self.sha256.clone(),
-            time_s: self.time_s[rows.clone()].to_vec(),
+            time_s: pick(&self.time_s),
             torque: cut(&self.torque),
             torque_unit: self.torque_unit,
             deflection_rad: cut(&self.deflection_rad),

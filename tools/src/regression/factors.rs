@@ -30,50 +30,135 @@ pub struct System {
     widths: (usize, usize, usize),
 }
 
+/// What recordings say of the parameters that they share, the nuisances of each eliminated. Those of disjoint recordings add up.
+#[derive(Debug, Clone)]
+pub struct Shared {
+    triangle: Triangle,
+    /// Squared norms of the columns before the nuisances were eliminated.
+    squares: Vec<f64>,
+    /// Rows that count.
+    pub rows: usize,
+    /// Nuisances that could be told apart.
+    pub nuisances: usize,
+}
+
+impl Shared {
+    /// Of no recording.
+    fn nothing(columns: usize) -> Self {
+        Self { triangle: Triangle::new(columns), squares: vec![0.0; columns - 1], rows: 0, nuisances: 0 }
+    }
+
+    fn add(&mut self, other: &Self) {
+        self.triangle.merge(&other.triangle);
+        self.squares.iter_mut().zip(&other.squares).for_each(|(own, other)| *own += other);
+        self.rows += other.rows;
+        self.nuisances += other.nuisances;
+    }
+
+    /// Both together.
+    #[must_use]
+    pub fn with(&self, other: &Self) -> Self {
+        let mut sum = self.clone();
+        sum.add(other);
+        sum
+    }
+
+    /// For each part the sum of those after it.
+    pub fn after(parts: &[Self]) -> Vec<Self> {
+        let mut after: Vec<Self> = Vec::with_capacity(parts.len());
+        for part in parts.iter().rev() {
+            let sum = match after.last() {
+                Some(sum) => sum.with(&parts[parts.len() - after.len()]),
+                None => Self::nothing(part.triangle.columns()),
+            };
+            after.push(sum);
+        }
+        after.reverse();
+        after
+    }
+
+    /// For each part the sum of all others.
+    pub fn others(parts: &[Self]) -> Vec<Self> {
+        let mut others = Self::after(parts);
+        let mut before: Option<Self> = None;
+        for (others, part) in others.iter_mut().zip(parts) {
+            if let Some(before) = &before {
+                others.add(before);
+            }
+            before = Some(before.map_or_else(|| part.clone(), |before| before.with(part)));
+        }
+        others
+    }
+
+    /// The factor of the gear's columns, derivatives and torque, and the norms of all but the last before the nuisances were eliminated.
+    pub fn factor(&self) -> (Triangle, Vec<f64>) {
+        let mut triangle = self.triangle.clone();
+        let norms: Vec<f64> = self.squares.iter().map(|square| square.sqrt()).collect();
+        for (j, norm) in norms.iter().enumerate() {
+            // What the nuisances leave of such a column is rounding.
+            if triangle.norm(j) <= 1e-9 * norm {
+                triangle.clear(j);
+            }
+        }
+        (triangle, norms)
+    }
+}
+
 impl Factors {
     /// Puts together the blocks (recording, block) that `keep` names.
     pub fn combine(&self, keep: impl Fn(usize, usize) -> bool) -> System {
-        let shared_columns = self.gear + self.derivatives + 1;
-        let mut shared = Triangle::new(shared_columns);
-        let (mut rows, mut nuisances) = (0, 0);
+        let mut sum = Shared::nothing(self.gear + self.derivatives + 1);
         let mut parts = Vec::with_capacity(self.triangles.len());
-        let mut squares = vec![0.0; shared_columns - 1];
-        for (recording, blocks) in self.triangles.iter().enumerate() {
-            let mut whole = Triangle::new(self.nuisances + shared_columns);
-            for (fold, (triangle, counted)) in blocks.iter().enumerate() {
-                if keep(recording, fold) {
-                    whole.merge(triangle);
-                    rows += counted;
-                }
-            }
-            let told_apart =
-                |whole: &Triangle, count: usize| (0..count).find(|&j| whole.get(j, j).abs() <= 1e-9 * whole.norm(j));
-            let mut kept: Vec<usize> = (0..self.nuisances).collect();
-            while let Some(j) = told_apart(&whole, kept.len()) {
-                kept.remove(j);
-                let rest: Vec<usize> = (0..whole.columns()).filter(|&c| c != j).collect();
-                whole = whole.select(&rest);
-            }
-            shared.merge(&whole.tail(kept.len()));
-            squares.iter_mut().enumerate().for_each(|(j, s)| *s += whole.norm(kept.len() + j).powi(2));
-            nuisances += kept.len();
+        for recording in 0..self.triangles.len() {
+            let (shared, kept, whole) = self.eliminated(recording, |fold| keep(recording, fold));
+            sum.add(&shared);
             parts.push((kept, whole));
         }
-        let norms: Vec<f64> = squares.into_iter().map(f64::sqrt).collect();
-        for (j, norm) in norms.iter().enumerate() {
-            // What the nuisances leave of such a column is rounding.
-            if shared.norm(j) <= 1e-9 * norm {
-                shared.clear(j);
+        let (shared, norms) = sum.factor();
+        let widths = (self.nuisances, self.gear, self.derivatives);
+        System { shared, norms, rows: sum.rows, nuisances: sum.nuisances, parts, widths }
+    }
+
+    /// What the blocks of a recording that `keep` names say of the shared parameters.
+    pub fn shared(&self, recording: usize, keep: impl Fn(usize) -> bool) -> Shared {
+        self.eliminated(recording, keep).0
+    }
+
+    /// The same, with the nuisances that could be told apart and the factor with them.
+    fn eliminated(&self, recording: usize, keep: impl Fn(usize) -> bool) -> (Shared, Vec<usize>, Triangle) {
+        let shared_columns = self.gear + self.derivatives + 1;
+        let mut whole = Triangle::new(self.nuisances + shared_columns);
+        let mut rows = 0;
+        for (fold, (triangle, counted)) in self.triangles[recording].iter().enumerate() {
+            if keep(fold) {
+                whole.merge(triangle);
+                rows += counted;
             }
         }
-        System { shared, norms, rows, nuisances, parts, widths: (self.nuisances, self.gear, self.derivatives) }
+        let dependent =
+            |whole: &Triangle, count: usize| (0..count).find(|&j| whole.get(j, j).abs() <= 1e-9 * whole.norm(j));
+        let mut kept: Vec<usize> = (0..self.nuisances).collect();
+        while let Some(j) = dependent(&whole, kept.len()) {
+            kept.remove(j);
+            let rest: Vec<usize> = (0..whole.columns()).filter(|&c| c != j).collect();
+            whole = whole.select(&rest);
+        }
+        let squares = (0..shared_columns - 1).map(|j| whole.norm(kept.len() + j).powi(2)).collect();
+        let shared = Shared { triangle: whole.tail(kept.len()), squares, rows, nuisances: kept.len() };
+        (shared, kept, whole)
     }
 
     /// Squared error and number of rows of one block under given parameters; `step` moves the nonlinear ones along the derivatives.
-    pub fn squared_error(&self, recording: usize, fold: usize, linear: &Linear, step: &[f64]) -> (f64, usize) {
+    pub fn squared_error(
+        &self,
+        recording: usize,
+        fold: usize,
+        nuisances: &[f64],
+        gear: &[f64],
+        step: &[f64],
+    ) -> (f64, usize) {
         let (triangle, rows) = &self.triangles[recording][fold];
-        let mut x: Vec<f64> = linear.recordings[recording].clone();
-        x.extend(&linear.gear);
+        let mut x: Vec<f64> = nuisances.iter().chain(gear).copied().collect();
         x.extend((0..self.derivatives).map(|k| step.get(k).copied().unwrap_or(0.0)));
         x.push(-1.0);
         (triangle.squared_norm_of_product(&x), *rows)
@@ -126,28 +211,24 @@ impl System {
 
     /// The nuisances of each recording that belong to the given coefficients of the gear (followed by steps of the derivatives, if any).
     pub fn linear(&self, shared: &[f64]) -> Linear {
-        let (nuisances, gear, derivatives) = self.widths;
-        let mut shared_all = shared.to_vec();
-        shared_all.resize(gear + derivatives, 0.0);
-        let recordings = self
-            .parts
-            .iter()
-            .map(|(kept, whole)| {
-                let count = kept.len();
-                let last = whole.columns() - 1;
-                let rhs: Vec<f64> = (0..count)
-                    .map(|i| {
-                        let known: f64 = shared_all.iter().enumerate().map(|(j, b)| whole.get(i, count + j) * b).sum();
-                        whole.get(i, last) - known
-                    })
-                    .collect();
-                let mut all = vec![0.0; nuisances];
-                for (&j, value) in kept.iter().zip(bounded::back_substitute(whole, count, &rhs)) {
-                    all[j] = value;
-                }
-                all
-            })
-            .collect();
-        Linear { gear: shared_all[..gear].to_vec(), recordings }
+        let recordings = (0..self.parts.len()).map(|recording| self.nuisances_of(recording, shared)).collect();
+        let gear = (0..self.widths.1).map(|j| shared.get(j).copied().unwrap_or(0.0)).collect();
+        Linear { gear, recordings }
+    }
+
+    /// Those of one recording.
+    pub fn nuisances_of(&self, recording: usize, shared: &[f64]) -> Vec<f64> {
+        let (kept, whole) = &self.parts[recording];
+        let (count, last) = (kept.len(), whole.columns() - 1);
+        let of_row = |i: usize| {
+            let known: f64 = shared.iter().enumerate().map(|(j, b)| whole.get(i, count + j) * b).sum();
+            whole.get(i, last) - known
+        };
+        let rhs: Vec<f64> = (0..count).map(of_row).collect();
+        let mut all = vec![0.0; self.widths.0];
+        for (&j, value) in kept.iter().zip(bounded::back_substitute(whole, count, &rhs)) {
+            all[j] = value;
+        }
+        all
     }
 }

@@ -15,7 +15,7 @@ use crate::numerics::whitening::Filter;
 use crate::regression::columns::{
     Column, Columns, Contribution, Correct, Correction, Evaluate, Nonlinear, Scope, Stretch,
 };
-use crate::regression::factors::Factors;
+use crate::regression::factors::{Factors, Shared};
 use crate::regression::rows::Rows;
 
 /// Recordings and what is to explain them.
@@ -105,6 +105,13 @@ impl<'a> Problem<'a> {
         let triangles =
             (0..self.rows.len()).map(|index| self.factor_one(index, &layout, nonlinear, tangent, sweep)).collect();
         Factors { nuisances: layout.nuisances, gear: layout.gear, derivatives, triangles }
+    }
+
+    /// What one recording says of the shared parameters, without derivatives.
+    pub fn shared_of(&self, index: usize, nonlinear: &[f64], sweep: Sweep<'_>) -> Shared {
+        let layout = self.layout();
+        let triangles = vec![self.factor_one(index, &layout, nonlinear, None, sweep)];
+        Factors { nuisances: layout.nuisances, gear: layout.gear, derivatives: 0, triangles }.shared(0, |_| true)
     }
 
     /// The bounded optimum of the linear parameters, and its residual sum of squares.

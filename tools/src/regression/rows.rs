@@ -130,6 +130,102 @@ pub fn beginning<'a>(rows: &'a [Rows<'a>], most_rows: usize) -> Vec<Rows<'a>> {
         .collect()
 }
 
+/// Rows of recordings spread over the whole of each, with the time and name of the recordings they are of.
+///
+/// Of long recordings these are rows at equal distances, and between them the extremes of the deflection, where a memory turns.
+pub struct Spread {
+    /// The rows kept of each recording; `None` where all are.
+    kept: Vec<Option<(Vec<usize>, Recording)>>,
+}
+
+/// An extreme between two rows that are kept is kept where it lies beyond both by this share of the range of the deflection.
+const EXTREME: f64 = 0.002;
+
+impl Spread {
+    /// About so many rows of all recordings together.
+    pub fn over(rows: &[Rows<'_>], about_rows: usize) -> Self {
+        let total: usize = rows.iter().map(Rows::len).sum();
+        let kept = |r: &Rows<'_>| {
+            let stride = r.len().div_ceil(share_of_beginning(r.len(), total, about_rows).max(1));
+            (stride > 1).then(|| {
+                let kept = spread_rows(&r.deflection_rad, r.len(), stride);
+                let recording = Recording {
+                    name: r.recording.name.clone(),
+                    torque_unit: r.recording.torque_unit,
+                    time_s: kept.iter().map(|&row| r.recording.time_s[row]).collect(),
+                    ..Recording::default()
+                };
+                (kept, recording)
+            })
+        };
+        Self { kept: rows.iter().map(kept).collect() }
+    }
+
+    /// These rows. Each stands for those up to the next that is kept.
+    pub fn of<'a>(&'a self, rows: &'a [Rows<'a>]) -> Vec<Rows<'a>> {
+        let spread = |(r, kept): (&'a Rows<'a>, &'a Option<(Vec<usize>, Recording)>)| match kept {
+            None => Rows {
+                recording: r.recording,
+                deflection_rad: Cow::Borrowed(&r.deflection_rad),
+                torque: Cow::Borrowed(&r.torque),
+                marks: r.marks.clone(),
+                past: r.past,
+                counts: None,
+            },
+            Some((kept, recording)) => {
+                let pick = |values: &[f64]| kept.iter().map(|&row| values[row]).collect::<Vec<f64>>();
+                Rows {
+                    recording,
+                    deflection_rad: Cow::Owned(pick(&r.deflection_rad)),
+                    torque: Cow::Owned(pick(&r.torque)),
+                    marks: kept.iter().map(|&row| r.marks[row]).collect(),
+                    past: r.past,
+                    counts: None,
+                }
+            }
+        };
+        rows.iter().zip(&self.kept).map(spread).collect()
+    }
+}
+
+/// Recordings with about so many rows together, spread over the whole of each; all rows where there are no more, or no deflection.
+pub fn spread_over<'a>(recordings: &'a [Recording], about_rows: usize) -> Vec<Cow<'a, Recording>> {
+    let total: usize = recordings.iter().map(Recording::len).sum();
+    let spread = |recording: &'a Recording| {
+        let stride = recording.len().div_ceil(share_of_beginning(recording.len(), total, about_rows).max(1));
+        match &recording.deflection_rad {
+            Some(deflection_rad) if stride > 1 => {
+                Cow::Owned(recording.picked(&spread_rows(deflection_rad, recording.len(), stride)))
+            }
+            _ => Cow::Borrowed(recording),
+        }
+    };
+    recordings.iter().map(spread).collect()
+}
+
+/// Every `stride`-th row, and the extremes between them.
+fn spread_rows(deflection_rad: &[f64], rows: usize, stride: usize) -> Vec<usize> {
+    let (low, high) = range(deflection_rad);
+    let beyond = EXTREME * (high - low);
+    let mut kept = Vec::new();
+    for from in (0..rows).step_by(stride) {
+        kept.push(from);
+        let to = (from + stride).min(rows - 1);
+        let ends = [deflection_rad[from], deflection_rad[to]];
+        let inner = from + 1..to;
+        let extreme = |sign: f64| {
+            let row =
+                inner.clone().max_by(|&a, &b| (sign * deflection_rad[a]).total_cmp(&(sign * deflection_rad[b])))?;
+            let edge = ends.iter().fold(f64::NEG_INFINITY, |edge: f64, end| edge.max(sign * end));
+            (sign * deflection_rad[row] > edge + beyond).then_some(row)
+        };
+        let mut extremes: Vec<usize> = [extreme(1.0), extreme(-1.0)].into_iter().flatten().collect();
+        extremes.sort_unstable();
+        kept.extend(extremes);
+    }
+    kept
+}
+
 /// The rows of each recording, its deflection relative to the gear's deflection zero.
 pub fn of_recordings<'a>(recordings: &'a [Recording], gear: &GearSection) -> Result<Vec<Rows<'a>>, EstimateError> {
     let total: usize = recordings.iter().map(Recording::len).sum();

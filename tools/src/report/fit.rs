@@ -396,7 +396,7 @@ fn structures(fit: &Fit, unit: TorqueUnit) -> Section {
     let words = match fit.selection.len() {
         1 => "The law was given.".to_owned(),
         n => format!(
-            "Of {n} structures the one that predicts rows held out best is chosen; of those that these recordings cannot tell from it, the simplest. {} rows were looked at.",
+            "Of {n} structures the one that predicts rows held out best is chosen; of those that these recordings cannot tell from it, the simplest. {} rows were used, spread over the whole of each recording.",
             fit.selection_rows
         ),
     };
@@ -416,7 +416,7 @@ fn structures(fit: &Fit, unit: TorqueUnit) -> Section {
 fn comparison(assessment: &Assessment, recordings: &[Recording], unit: TorqueUnit) -> Section {
     let total: usize = recordings.iter().map(Recording::len).sum();
     let rows = if assessment.comparison_rows < total {
-        format!(" The first {} rows of each recording were used.", assessment.comparison_rows)
+        format!(" {} rows were used, spread over the whole of each recording.", assessment.comparison_rows)
     } else {
         String::new()
     };
