@@ -6,6 +6,7 @@
 //! | [`select`] | law, kernel, gate and play by held-out prediction |
 //! | `optimum`, `refine` | structure, outliers, zeros, colour in turn |
 //! | `invertible` | the parameters held where feed-forward has an inverse |
+//! | [`with_terms`] | models with terms, refitted whole |
 //! | [`joint`] | joint logs: gravity, inertia, friction |
 //! | [`coverage`], [`rated`], [`verdict`] | what the recordings exercise, whether the rated deflection is theirs, and whether the fit is good enough for the drive |
 //! | [`units`] | quantities that no gear reaches |
@@ -33,6 +34,7 @@ pub mod select;
 pub(crate) mod start;
 pub mod units;
 pub mod verdict;
+pub mod with_terms;
 pub mod zeros;
 
 use gmhm::Elastic;
@@ -49,6 +51,7 @@ use crate::fit::optimum::Optimum;
 use crate::fit::prepare::Prepared;
 use crate::fit::refine::Weighted;
 use crate::fit::select::Candidate;
+use crate::kinds::JOINT_BASE;
 use crate::model::{GearSection, Model, TorqueSide};
 use crate::numerics::autoregression::Noise;
 use crate::numerics::mark::Mark;
@@ -199,7 +202,14 @@ fn fit_together(recordings: &[Recording], options: &FitOptions, progress: &dyn P
         model.gear.rated_deflection_rad = options.rated_deflection_rad.or(model.gear.rated_deflection_rad);
         recordings.iter().try_for_each(|recording| plausible::units(recording, &model))?;
     }
-    if options.method == Method::Auto && !recordings.is_empty() && recordings.iter().all(Recording::is_joint_log) {
+    let joint = !recordings.is_empty() && recordings.iter().all(Recording::is_joint_log);
+    let is_base = |model: &Model| joint && model.terms.iter().all(|term| JOINT_BASE.contains(&term.kind.as_str()));
+    if let Some(model) = options.start.as_ref().filter(|model| !model.terms.is_empty() && !is_base(model))
+        && options.method == Method::Auto
+    {
+        return with_terms::fit(recordings, model, options, progress);
+    }
+    if options.method == Method::Auto && joint {
         return joint::fit(recordings, options, progress);
     }
     let Optimum {

@@ -137,7 +137,11 @@ impl Assessment {
             coverage: rated.map(|rated| Coverage::of(recordings, gear.deflection_zero_rad, rated)),
             joint_coverage: fit.model.elastic.is_none().then(|| JointCoverage::of(recordings)),
             structure: structure(recordings, &residuals, fit.seed),
-            comparison: if rated.is_some() { compare(&compared, &options, progress)? } else { Vec::new() },
+            comparison: if rated.is_some() && fit.model.terms.is_empty() {
+                compare(&compared, &options, progress)?
+            } else {
+                Vec::new()
+            },
             comparison_rows,
             clipped: recordings.iter().filter_map(|r| clipped(r, r.deflection_rad.as_deref()?)).collect(),
             doubtful_units: if fit.started_from_model { Vec::new() } else { doubtful(recordings) },

@@ -341,7 +341,7 @@ impl Report<'_> {
 }
 
 /// Parameters with the directions of those that have a standard deviation.
-fn correlated(lines: Vec<(Estimated, Option<DVector<f64>>)>) -> Uncertainty {
+pub(crate) fn correlated(lines: Vec<(Estimated, Option<DVector<f64>>)>) -> Uncertainty {
     let known: Vec<(&Cow<'static, str>, &DVector<f64>)> =
         lines.iter().filter_map(|(l, d)| d.as_ref().filter(|d| d.norm() > 0.0).map(|d| (&l.name, d))).collect();
     let correlation =

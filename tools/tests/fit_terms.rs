@@ -1,0 +1,102 @@
+//! `fit` with a model that has terms.
+
+mod common;
+
+use common::WorkDir;
+use gmhm_tools::bench::{Experiment, Noise, Options, simulate};
+use gmhm_tools::fit::verdict::Assessment;
+use gmhm_tools::fit::{Fit, FitOptions, fit};
+use gmhm_tools::model::{Model, parse};
+use gmhm_tools::recording::Recording;
+
+const GEAR: &str = r#"format = 1
+name = "gear"
+[gear]
+ratio = 100.0
+rated_deflection_rad = 1.168e-3
+[elastic]
+c1_nm_per_rad = 2.4737e4
+c2_nm_per_rad3 = 1.0e9
+c3_nm_per_rad5 = -1.1774e14
+[memory]
+law = "masing"
+alpha = 2.6532e6
+beta_per_s = 422.68
+omega_per_s = 226.31
+[[term]]
+kind = "kinematic_error"
+orders = [2.0, 4.0]
+cos_rad = [5.8e-6, 1.1e-6]
+sin_rad = [0.0, -4.0e-6]
+[[term]]
+kind = "coulomb_friction"
+torque_nm = 0.4
+smoothing_rad_per_s = 0.02
+"#;
+
+/// The same structure with every number off.
+fn start() -> String {
+    GEAR.replace("2.4737e4", "2.6e4")
+        .replace("2.6532e6", "2.2e6")
+        .replace("[5.8e-6, 1.1e-6]", "[3.0e-6, 0.0]")
+        .replace("[0.0, -4.0e-6]", "[1.0e-6, 0.0]")
+        .replace("torque_nm = 0.4", "torque_nm = 0.1")
+}
+
+fn recording(seed: u64) -> Recording {
+    let model = parse("gear.toml", GEAR).unwrap();
+    let noise = "torque=0.05,ar=0.5".parse::<Noise>().unwrap();
+    let options = Options { noise: Some(noise), duration_s: Some(40.0), sample_rate_hz: Some(200.0), ..Options::new() };
+    simulate(&model, Experiment::Running, &options, seed).unwrap().0
+}
+
+fn refitted(recordings: &[Recording]) -> Fit {
+    let start: Model = parse("start.toml", &start()).unwrap();
+    fit(recordings, &FitOptions { start: Some(start), ..FitOptions::default() }, &()).unwrap()
+}
+
+#[test]
+fn gear_and_terms_are_refitted_together_with_standard_deviations() {
+    let recordings = [recording(1)];
+    let found = refitted(&recordings);
+    let truths = [
+        ("c1_nm_per_rad", 2.4737e4),
+        ("kinematic_error.cos_rad[0]", 5.8e-6),
+        ("kinematic_error.cos_rad[1]", 1.1e-6),
+        ("kinematic_error.sin_rad[0]", 0.0),
+        ("kinematic_error.sin_rad[1]", -4.0e-6),
+        ("coulomb_friction.torque_nm", 0.4),
+    ];
+    for (name, truth) in truths {
+        let parameter = found.parameter(name).unwrap_or_else(|| panic!("{name} is missing"));
+        let sd = parameter.sd.unwrap_or_else(|| panic!("{name} has no standard deviation"));
+        assert!((parameter.value - truth).abs() < 4.0 * sd, "{name}: {} ± {sd}, in truth {truth}", parameter.value);
+    }
+    assert_eq!(found.model.terms.len(), 2);
+    assert!(found.rms < 0.08, "{}", found.rms);
+    let count = found.uncertainty.correlated.len();
+    assert!(count >= truths.len() && found.uncertainty.correlation.iter().all(|row| row.len() == count));
+    let assessment = Assessment::of(&found, &recordings, &()).unwrap();
+    assert_eq!(assessment.residuals[0].len(), recordings[0].len());
+}
+
+#[test]
+fn the_command_writes_the_refitted_model() {
+    let dir = WorkDir::new();
+    dir.write("gear.toml", GEAR);
+    dir.write("start.toml", &start());
+    dir.succeed(
+        "simulate gear.toml --experiment running --duration 40 --sample-rate 200 --noise torque=0.05 --seed 3 -o r.csv",
+    );
+    dir.succeed("fit r.csv --model start.toml -o fitted.toml --json fit.json --report fit.html");
+    let fitted = parse("fitted.toml", &dir.read("fitted.toml")).unwrap();
+    assert_eq!(
+        fitted.terms.iter().map(|term| term.kind.as_str()).collect::<Vec<_>>(),
+        ["kinematic_error", "coulomb_friction"]
+    );
+    let json: serde_json::Value = serde_json::from_str(&dir.read("fit.json")).unwrap();
+    let parameters = json["parameters"].as_array().unwrap();
+    let friction = parameters.iter().find(|p| p["name"] == "coulomb_friction.torque_nm").unwrap();
+    assert!((friction["value"].as_f64().unwrap() - 0.4).abs() < 0.1, "{friction}");
+    assert!(friction["sd"].is_number());
+}
