@@ -80,7 +80,7 @@ fn noise_repeats_nothing_however_slow() {
 fn short_strokes_a_spring_and_noise_are_told() {
     let (elastic, memory) = published();
     let short = record(A, elastic, memory, &Path { theta: cycle(0.5 * A, 2000, 3.0), period_s: 1e-2 }, 0.05, 5);
-    says(&assessed(&[short], A).1, Grade::Caution, "reach 50 % of the rated deflection");
+    says(&assessed(&[short], A).1, Grade::Caution, "only 50 % of the rated deflection was recorded");
 
     let spring = Elastic { c1_nm_per_rad: 2e4, c2_nm_per_rad3: 0.0, c3_nm_per_rad5: 0.0 };
     let none = gmhm::Memory { alpha: 0.0, ..memory };

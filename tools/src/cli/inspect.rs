@@ -13,7 +13,7 @@ use crate::output::Outputs;
 
 /// Show what a parameter block holds, in SI units
 ///
-/// Reads .bin and .hex. A block that is damaged, of another format version or that cannot be is refused.
+/// Reads .bin and .hex. Damaged, incompatible or invalid blocks are rejected.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  gmhm pack gear.toml -o params.bin\n  gmhm inspect params.bin")]
 pub struct InspectArgs {

@@ -165,6 +165,8 @@ const ERROR: (f64, f64) = (0.03, 0.10);
 const OVERFIT: (f64, f64) = (1.25, 2.0);
 /// Part of ±A that has to be reached.
 const REACH: f64 = 0.8;
+/// Less of ±A than this is one load direction.
+const ONE_SIDED: f64 = 0.02;
 /// The longest sample period of a drive that the inverse is judged at, s. Matters to law `time` only.
 const DRIVE_PERIOD_S: f64 = 1e-3;
 /// Share of the residual's power that may repeat.
@@ -202,7 +204,7 @@ fn decide(fit: &Fit, evidence: &Assessment) -> FitVerdict {
     if let Some(better) = &evidence.better_rated {
         let BetterRated { rated_deflection_rad: seen, heldout_rms, given_heldout_rms } = better;
         let words = format!(
-            "a rated deflection of {:.4} mrad, the largest seen, would leave {heldout_rms:.3} instead of {given_heldout_rms:.3} {unit} of rows held out, and e and c1 to c3 hang on it: --rated-deflection {seen:e}",
+            "a rated deflection of {:.4} mrad, the largest seen, would leave {heldout_rms:.3} instead of {given_heldout_rms:.3} {unit} of rows held out, and e and c1–c3 depend on it: set --rated-deflection {seen:e}",
             1e3 * seen
         );
         say(Grade::Caution, words);
@@ -243,13 +245,15 @@ fn decide(fit: &Fit, evidence: &Assessment) -> FitVerdict {
         say(Grade::Caution, format!("{} is at its bound {}", p.name, p.value));
     }
     if let Some(reach) = evidence.coverage.as_ref().map(Coverage::reach).filter(|reach| *reach < REACH) {
-        let percent = 100.0 * reach;
-        say(
-            Grade::Caution,
+        let words = if reach < ONE_SIDED {
+            "only one load direction was recorded, and nothing is known of the other".to_owned()
+        } else {
+            let percent = 100.0 * reach;
             format!(
-                "the recordings reach {percent:.0} % of the rated deflection on both sides, and nothing is known beyond"
-            ),
-        );
+                "only {percent:.0} % of the rated deflection was recorded in both load directions, and nothing is known beyond"
+            )
+        };
+        say(Grade::Caution, words);
     }
     if let Some(structure) = evidence.structure.filter(|s| s.significant && s.share > REPEATED) {
         let percent = 100.0 * structure.share;

@@ -205,7 +205,7 @@ fn left_over(fit: &Fit, assessment: &Assessment, rows: &Joined, unit: TorqueUnit
             "{:.0} % of its power repeats from the first half to the second at the same place and direction: not noise.",
             100.0 * s.share
         ),
-        Some(_) => "Nothing in it repeats at the same place and direction beyond chance.".to_owned(),
+        Some(_) => "No repeatable pattern found.".to_owned(),
         None => "The recordings are too short to tell whether it repeats.".to_owned(),
     };
     let over = [("", Role::Model, &rows.residual[..])];
@@ -230,7 +230,7 @@ fn left_over(fit: &Fit, assessment: &Assessment, rows: &Joined, unit: TorqueUnit
             ),
             (
                 figures::residual_by_direction(left_title, rows.over, &rows.at, &rows.residual, unit),
-                format!("Apart by direction. {structure}"),
+                format!("Split by direction of motion. {structure}"),
             ),
         ])
         .table(noise(fit, &rows.names, unit))
@@ -346,10 +346,10 @@ fn exercised(coverage: &Coverage, fit: &Fit) -> Section {
     };
     let mut notes = Vec::new();
     if fit.rated_is_largest_seen {
-        notes.push("The rated deflection A was not given and is the largest seen. e and c1 to c3 hang on it, and their intervals hold what may lie between its samples: give the gear's by --rated-deflection.".to_owned());
+        notes.push("No rated deflection given: A is the largest recorded. c1–c3 and e depend on it; set --rated-deflection if you know it.".to_owned());
     }
     if coverage.inner_reversals == 0 {
-        notes.push("No reversal lies inside the extremes: how the gear behaves on minor loops is the law's word, not the recordings'.".to_owned());
+        notes.push("No minor loops were recorded: behaviour there is extrapolated by the law.".to_owned());
     }
     Section::new("What the recordings exercise")
         .figure(figures::coverage(coverage), "The model is good where there is colour; elsewhere it extrapolates.")

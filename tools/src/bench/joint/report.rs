@@ -168,10 +168,7 @@ impl fmt::Display for JointReport {
         self.table(f, "Error in all (rms once settled):", |line| &line.all)?;
         writeln!(f)?;
         self.table(f, "Of it by hysteresis (rms difference to the same joint without):", |line| &line.by_hysteresis)?;
-        writeln!(
-            f,
-            "Off, the held gear hardly winds up: its hysteresis then does little, and the torque is missing instead.\n"
-        )?;
+        writeln!(f, "Without compensation the held gear barely deflects, so the error is mostly missing torque.\n")?;
         writeln!(f, "What law masing cannot say of each gear (rms that the fit leaves of its bench recording):")?;
         for gear in &self.identified {
             writeln!(f, "{:<13} {:>8.4} N·m, {:>6.2} µrad", gear.plant.name(), gear.left_nm, 1e6 * gear.left_rad)?;

@@ -23,8 +23,8 @@ const LARGEST_FOLDER_CYCLE: usize = 1;
 /// Files outside `kinds/` and `prove/generator/` that hold the name of a kind as a string, at most.
 const FILES_WITH_KIND_NAMES: usize = 1;
 
-/// Folders that may name kinds: the kinds themselves, and the independent generator of the proof.
-const MAY_NAME_KINDS: [&str; 2] = ["kinds/", "prove/generator/"];
+/// Folders that may name kinds: the kinds themselves, the independent generator of the proof, and the known answers of its real recordings.
+const MAY_NAME_KINDS: [&str; 3] = ["kinds/", "prove/generator/", "prove/real/"];
 
 /// Prints the structure; fails where a limit is exceeded.
 pub fn run(shell: &Shell) -> Result<()> {
