@@ -84,7 +84,7 @@ fn gear_and_terms_are_refitted_together_with_standard_deviations() {
 fn the_command_writes_the_refitted_model() {
     let dir = WorkDir::new();
     dir.write("gear.toml", GEAR);
-    dir.write("start.toml", &start());
+    dir.write("start.toml", start());
     dir.succeed(
         "simulate gear.toml --experiment running --duration 40 --sample-rate 200 --noise torque=0.05 --seed 3 -o r.csv",
     );
