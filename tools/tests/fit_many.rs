@@ -4,7 +4,7 @@ mod gears;
 
 use std::fs;
 
-use gears::{Path, band_limited, published, record};
+use gears::{Path, band_limited, published, record, with_coloured_noise};
 use gmhm_tools::bench::{Experiment, Options, simulate};
 use gmhm_tools::fit::verdict::{Assessment, Grade};
 use gmhm_tools::fit::{FitOptions, fit};
@@ -45,7 +45,7 @@ fn recordings(count: u64) -> Vec<Recording> {
     let (elastic, memory) = published();
     let one = |seed| {
         let path = Path { theta: band_limited(1.168e-3, 1300, seed), period_s: 0.01 };
-        record(1.168e-3, elastic, memory, &path, 0.05, seed)
+        with_coloured_noise(&record(1.168e-3, elastic, memory, &path, 0.0, seed), 0.9, 0.05, seed)
     };
     (0..count).map(one).collect()
 }

@@ -12,6 +12,7 @@ use gmhm::gear::LONGEST_PERIOD_S;
 use gmhm::inverse::{invertible_range, least_rising_slope};
 use gmhm::{Gate, Law, Memory, Params};
 
+use crate::fit::thresholds::THRESHOLDS;
 use crate::numerics::autoregression::Noise;
 use crate::numerics::bounded::{Bound, back_substitute, factor_of_rows, forward_substitute, solve};
 use crate::numerics::qr::Triangle;
@@ -27,8 +28,6 @@ const PLACES: u32 = 1000;
 const ROUNDS: usize = 30;
 /// Least slope at a bounded place, over that of the spring.
 const LEAST: f64 = 1e-3;
-/// The recordings contradict an inverse where it costs more than this many squared standard deviations.
-const SIGNIFICANT: f64 = 9.0;
 /// Of a nonlinear parameter's range, the first step from the free optimum to the one with an inverse; it is doubled at most so often, and the section made so often.
 const FIRST_STEP: f64 = 1e-3;
 const DOUBLINGS: usize = 10;
@@ -70,7 +69,7 @@ pub fn hold(assembly: &Assembly, rows: &[Rows<'_>], polished: &mut Polished, noi
         minimum(start[of_memory], FIRST_STEP * (info.high - info.low), &mut visit);
     }
     let variance = polished.rss / rows.saturating_sub(gear.len() + start.len()).max(1) as f64;
-    if rss - polished.rss > SIGNIFICANT * variance {
+    if rss - polished.rss > THRESHOLDS.inverse_cost_variances * variance {
         return false;
     }
     *polished = Polished { nonlinear, linear, rss, ..polished.clone() };

@@ -9,6 +9,7 @@
 //! | [`with_terms`] | models with terms, refitted whole |
 //! | [`joint`] | joint logs: gravity, inertia, friction |
 //! | [`coverage`], [`rated`], [`verdict`] | what the recordings exercise, whether the rated deflection is theirs, and whether the fit is good enough for the drive |
+//! | [`thresholds`] | what decides, in one place |
 //! | [`units`] | quantities that no gear reaches |
 //! | [`pso`] | the paper's own identification |
 //!
@@ -32,6 +33,7 @@ pub mod rated;
 pub(crate) mod refine;
 pub mod select;
 pub(crate) mod start;
+pub mod thresholds;
 pub mod units;
 pub mod verdict;
 pub mod with_terms;
@@ -40,6 +42,7 @@ pub mod zeros;
 use gmhm::Elastic;
 
 pub use crate::fit::options::{FitOptions, Method};
+use crate::fit::thresholds::THRESHOLDS;
 use crate::progress::Progress;
 use crate::regression::uncertainty;
 use crate::signal::encoder_zeros;
@@ -170,14 +173,11 @@ impl Fit {
     }
 }
 
-/// Recordings one of which is left with more than this share of its torque's deviation are looked at one by one.
-const APART: f64 = 0.3;
-
 /// Whether what a fit leaves of a recording is more than that share.
 fn is_missed(recording: &Recording, left: &[f64]) -> bool {
     let squares = left.iter().map(|left| left.powi(2)).sum::<f64>();
     let sd = plausible::sd(recording.torque.as_deref().unwrap_or_default());
-    squares > left.len() as f64 * (APART * sd).powi(2)
+    squares > left.len() as f64 * (THRESHOLDS.missed_share * sd).powi(2)
 }
 
 /// Fits the base model to recordings of one gear. Joint logs, which know no deflection, have the base model of [`joint`].

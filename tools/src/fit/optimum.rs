@@ -2,13 +2,14 @@
 
 use gmhm::Law;
 
-use crate::fit::options::{FitOptions, Method, SELECTION_ROWS};
+use crate::fit::options::{FitOptions, Method};
 use crate::fit::prepare::Prepared;
 use crate::fit::pso;
 use crate::fit::refine;
 use crate::fit::refine::Weighted;
 use crate::fit::select;
 use crate::fit::select::Candidate;
+use crate::fit::thresholds::THRESHOLDS;
 use crate::fit::zeros;
 use crate::fit::zeros::Zeros;
 use crate::numerics::autoregression::Noise;
@@ -73,7 +74,7 @@ impl<'a> Optimum<'a> {
         let Prepared { rows, rated_deflection_rad, torque_nm, start, zeros, .. } = &mut prepared;
         let rated = *rated_deflection_rad;
         let (selection_rows, (mut selection, evaluations)) = {
-            let spread = Spread::over(rows, SELECTION_ROWS);
+            let spread = Spread::over(rows, THRESHOLDS.selection_rows);
             let looked_at = spread.of(rows);
             let table = select::table(&structures, rated, &looked_at, &start.known, options.seed, progress)?;
             (looked_at.iter().map(Rows::len).sum(), table)

@@ -27,6 +27,3 @@ pub struct FitOptions {
     /// Evaluations of `pso`; by default 20,000.
     pub evaluations: Option<usize>,
 }
-
-/// About so many rows, spread over all recordings, decide on the structure and on the zeros; the chosen structure is then fitted to all rows.
-pub(crate) const SELECTION_ROWS: usize = 20_000;

@@ -3,6 +3,7 @@
 use crate::fit::coverage::Coverage;
 use crate::fit::fit;
 use crate::fit::options::FitOptions;
+use crate::fit::thresholds::THRESHOLDS;
 use crate::progress::Progress;
 use crate::recording::Recording;
 use crate::regression::error::EstimateError;
@@ -18,11 +19,6 @@ pub struct BetterRated {
     pub given_heldout_rms: f64,
 }
 
-/// A rated deflection this much off the largest one seen is tried beside that; it moves e of the published gear by 4 %.
-const OFF: f64 = 1e-4;
-/// The largest one seen has to leave less than this share of what the one given leaves.
-const BETTER: f64 = 0.97;
-
 impl BetterRated {
     /// The largest one seen, where it predicts rows held out better. `options` are those of the fit, whose rated deflection was given and leaves so much of the same recordings.
     ///
@@ -37,7 +33,7 @@ impl BetterRated {
     ) -> Result<Option<Self>, EstimateError> {
         let (lowest, highest) = coverage.deflection_rad;
         let seen = highest.max(-lowest);
-        if (seen / coverage.rated_deflection_rad - 1.0).abs() <= OFF {
+        if (seen / coverage.rated_deflection_rad - 1.0).abs() <= THRESHOLDS.rated_off_share {
             return Ok(None);
         }
         let heldout_rms =
@@ -47,6 +43,6 @@ impl BetterRated {
                 Err(_) => f64::INFINITY,
             };
         let better = Self { rated_deflection_rad: seen, heldout_rms, given_heldout_rms };
-        Ok((heldout_rms < BETTER * given_heldout_rms).then_some(better))
+        Ok((heldout_rms < THRESHOLDS.rated_better_share * given_heldout_rms).then_some(better))
     }
 }

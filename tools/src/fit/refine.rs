@@ -1,13 +1,17 @@
 //! From the chosen structure to the final fit: start of the memory, outliers, colour of the noise, zero of the deflection.
 
 use crate::fit::start::Start;
+use crate::fit::thresholds::THRESHOLDS;
+use crate::fit::zeros::MOST_TOGETHER;
 use crate::numerics::autoregression;
 use crate::numerics::autoregression::Noise;
+use crate::numerics::bounded;
 use crate::numerics::mark::Mark;
 use crate::progress::Progress;
 use crate::regression::assembly::Assembly;
 use crate::regression::base::Structure;
 use crate::regression::error::EstimateError;
+use crate::regression::factors::Shared;
 use crate::regression::heldout::heldout;
 use crate::regression::polish::{Polished, polish, project};
 use crate::regression::problem::{Problem, Sweep, Tangent};
@@ -33,14 +37,8 @@ pub struct Weighted {
     pub heldout_rms: f64,
 }
 
-/// Prewhitening that predicts held-out rows worse than this many times the plain fit took physics for noise.
-const PHYSICS: f64 = 1.05;
-
 /// Fits and noise estimates in turn, at most so often.
 const ROUNDS: usize = 4;
-
-/// How many standard deviations a deflection zero or a start must be away from none.
-const SIGNIFICANT: f64 = 5.0;
 
 /// In laws `phase` and `time` all rows count, and the memory at the start is a nuisance where it is significant.
 pub fn free_start(
@@ -62,13 +60,46 @@ pub fn free_start(
         Ok(polish(&problem, nonlinear, Sweep::PLAIN, &()).rss)
     };
     let count: usize = rows.iter().map(Rows::len).sum();
+    let floor = count as f64 * (1e-10 * size).powi(2);
+    let is_significant =
+        |with: f64, free: f64| with - free > THRESHOLDS.zero_significance.powi(2) * free / count as f64 + floor;
+    if rows.len() > MOST_TOGETHER {
+        return known_starts(rows, start, structure, rated_deflection_rad, nonlinear, &is_significant);
+    }
     let free = rss(&start.known)?;
     for index in 0..rows.len() {
         start.known[index] = true;
-        let floor = count as f64 * (1e-10 * size).powi(2);
-        if rss(&start.known)? - free > SIGNIFICANT.powi(2) * free / count as f64 + floor {
+        if is_significant(rss(&start.known)?, free) {
             start.known[index] = false;
         }
+    }
+    Ok(())
+}
+
+/// The same for many recordings, the nonlinear parameters as they are: costs no more a recording than with few.
+fn known_starts(
+    rows: &[Rows<'_>],
+    start: &mut Start,
+    structure: Structure,
+    rated_deflection_rad: f64,
+    nonlinear: &[f64],
+    is_significant: &dyn Fn(f64, f64) -> bool,
+) -> Result<(), EstimateError> {
+    let parts = |known: bool| -> Result<Vec<Shared>, EstimateError> {
+        let assembly = Assembly::new(structure, rated_deflection_rad, rows, &vec![known; rows.len()])?;
+        let problem = assembly.problem(rows);
+        Ok((0..rows.len()).map(|index| problem.shared_of(index, nonlinear, Sweep::PLAIN)).collect())
+    };
+    let (free, known) = (parts(false)?, parts(true)?);
+    let bounds = Assembly::new(structure, rated_deflection_rad, rows, &start.known)?.problem(rows).bounds();
+    let rss = |all: &Shared| bounded::solve(&all.factor().0, &bounds).rss;
+    let after = Shared::after(&free);
+    let mut before: Option<Shared> = None;
+    for index in 0..rows.len() {
+        let others = before.as_ref().map_or_else(|| after[index].clone(), |before| before.with(&after[index]));
+        start.known[index] = !is_significant(rss(&others.with(&known[index])), rss(&others.with(&free[index])));
+        let own = if start.known[index] { &known[index] } else { &free[index] };
+        before = Some(before.map_or_else(|| own.clone(), |before| before.with(own)));
     }
     Ok(())
 }
@@ -97,6 +128,9 @@ pub fn refine(
     // One zero that all recordings share; then one of each.
     for count in [1, rows.len()].into_iter().skip(usize::from(rows.len() == 1)) {
         let sure = count == free_zeros;
+        if count > MOST_TOGETHER && !sure {
+            continue;
+        }
         if let Some(better) = found.with_zeros(count, sure, rows, known_start, progress)? {
             found = better;
         }
@@ -150,7 +184,7 @@ pub fn against_noise(
         return Ok(Weighted { polished, noise, prewhitened: true, heldout_rms: plain_heldout_rms });
     }
     let heldout_rms = heldout(problem, &polished.nonlinear, Some(&noise)).rms;
-    if heldout_rms > PHYSICS * plain_heldout_rms {
+    if heldout_rms > THRESHOLDS.physics_as_noise_ratio * plain_heldout_rms {
         let noise = noise_of(problem, &plain);
         let polished = Polished { evaluations: polished.evaluations, ..plain };
         return Ok(Weighted { polished, noise, prewhitened: false, heldout_rms: plain_heldout_rms });
@@ -167,37 +201,51 @@ const PLENTY: f64 = 3000.0;
 fn restore_slowness(problem: &Problem<'_>, nonlinear: &[f64], noise: &mut [Noise]) {
     let rows = problem.rows;
     let bounds = problem.bounds();
-    let criterion = |noise: &[Noise]| {
-        let system = problem.factor(nonlinear, None, Sweep { noise: Some(noise), ..Sweep::PLAIN }).combine(|_, _| true);
-        let solution = crate::numerics::bounded::solve(&system.shared, &bounds);
-        let free = bounds.len() - solution.at_bound.iter().filter(|b| **b).count();
-        let freedom = system.rows.saturating_sub(free + system.nuisances) as f64;
-        let covariance: f64 =
-            noise.iter().zip(rows).map(|(n, r)| n.log_determinant(autoregression::runs(&r.marks).len())).sum();
-        freedom * solution.rss.ln() + covariance + system.log_determinant(&solution.at_bound)
+    // Only one recording at a time differs: the others are added up once.
+    let part = |index: usize, noise: &[Noise]| {
+        problem.shared_of(index, nonlinear, Sweep { noise: Some(noise), ..Sweep::PLAIN })
     };
+    let parts: Vec<Shared> = (0..noise.len()).map(|index| part(index, noise)).collect();
+    let after = Shared::after(&parts);
+    let mut before: Option<Shared> = None;
     for index in 0..noise.len() {
-        let Some(&first) = noise[index].reflections.first() else { continue };
-        let count = rows[index].len() as f64;
-        if first <= 0.0 || count * (1.0 - first) / (1.0 + first) > PLENTY {
-            continue;
-        }
-        let width = 1.0 / (count * (1.0 - first * first)).sqrt();
-        let original = noise[index].clone();
-        let at = |steps: f64, noise: &mut [Noise]| {
-            noise[index] = original.with_slowness(steps * width);
-            criterion(noise)
+        let others = before.as_ref().map_or_else(|| after[index].clone(), |before| before.with(&after[index]));
+        let criterion = |noise: &[Noise]| {
+            let all = others.with(&part(index, noise));
+            let solution = bounded::solve(&all.factor().0, &bounds);
+            let free = bounds.len() - solution.at_bound.iter().filter(|b| **b).count();
+            let freedom = all.rows.saturating_sub(free + all.nuisances) as f64;
+            let covariance = noise[index].log_determinant(autoregression::runs(&rows[index].marks).len());
+            freedom * solution.rss.ln() + covariance + all.log_determinant(&solution.at_bound)
         };
-        // A parabola through three points a standard error apart, whose middle one is moved up while that helps.
-        let (mut middle, mut values) = (0.0, [at(-1.0, noise), at(0.0, noise), at(1.0, noise)]);
-        while values[2] < values[1] && middle < 4.0 {
-            middle += 1.0;
-            values = [values[1], values[2], at(middle + 1.0, noise)];
-        }
-        let curvature = values[0] - 2.0 * values[1] + values[2];
-        let offset = if curvature > 0.0 { (0.5 * (values[0] - values[2]) / curvature).clamp(-1.0, 1.0) } else { 0.0 };
-        noise[index] = original.with_slowness((middle + offset) * width);
+        slow_down(index, rows[index].len(), noise, &criterion);
+        let own = part(index, noise);
+        before = Some(before.map_or_else(|| own.clone(), |before| before.with(&own)));
     }
+}
+
+/// Moves the first reflection coefficient of a recording's noise to the least of a criterion.
+fn slow_down(index: usize, rows: usize, noise: &mut [Noise], criterion: &dyn Fn(&[Noise]) -> f64) {
+    let Some(&first) = noise[index].reflections.first() else { return };
+    let count = rows as f64;
+    if first <= 0.0 || count * (1.0 - first) / (1.0 + first) > PLENTY {
+        return;
+    }
+    let width = 1.0 / (count * (1.0 - first * first)).sqrt();
+    let original = noise[index].clone();
+    let at = |steps: f64, noise: &mut [Noise]| {
+        noise[index] = original.with_slowness(steps * width);
+        criterion(noise)
+    };
+    // A parabola through three points a standard error apart, whose middle one is moved up while that helps.
+    let (mut middle, mut values) = (0.0, [at(-1.0, noise), at(0.0, noise), at(1.0, noise)]);
+    while values[2] < values[1] && middle < 4.0 {
+        middle += 1.0;
+        values = [values[1], values[2], at(middle + 1.0, noise)];
+    }
+    let curvature = values[0] - 2.0 * values[1] + values[2];
+    let offset = if curvature > 0.0 { (0.5 * (values[0] - values[2]) / curvature).clamp(-1.0, 1.0) } else { 0.0 };
+    noise[index] = original.with_slowness((middle + offset) * width);
 }
 
 /// A fit without a noise model.
@@ -233,7 +281,7 @@ impl Found {
             let system = problem.factor(&from, Some(tangent), Sweep::PLAIN).combine(|_, _| true);
             let reduced = project(&system.shared, &without.at_bound, smooth.len());
             let promised: f64 = (0..smooth.len()).map(|i| reduced.get(i, smooth.len()).powi(2)).sum();
-            promised >= SIGNIFICANT.powi(2) * without.rss / row_count
+            promised >= THRESHOLDS.zero_significance.powi(2) * without.rss / row_count
         };
         if !sure && (explained || !promises()) {
             return Ok(None);
@@ -245,7 +293,7 @@ impl Found {
             let sweep = Sweep { noise: Some(&noise), ..Sweep::PLAIN };
             let left = polish(&problem, &with.nonlinear, sweep, progress).rss;
             let left_without = polish(&self.assembly.problem(rows), &without.nonlinear, sweep, progress).rss;
-            left_without - left > 2.0 * SIGNIFICANT.powi(2) * left / row_count
+            left_without - left > 2.0 * THRESHOLDS.zero_significance.powi(2) * left / row_count
         };
         let (found, _) = assembly.split(&with.nonlinear);
         let moved = |found: &f64| (found - zero).abs() > 1e-6 * rated;
@@ -256,7 +304,7 @@ impl Found {
             return Ok(None);
         }
         let heldout_rms = heldout(&problem, &with.nonlinear, None).rms;
-        let better = sure || heldout_rms < 0.98 * before;
+        let better = sure || heldout_rms < THRESHOLDS.zero_heldout_share * before;
         Ok(better.then_some(Self { assembly, polished: with, heldout_rms }))
     }
 }

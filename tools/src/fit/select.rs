@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 use gmhm::{Gate, Kernel, Law};
 use rayon::prelude::*;
 
+use crate::fit::thresholds::THRESHOLDS;
 use crate::numerics::particle_swarm::{SwarmOptions, minimise};
 use crate::progress::Progress;
 use crate::regression::assembly::Assembly;
@@ -139,5 +140,6 @@ fn clearly_worse(candidate: &Candidate, best: &Candidate) -> bool {
     let mean = differences.iter().sum::<f64>() / count;
     let variance = differences.iter().map(|d| (d - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
     // A percent of the error is no difference, however consistent.
-    mean > (variance / count).sqrt().max(0.01 * best.heldout_rms.powi(2)) && candidate.heldout_rms > best.heldout_rms
+    mean > (variance / count).sqrt().max(THRESHOLDS.same_heldout_share * best.heldout_rms.powi(2))
+        && candidate.heldout_rms > best.heldout_rms
 }

@@ -2,6 +2,7 @@
 
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
+use crate::fit::thresholds::THRESHOLDS;
 use crate::numerics::bounded;
 use crate::numerics::extremes::range;
 use crate::numerics::mark::Mark;
@@ -108,13 +109,14 @@ pub(crate) fn decide_start(rows: &mut [Rows<'_>], rated_deflection_rad: f64) -> 
         let (rest, rising, falling) = (under(Past::Rest), under(Past::Rising), under(Past::Falling));
         let other = if rising.1 <= falling.1 { rising } else { falling };
         // Predictions start from rest: another past has to be clearly better.
-        let clearly = 1.0 + STRANGE_PAST / freedom.max(1.0);
+        let clearly = 1.0 + THRESHOLDS.other_start_variances / freedom.max(1.0);
         let (past, with, mut own) = if other.1 * clearly + floor < rest.1 { other } else { rest };
         rows[index].past = past;
         start.known[index] = past == Past::Rest;
         // Chow's test of further observations (Econometrica 28, 1960): F with (early rows, freedom) degrees.
         let ratio = (with - without) / row as f64 / (without / freedom.max(1.0) + floor);
-        let usual = FisherSnedecor::new(row as f64, freedom.max(1.0)).map_or(2.0, |f| f.inverse_cdf(1.0 - STRANGE));
+        let usual = FisherSnedecor::new(row as f64, freedom.max(1.0))
+            .map_or(2.0, |f| f.inverse_cdf(1.0 - THRESHOLDS.unsettled_probability));
         if row > 0 && ratio > usual.max(2.0) {
             rows[index].marks[..row].copy_from_slice(&kept);
             rows[index].past = Past::Rising;
@@ -126,9 +128,3 @@ pub(crate) fn decide_start(rows: &mut [Rows<'_>], rated_deflection_rad: f64) -> 
     }
     Ok(start)
 }
-
-/// By how much, in variances of the residual, another past has to explain a recording better than a start from rest.
-const STRANGE_PAST: f64 = 25.0;
-
-/// Probability at which a start from rest is given up where it is true.
-const STRANGE: f64 = 1e-4;

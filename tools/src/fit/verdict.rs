@@ -11,6 +11,7 @@ use crate::fit::comparison::{Comparison, compare};
 use crate::fit::coverage::{Coverage, JointCoverage};
 use crate::fit::options::FitOptions;
 use crate::fit::rated::BetterRated;
+use crate::fit::thresholds::THRESHOLDS;
 use crate::fit::units::{DoubtfulUnit, doubtful};
 use crate::numerics::extremes::range;
 use crate::physics::{PredictError, Prediction};
@@ -84,9 +85,6 @@ pub struct Assessment {
     pub better_rated: Option<BetterRated>,
 }
 
-/// About so many rows of all recordings together, spread over the whole of each, are compared.
-const COMPARED_ROWS: usize = 20_000;
-
 /// Why a fit could not be assessed.
 #[derive(Debug, thiserror::Error)]
 pub enum AssessError {
@@ -119,7 +117,7 @@ impl Assessment {
         // A joint log has neither a rated deflection nor baselines for a loop.
         let rated = gear.rated_deflection_rad.filter(|_| fit.model.elastic.is_some());
         let compared: Vec<Recording> =
-            spread_over(recordings, COMPARED_ROWS).into_iter().map(Cow::into_owned).collect();
+            spread_over(recordings, THRESHOLDS.comparison_rows).into_iter().map(Cow::into_owned).collect();
         let comparison_rows = compared.iter().map(Recording::len).sum();
         let options = FitOptions {
             seed: fit.seed,
@@ -159,19 +157,6 @@ impl Assessment {
     }
 }
 
-/// Error held out, beside the peak torque, from which a fit is one to be careful with, and one to be left.
-const ERROR: (f64, f64) = (0.03, 0.10);
-/// Error held out beside that of the rows fitted, likewise.
-const OVERFIT: (f64, f64) = (1.25, 2.0);
-/// Part of ±A that has to be reached.
-const REACH: f64 = 0.8;
-/// Less of ±A than this is one load direction.
-const ONE_SIDED: f64 = 0.02;
-/// The longest sample period of a drive that the inverse is judged at, s. Matters to law `time` only.
-const DRIVE_PERIOD_S: f64 = 1e-3;
-/// Share of the residual's power that may repeat.
-const REPEATED: f64 = 0.1;
-
 /// Judges a fit.
 fn decide(fit: &Fit, evidence: &Assessment) -> FitVerdict {
     let unit = fit.model.torque_unit.symbol();
@@ -186,13 +171,14 @@ fn decide(fit: &Fit, evidence: &Assessment) -> FitVerdict {
         fit.model.torque_unit.quantity()
     );
     match relative {
-        r if r > ERROR.1 || r.is_nan() => say(Grade::Bad, error.clone()),
-        r if r > ERROR.0 => say(Grade::Caution, error.clone()),
+        r if r > THRESHOLDS.error_shares[1] || r.is_nan() => say(Grade::Bad, error.clone()),
+        r if r > THRESHOLDS.error_shares[0] => say(Grade::Caution, error.clone()),
         _ => {}
     }
     let (rms, floor) = (fit.rms, 1e-9 * evidence.torque_peak);
-    if fit.heldout_rms > OVERFIT.0 * rms + floor {
-        let grade = if fit.heldout_rms > OVERFIT.1 * rms + floor { Grade::Bad } else { Grade::Caution };
+    if fit.heldout_rms > THRESHOLDS.overfit_ratios[0] * rms + floor {
+        let grade =
+            if fit.heldout_rms > THRESHOLDS.overfit_ratios[1] * rms + floor { Grade::Bad } else { Grade::Caution };
         let times = fit.heldout_rms / rms;
         say(grade, format!("rows that took no part are predicted {times:.1} times worse than those fitted"));
     }
@@ -223,10 +209,10 @@ fn decide(fit: &Fit, evidence: &Assessment) -> FitVerdict {
         say(Grade::Caution, words.to_owned());
     }
     if let Some(Ok(params)) = fit.model.params(rated) {
-        match invertible_range(&params, DRIVE_PERIOD_S) {
-            Ok(range) if range > 0.995 => {}
+        match invertible_range(&params, THRESHOLDS.drive_period_s) {
+            Ok(range) if range > THRESHOLDS.inverse_shares[0] => {}
             Ok(range) => {
-                let grade = if range < 0.5 { Grade::Bad } else { Grade::Caution };
+                let grade = if range < THRESHOLDS.inverse_shares[1] { Grade::Bad } else { Grade::Caution };
                 let percent = 100.0 * range;
                 say(
                     grade,
@@ -244,8 +230,9 @@ fn decide(fit: &Fit, evidence: &Assessment) -> FitVerdict {
     for p in fit.uncertainty.parameters.iter().filter(|p| p.at_bound) {
         say(Grade::Caution, format!("{} is at its bound {}", p.name, p.value));
     }
-    if let Some(reach) = evidence.coverage.as_ref().map(Coverage::reach).filter(|reach| *reach < REACH) {
-        let words = if reach < ONE_SIDED {
+    if let Some(reach) = evidence.coverage.as_ref().map(Coverage::reach).filter(|reach| *reach < THRESHOLDS.reach_share)
+    {
+        let words = if reach < THRESHOLDS.one_sided_share {
             "only one load direction was recorded, and nothing is known of the other".to_owned()
         } else {
             let percent = 100.0 * reach;
@@ -255,7 +242,7 @@ fn decide(fit: &Fit, evidence: &Assessment) -> FitVerdict {
         };
         say(Grade::Caution, words);
     }
-    if let Some(structure) = evidence.structure.filter(|s| s.significant && s.share > REPEATED) {
+    if let Some(structure) = evidence.structure.filter(|s| s.significant && s.share > THRESHOLDS.repeated_share) {
         let percent = 100.0 * structure.share;
         say(
             Grade::Caution,
@@ -270,12 +257,12 @@ fn decide(fit: &Fit, evidence: &Assessment) -> FitVerdict {
     }
     let better = evidence.comparison.iter().skip(1).min_by(|a, b| a.heldout_rms.total_cmp(&b.heldout_rms));
     if let (Some(own), Some(best)) = (evidence.comparison.first(), better) {
-        if best.heldout_rms < 0.9 * own.heldout_rms {
+        if best.heldout_rms < THRESHOLDS.better_model_share * own.heldout_rms {
             let (name, ratio) = (&best.model, best.heldout_rms / own.heldout_rms);
             say(Grade::Caution, format!("another model, {name}, predicts with {ratio:.2} times the error"));
         }
         let spring = evidence.comparison.iter().find(|r| r.model == "linear spring");
-        if spring.is_some_and(|s| s.heldout_rms < 1.02 * own.heldout_rms) {
+        if spring.is_some_and(|s| s.heldout_rms < THRESHOLDS.spring_ratio * own.heldout_rms) {
             say(Grade::Bad, "a linear spring predicts as well: these recordings show no hysteresis".to_owned());
         }
     }

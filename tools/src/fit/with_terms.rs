@@ -7,6 +7,7 @@ use std::borrow::Cow;
 use gmhm::Law;
 
 use crate::fit::options::{FitOptions, Method};
+use crate::fit::thresholds::THRESHOLDS;
 use crate::fit::{DeflectionZero, Fit};
 use crate::model::Model;
 use crate::numerics::autoregression::mark_outliers;
@@ -28,9 +29,6 @@ const MOST_ROWS: usize = 250_000;
 
 /// Steps of the descent, at most.
 const MOST_STEPS: usize = 30;
-
-/// What a free zero of the deflection has to gain of −2 ln L beyond the Bayesian information criterion.
-const ZERO_GAIN: f64 = 12.0;
 
 /// Refits a model with terms to recordings of its gear or joint.
 ///
@@ -69,7 +67,7 @@ pub fn fit(
     if model.elastic.is_some() {
         let with_zero = descend(&dataset, &fitted.model, true)?;
         let gain = fitted.minus_two_log_likelihood - with_zero.minus_two_log_likelihood;
-        if gain > ZERO_GAIN + (dataset.counted() as f64).ln() {
+        if gain > THRESHOLDS.zero_likelihood_gain + (dataset.counted() as f64).ln() {
             fitted = with_zero;
         }
     }

@@ -6,8 +6,8 @@
 use gmhm::{Law, Memory};
 use rayon::prelude::*;
 
-use crate::fit::options::SELECTION_ROWS;
 use crate::fit::start::leave_out_unsettled;
+use crate::fit::thresholds::THRESHOLDS;
 use crate::model::Model;
 use crate::numerics::bounded;
 use crate::numerics::extremes::range;
@@ -33,19 +33,13 @@ pub struct Zeros {
     pub free: usize,
 }
 
-/// A zero elsewhere, or zeros of their own, have to leave less than this share of the squares.
-const CLEARLY: f64 = 0.8;
-
 /// Zeros and a rated deflection that is not given are found in turn, at most so often,
 pub const ROUNDS: usize = 6;
 /// and until that changes by no more than this share: a hundred times as much moves e of the published gear by 4 %.
 pub const SETTLED: f64 = 1e-6;
 
-/// A middle of the deflections within this share of half their range suggests no zero elsewhere.
-const CENTRED: f64 = 0.05;
-
 /// The zeros of so many recordings are found together, each beside all others. Those of more are found in pairs with the first, which costs no more a recording.
-const MOST_TOGETHER: usize = 12;
+pub(crate) const MOST_TOGETHER: usize = 12;
 
 /// The structures that zeros are tried with: a gear's own, or one without a rate and one with.
 pub fn structures(memory: Option<&Memory>) -> Vec<Structure> {
@@ -66,11 +60,11 @@ pub fn settle(rows: &[Rows<'_>], structures: &[Structure], given: Option<f64>) -
         return Err(EstimateError::NoMovement);
     }
     let (count, middle) = (rows.len(), 0.5 * (low + high));
-    let centred = middle.abs() <= CENTRED * half;
+    let centred = middle.abs() <= THRESHOLDS.centred_share * half;
     if centred && count == 1 {
         return Ok(Zeros { rad: vec![0.0], free: 0 });
     }
-    let spread = Spread::over(rows, SELECTION_ROWS);
+    let spread = Spread::over(rows, THRESHOLDS.selection_rows);
     let trial = Trial::new(spread.of(rows), structures, given);
     // Far outside the rated deflection a polynomial may still meet the torque.
     let rated = given.unwrap_or_else(|| high.max(-low));
@@ -81,7 +75,7 @@ pub fn settle(rows: &[Rows<'_>], structures: &[Structure], given: Option<f64>) -
         let from_middle = trial.polished(&vec![middle; count], 1)?;
         shared = if outside || from_middle.0 < shared.0 { from_middle } else { shared };
     }
-    let (left, zeros) = if shared.0 < CLEARLY * stays {
+    let (left, zeros) = if shared.0 < THRESHOLDS.zeros_squares_share * stays {
         (shared.0, Zeros { rad: shared.1, free: 1 })
     } else {
         (stays.min(shared.0), Zeros { rad: vec![0.0; count], free: 0 })
@@ -100,12 +94,12 @@ pub fn settle(rows: &[Rows<'_>], structures: &[Structure], given: Option<f64>) -
         // What gears of their own leave is less than zeros of their own can leave of one gear.
         let alone = |index: usize| Ok(trial.part(&[index]).polished(&zeros.rad[index..=index], 1)?.0);
         let alone = (0..count).into_par_iter().map(alone).collect::<Result<Vec<f64>, EstimateError>>()?;
-        if alone.iter().sum::<f64>() >= CLEARLY * left {
+        if alone.iter().sum::<f64>() >= THRESHOLDS.zeros_squares_share * left {
             return Ok(zeros);
         }
         trial.in_pairs(&zeros.rad, &middles)?
     };
-    Ok(if own < CLEARLY * left { Zeros { rad: own_zeros, free: count } } else { zeros })
+    Ok(if own < THRESHOLDS.zeros_squares_share * left { Zeros { rad: own_zeros, free: count } } else { zeros })
 }
 
 /// How far the zero of each recording is from that of the first, rad, where recordings of a model's gear go together only with zeros of their own.
@@ -117,7 +111,7 @@ pub fn between(recordings: &[&Recording], model: &Model) -> Result<Option<Vec<f6
         return Ok(None);
     }
     let beginnings: Vec<Recording> =
-        recordings.iter().map(|r| r.beginning(SELECTION_ROWS.div_ceil(recordings.len()))).collect();
+        recordings.iter().map(|r| r.beginning(THRESHOLDS.selection_rows.div_ceil(recordings.len()))).collect();
     let rows = rows::of_recordings(&beginnings, &model.gear)?;
     let zeros = settle(&rows, &structures(model.memory.as_ref()), model.gear.rated_deflection_rad)?;
     Ok(apart(&zeros.rad))

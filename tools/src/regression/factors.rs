@@ -40,12 +40,20 @@ pub struct Shared {
     pub rows: usize,
     /// Nuisances that could be told apart.
     pub nuisances: usize,
+    /// ln det of the nuisances' part of XᵀX.
+    log_nuisances: f64,
 }
 
 impl Shared {
     /// Of no recording.
     fn nothing(columns: usize) -> Self {
-        Self { triangle: Triangle::new(columns), squares: vec![0.0; columns - 1], rows: 0, nuisances: 0 }
+        Self {
+            triangle: Triangle::new(columns),
+            squares: vec![0.0; columns - 1],
+            rows: 0,
+            nuisances: 0,
+            log_nuisances: 0.0,
+        }
     }
 
     fn add(&mut self, other: &Self) {
@@ -53,6 +61,7 @@ impl Shared {
         self.squares.iter_mut().zip(&other.squares).for_each(|(own, other)| *own += other);
         self.rows += other.rows;
         self.nuisances += other.nuisances;
+        self.log_nuisances += other.log_nuisances;
     }
 
     /// Both together.
@@ -88,6 +97,11 @@ impl Shared {
             before = Some(before.map_or_else(|| part.clone(), |before| before.with(part)));
         }
         others
+    }
+
+    /// ln det XᵀX of the columns that are not held at a bound, the nuisances among them. Without derivatives.
+    pub fn log_determinant(&self, at_bound: &[bool]) -> f64 {
+        self.log_nuisances + log_determinant(&self.factor().0, at_bound)
     }
 
     /// The factor of the gear's columns, derivatives and torque, and the norms of all but the last before the nuisances were eliminated.
@@ -144,7 +158,9 @@ impl Factors {
             whole = whole.select(&rest);
         }
         let squares = (0..shared_columns - 1).map(|j| whole.norm(kept.len() + j).powi(2)).collect();
-        let shared = Shared { triangle: whole.tail(kept.len()), squares, rows, nuisances: kept.len() };
+        let log_nuisances = (0..kept.len()).map(|j| log_square(whole.get(j, j))).sum();
+        let triangle = whole.tail(kept.len());
+        let shared = Shared { triangle, squares, rows, nuisances: kept.len(), log_nuisances };
         (shared, kept, whole)
     }
 
@@ -199,16 +215,6 @@ impl Factors {
 }
 
 impl System {
-    /// ln det XᵀX of the columns that are not held at a bound, the nuisances among them. Without derivatives.
-    pub fn log_determinant(&self, at_bound: &[bool]) -> f64 {
-        let log = |value: f64| if value == 0.0 { 0.0 } else { 2.0 * value.abs().ln() };
-        let nuisances: f64 =
-            self.parts.iter().flat_map(|(kept, whole)| (0..kept.len()).map(|j| log(whole.get(j, j)))).sum();
-        let free: Vec<usize> = (0..at_bound.len()).filter(|&j| !at_bound[j]).collect();
-        let gear = self.shared.select(&free);
-        nuisances + (0..free.len()).map(|j| log(gear.get(j, j))).sum::<f64>()
-    }
-
     /// The nuisances of each recording that belong to the given coefficients of the gear (followed by steps of the derivatives, if any).
     pub fn linear(&self, shared: &[f64]) -> Linear {
         let recordings = (0..self.parts.len()).map(|recording| self.nuisances_of(recording, shared)).collect();
@@ -231,4 +237,16 @@ impl System {
         }
         all
     }
+}
+
+/// ln x², 0 where x is.
+fn log_square(x: f64) -> f64 {
+    if x == 0.0 { 0.0 } else { 2.0 * x.abs().ln() }
+}
+
+/// ln det XᵀX of the columns of a factor that are not held at a bound.
+fn log_determinant(factor: &Triangle, at_bound: &[bool]) -> f64 {
+    let free: Vec<usize> = (0..at_bound.len()).filter(|&j| !at_bound[j]).collect();
+    let factor = factor.select(&free);
+    (0..free.len()).map(|j| log_square(factor.get(j, j))).sum()
 }
