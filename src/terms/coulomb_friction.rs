@@ -32,7 +32,7 @@ impl<S: Float> Physics<S> for CoulombFriction<S> {
         needs: &[Need::Velocity],
         keys: &[TORQUE, SMOOTHING],
         hides_behind: "h, on one amplitude",
-        instructions: 257,
+        instructions: 216,
     };
     type State = ();
 

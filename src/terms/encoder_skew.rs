@@ -25,7 +25,7 @@ impl<S: Float> Physics<S> for EncoderSkew<S> {
         needs: &[Need::OutputVelocity, Need::Deflection],
         keys: &[DELAY],
         hides_behind: "viscous_damping, lost motion",
-        instructions: 120,
+        instructions: 115,
     };
     type State = ();
 

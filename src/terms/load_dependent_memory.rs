@@ -39,7 +39,7 @@ impl<S: Float> Physics<S> for LoadDependentMemory<S> {
         needs: &[Need::Deflection],
         keys: &[RADIUS, TORQUE, LINEAR, QUADRATIC],
         hides_behind: "nonlocal_memory, load_dependent_friction",
-        instructions: 230,
+        instructions: 192,
     };
     type State = NonlocalState<S>;
 

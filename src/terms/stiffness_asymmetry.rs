@@ -33,7 +33,7 @@ impl<S: Float> Physics<S> for StiffnessAsymmetry<S> {
         needs: &[Need::Deflection],
         keys: &[SHAPE, SQUARE, ABS],
         hides_behind: "offset",
-        instructions: 152,
+        instructions: 111,
     };
     type State = ();
 

@@ -28,7 +28,7 @@ impl<S: Float> Physics<S> for ThermalZeroDrift<S> {
         needs: &[Need::Temperature],
         keys: &[GAIN, REFERENCE],
         hides_behind: "sensor_drift",
-        instructions: 147,
+        instructions: 106,
     };
     type State = ();
 

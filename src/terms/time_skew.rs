@@ -24,7 +24,7 @@ impl<S: Float> Physics<S> for TimeSkew<S> {
         needs: &[],
         keys: &[DELAY],
         hides_behind: "viscous_damping, anti-alias lag",
-        instructions: 142,
+        instructions: 101,
     };
     type State = ();
 

@@ -32,7 +32,7 @@ impl<S: Float> Physics<S> for TorqueRipple<S> {
         needs: &[],
         keys: &[ORDERS, COS, SIN, ANGLE],
         hides_behind: "kinematic_error (a blocked output separates them)",
-        instructions: 285,
+        instructions: 262,
     };
     type State = ();
 

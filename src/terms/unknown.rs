@@ -65,7 +65,7 @@ impl<S: Float> Physics<S> for Unknown<S> {
         needs: &[],
         keys: &[COORDINATE, KNOTS, VALUES],
         hides_behind: "",
-        instructions: 166,
+        instructions: 131,
     };
     type State = Reversal<S>;
 
