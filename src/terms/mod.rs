@@ -7,7 +7,7 @@
 //!   follow the true path. Backlash comes last, because it depends on where the others leave θ.
 //! - Torque terms see the corrected deflection and the base torque there, and add.
 //! - `thermal_friction` scales every term of domain friction; `time_skew` shifts the total of a whole recording.
-//! - On a drive only [plant](Side::Plant) terms are fed forward: [`Stack::plant`].
+//! - On a drive only [plant](Side::Plant) terms are fed forward: [`Stack::plant`]; [`feedforward`] takes them into inverse and feed-forward.
 //!
 //! Everything is evaluated in the scalar's own precision; in `f32` no double is computed.
 
@@ -19,6 +19,7 @@ mod sample;
 mod stack;
 
 pub mod compensated;
+pub mod feedforward;
 
 mod backlash;
 mod coulomb_friction;
@@ -106,6 +107,14 @@ macro_rules! kinds {
             pub fn domain(&self) -> Domain {
                 match self {
                     $(Self::$kind(_) => const { <$module::$kind<S> as Physics<S>>::INFO.domain },)*
+                }
+            }
+
+            /// Whether its torque is one of the gear itself: it follows the deflection or its rate.
+            #[inline]
+            pub fn is_of_gear(&self) -> bool {
+                match self {
+                    $(Self::$kind(_) => const { <$module::$kind<S> as Physics<S>>::INFO.is_of_gear() },)*
                 }
             }
 

@@ -325,6 +325,19 @@ impl KindInfo {
     }
 }
 
+impl KindInfo {
+    /// Whether its torque follows the deflection or its rate, and so is one of the gear itself.
+    pub const fn is_of_gear(&self) -> bool {
+        let (mut needs, mut follows) = (self.needs, false);
+        // A `for` cannot run at compile time.
+        while let [need, rest @ ..] = needs {
+            follows |= matches!(need, Need::Deflection | Need::DeflectionRate);
+            needs = rest;
+        }
+        follows && matches!(self.domain, Domain::Torque)
+    }
+}
+
 impl Need {
     /// What it is, in words.
     pub const fn words(self) -> &'static str {

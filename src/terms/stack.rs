@@ -2,6 +2,7 @@
 
 use heapless::Vec;
 
+use super::feedforward::Parts;
 use super::{Domain, Need, Sample, Setting, Side, Source, Term, TermError, TermState};
 use crate::scalar::Float;
 
@@ -138,6 +139,26 @@ impl<S: Float<Carry = S>, const K: usize> Stack<S, K> {
             let torque = term.torque(state, &sample);
             sum + if term.domain() == Domain::Friction { factor * torque } else { torque }
         })
+    }
+
+    /// As [`torque`](Self::torque), the terms of the gear apart from those of the joint.
+    pub(super) fn parts(&self, state: &mut StackState<S, K>, sample: &Sample<S>) -> Parts<S> {
+        let factor = self.terms.iter().fold(S::ONE, |product, term| product * term.friction_factor(sample));
+        let mut parts = Parts::default();
+        for (term, state) in self.terms.iter().zip(&mut state.states) {
+            let torque = term.torque(state, sample);
+            match term.domain() {
+                Domain::Friction => parts.joint = parts.joint + factor * torque,
+                _ if term.is_of_gear() => parts.gear = parts.gear + torque,
+                _ => parts.joint = parts.joint + torque,
+            }
+        }
+        parts
+    }
+
+    /// Whether some term adds a torque that depends on the deflection or on the torque of the gear.
+    pub(super) fn follows_gear(&self) -> bool {
+        self.terms.iter().any(|term| term.is_of_gear() || term.follows_base())
     }
 
     /// Gravity and inertia at a sample, N·m: T_base of a joint log. Neither remembers anything.

@@ -1,0 +1,309 @@
+//! Inverse and feed-forward with terms: friction, ripple, gravity and temperature act on what a drive feeds forward.
+//!
+//! A term changes one of three things.
+//!
+//! | terms | what they change |
+//! |---|---|
+//! | of the gear: torque terms that follow the deflection or its rate (`soft_windup`, `nonlocal_memory`, `creep`, `thermal_stiffness` …) | the deflection at which the gear carries a torque |
+//! | of the joint: friction, ripple, gravity, inertia | the torque between the gear and the place where the model's torque is taken |
+//! | of the deflection, as far as the sample tells them (`kinematic_error`) | the encoders' deflection at the gear's own θ |
+//!
+//! With the base torque T_base(θ) of gear and hysteresis, the terms of the gear G(θ) and those of the joint J, the torque of the model is T = T_base + G + J.
+//! [`CompensatedInverse`] finds θ with T(θ) = T*. [`CompensatedFeedForward`] is asked for the torque T* that the joint shall deliver to its link. By an output-side sensor
+//! (σ = −1) that is T, and J is part of the deflection. With the torque taken on the motor side (σ = +1) the gear carries T* itself, T_base + G = T*, and J is
+//! what the motor has to give beside it: [`Compensation::joint_torque`].
+//!
+//! G is found by a secant search from its last value, of at most [`MOST_TRIALS`] inverses; one does where no term follows the deflection or T_base. Backlash is not fed forward: it would be a
+//! step of the motor by the whole gap at each reversal of the torque. The temperature is [`Sample::temperature`].
+
+use super::{Sample, Stack, StackState};
+use crate::feedforward::{Contribution, Controls, Demand, FeedForward, FeedForwardState};
+use crate::gear::{Gear, State};
+use crate::inverse::{Inverse, Invertible, Solution};
+use crate::memory::{AnyLaw, MemoryLaw};
+use crate::scalar::Float;
+
+/// The most inverses of the gear for one sample.
+pub const MOST_TRIALS: u8 = 8;
+
+/// A gear's inverse and its terms.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CompensatedInverse<S: Float, L = AnyLaw<S>, const K: usize = 8> {
+    /// The inverse of the base model.
+    pub inverse: Inverse<S, L>,
+    /// The terms.
+    pub stack: Stack<S, K>,
+}
+
+/// The past of gear and terms.
+#[derive(Clone)]
+pub struct CompensatedInverseState<
+    S: Float<Carry = S>,
+    const N: usize = 16,
+    L: MemoryLaw<S> = AnyLaw<S>,
+    const K: usize = 8,
+> {
+    gear: State<S, N, L>,
+    terms: TermsState<S, K>,
+}
+
+/// What the terms remember, and what they added last.
+#[derive(Debug, Clone)]
+struct TermsState<S: Float<Carry = S>, const K: usize> {
+    stack: StackState<S, K>,
+    last: Parts<S>,
+}
+
+/// What terms add to T, N·m.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Parts<S> {
+    /// Those of the gear, G.
+    pub gear: S,
+    /// Those of the joint, J.
+    pub joint: S,
+}
+
+/// A deflection for a torque, with terms.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CompensatedSolution<S> {
+    /// The deflection of the encoders, rad.
+    pub measured: S,
+    /// θ of the gear, and how it was found.
+    pub gear: Solution<S>,
+    /// T_base there, N·m.
+    pub base_torque: S,
+    /// What the terms add there.
+    pub terms: Parts<S>,
+    /// The search for G met its tolerance, 1e-6 of the torque scale (1e-12 in `f64`).
+    pub converged: bool,
+}
+
+/// What the gear has to carry at a sample.
+struct Balance<S: Float<Carry = S>, const K: usize> {
+    carried: S,
+    parts: Parts<S>,
+    stack: StackState<S, K>,
+    converged: bool,
+}
+
+/// Which terms stand between T* and the gear.
+#[derive(Clone, Copy, PartialEq)]
+enum Asked {
+    /// All: T* is the torque of the model.
+    Total,
+    /// Those of the gear: T* is what the gear carries.
+    Carried,
+}
+
+/// Finds the torque that the gear carries when T* is asked for. Nothing of a state moves.
+fn balance<S: Float<Carry = S>, L: Invertible<S>, const N: usize, const K: usize>(
+    (inverse, stack): (&Inverse<S, L>, &Stack<S, K>),
+    (gear, terms): (&State<S, N, L>, &TermsState<S, K>),
+    (torque, asked): (S, Asked),
+    sample: &Sample<S>,
+) -> Balance<S, K> {
+    let searches = stack.follows_gear();
+    let at = |carried: S| {
+        let theta = if searches { inverse.peek(gear, carried).theta } else { gear.theta() };
+        let rate = if sample.period > S::ZERO { (theta - gear.theta()).over(sample.period) } else { S::ZERO };
+        let mut state = terms.stack.clone();
+        let parts = stack
+            .parts(&mut state, &Sample { deflection: theta, deflection_rate: rate, base_torque: carried, ..*sample });
+        (parts, state)
+    };
+    let of = |parts: &Parts<S>| total(parts, asked);
+    let mut taken = of(&terms.last);
+    let tolerance = S::from_f64(4.0 * S::TOLERANCE) * inverse.gear().frame().torque_scale();
+    let mut before: Option<(S, S)> = None;
+    let (mut parts, mut state) = at(torque - taken);
+    for _ in 1..MOST_TRIALS {
+        let excess = of(&parts) - taken;
+        if !searches || excess.abs() <= tolerance {
+            break;
+        }
+        // The chord through the last two trials; at first, what the terms are there.
+        let step = match before.replace((taken, excess)) {
+            Some((last, last_excess)) if last_excess != excess => (last - taken).over(last_excess - excess) * -excess,
+            _ => excess,
+        };
+        taken = taken + step;
+        (parts, state) = at(torque - taken);
+    }
+    let converged = !searches || (of(&parts) - taken).abs() <= tolerance;
+    Balance { carried: torque - of(&parts), parts, stack: state, converged }
+}
+
+/// Σ of what stands between the gear's θ and the encoders', as far as the sample tells it.
+fn deflection_error<S: Float<Carry = S>, const K: usize>(stack: &Stack<S, K>, sample: &Sample<S>) -> S {
+    stack.terms().iter().fold(S::ZERO, |sum, term| sum + term.deflection_error(sample))
+}
+
+/// Gear and terms at a first sample.
+fn start<S: Float<Carry = S>, L: MemoryLaw<S>, const N: usize, const K: usize>(
+    gear: &Gear<S, L>,
+    stack: &Stack<S, K>,
+    sample: &Sample<S>,
+) -> (State<S, N, L>, TermsState<S, K>) {
+    let theta = sample.deflection - deflection_error(stack, sample);
+    let accepted = sample.is_finite() && gear.frame().accepts(theta);
+    let (sample, theta) = if accepted { (*sample, theta) } else { (Sample::default(), S::ZERO) };
+    let state = gear.start::<N>(theta);
+    let mut terms = stack.start();
+    let base_torque = gear.output(&state).torque;
+    let last = stack.parts(&mut terms, &Sample { deflection: theta, base_torque, ..sample });
+    let last = if last.gear.is_finite() && last.joint.is_finite() { last } else { Parts::default() };
+    (state, TermsState { stack: terms, last })
+}
+
+impl<S: Float<Carry = S>, L: Invertible<S>, const K: usize> CompensatedInverse<S, L, K> {
+    /// The state at a first sample, its deflection that of the encoders, its past unknown. A sample that is none counts as one of zeros.
+    pub fn start<const N: usize>(&self, sample: &Sample<S>) -> CompensatedInverseState<S, N, L, K> {
+        let (gear, terms) = start(self.inverse.gear(), &self.stack, sample);
+        CompensatedInverseState { gear, terms }
+    }
+
+    /// Moves gear and terms to the deflection at which they give a torque together, at the speeds, angles and temperature of a sample; its deflection is not read. A torque or a sample that is
+    /// refused moves nothing.
+    pub fn commit<const N: usize>(
+        &self,
+        state: &mut CompensatedInverseState<S, N, L, K>,
+        torque: S,
+        sample: &Sample<S>,
+    ) -> CompensatedSolution<S> {
+        let refused = |state: &CompensatedInverseState<S, N, L, K>| {
+            let gear = Solution { refused: true, ..self.inverse.peek(&state.gear, S::ZERO) };
+            let theta = state.gear.theta();
+            CompensatedSolution {
+                measured: theta,
+                gear: Solution { theta, ..gear },
+                base_torque: self.inverse.gear().output(&state.gear).torque,
+                terms: state.terms.last,
+                converged: true,
+            }
+        };
+        if !torque.is_finite() || !sample.is_finite() {
+            return refused(state);
+        }
+        let both = (&self.inverse, &self.stack);
+        let found = balance(both, (&state.gear, &state.terms), (torque, Asked::Total), sample);
+        let error = deflection_error(&self.stack, sample);
+        if !found.carried.is_finite() || !error.is_finite() {
+            return refused(state);
+        }
+        let (gear, output) = self.inverse.commit(&mut state.gear, found.carried);
+        if gear.refused {
+            return refused(state);
+        }
+        state.terms = TermsState { stack: found.stack, last: found.parts };
+        CompensatedSolution {
+            measured: gear.theta + error,
+            gear,
+            base_torque: output.torque,
+            terms: found.parts,
+            converged: found.converged,
+        }
+    }
+}
+
+/// The feed-forward of a gear with its plant terms.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CompensatedFeedForward<S: Float, L = AnyLaw<S>, const K: usize = 8> {
+    feed_forward: FeedForward<S, L>,
+    stack: Stack<S, K>,
+}
+
+/// What the feed-forward of one joint remembers.
+#[derive(Clone)]
+pub struct CompensatedFeedForwardState<
+    S: Float<Carry = S>,
+    const N: usize = 16,
+    L: MemoryLaw<S> = AnyLaw<S>,
+    const K: usize = 8,
+> {
+    feed_forward: FeedForwardState<S, N, L>,
+    terms: TermsState<S, K>,
+    error: S,
+    last: Compensation<S>,
+}
+
+/// What is fed forward in a period.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Compensation<S> {
+    /// Of the base model, its torque less by what the terms give.
+    pub base: Contribution<S>,
+    /// The share of the encoders' deflection to add to the output's reference, rad: that of the base and of the terms of the deflection.
+    pub offset: S,
+    /// How much more that is than in the period before.
+    pub change: S,
+    /// The share of G, N·m.
+    pub gear_torque: S,
+    /// The share of J, N·m: to add to the torque reference of the motor where σ = +1; with σ = −1 it is in the offset.
+    pub joint_torque: S,
+    /// A number of the sample or the demand was NaN or infinite, or the terms were: they stay those of the period before.
+    pub refused: bool,
+}
+
+impl<S: Float<Carry = S>, L: Invertible<S>, const K: usize> CompensatedFeedForward<S, L, K> {
+    /// With the plant terms of a stack; faults of the measurement are left out.
+    pub fn new(feed_forward: FeedForward<S, L>, stack: &Stack<S, K>) -> Self {
+        Self { feed_forward, stack: stack.plant() }
+    }
+
+    /// The state at power-up: off, the gear where the encoders of the first sample show it, its past unknown. A sample that is none counts as one of zeros.
+    pub fn start<const N: usize>(&self, sample: &Sample<S>) -> CompensatedFeedForwardState<S, N, L, K> {
+        let (gear, terms) = start::<S, L, N, K>(self.feed_forward.inverse().gear(), &self.stack, sample);
+        CompensatedFeedForwardState {
+            feed_forward: self.feed_forward.start(gear.theta()),
+            terms,
+            error: S::ZERO,
+            last: Compensation::default(),
+        }
+    }
+
+    /// One control period. The sample holds the reference's angles, speeds and acceleration (or the measured ones) and the temperature; its deflection is not read.
+    pub fn step<const N: usize>(
+        &self,
+        state: &mut CompensatedFeedForwardState<S, N, L, K>,
+        controls: &Controls<S>,
+        demand: &Demand<S>,
+        sample: &Sample<S>,
+    ) -> Compensation<S> {
+        let asked = if self.stack.setting().sigma > S::ZERO { Asked::Carried } else { Asked::Total };
+        let mut carried = demand.torque - total(&state.terms.last, asked);
+        let mut refused = true;
+        if demand.torque.is_finite() && sample.is_finite() {
+            let both = (self.feed_forward.inverse(), &self.stack);
+            let found = balance(both, (state.feed_forward.gear(), &state.terms), (demand.torque, asked), sample);
+            let error = deflection_error(&self.stack, sample);
+            if found.carried.is_finite() && error.is_finite() {
+                (carried, refused) = (found.carried, false);
+                state.terms = TermsState { stack: found.stack, last: found.parts };
+                state.error = error;
+            }
+        }
+        let demand = Demand { torque: carried, deflection: demand.deflection - state.error };
+        let base = self.feed_forward.step(&mut state.feed_forward, controls, &demand);
+        let offset = base.offset + base.gain * state.error;
+        let Parts { gear, joint } = state.terms.last;
+        state.last = Compensation {
+            base,
+            offset,
+            change: offset - state.last.offset,
+            gear_torque: base.gain * gear,
+            joint_torque: base.gain * joint,
+            refused: refused || base.refused,
+        };
+        state.last
+    }
+}
+
+fn total<S: Float>(parts: &Parts<S>, asked: Asked) -> S {
+    if asked == Asked::Total { parts.gear + parts.joint } else { parts.gear }
+}
+
+impl<S: Float<Carry = S>, const N: usize, L: MemoryLaw<S>, const K: usize> CompensatedFeedForwardState<S, N, L, K> {
+    /// What was fed forward last.
+    pub fn last(&self) -> &Compensation<S> {
+        &self.last
+    }
+}
