@@ -19,6 +19,20 @@ pub struct HostileFlash<const WRITE: usize, const ERASE: usize> {
     left: Option<u64>,
     moments: u64,
     dark: bool,
+    /// Reads until a fault, how many there are, and what they are.
+    fault: Option<(u64, u64, ReadFault)>,
+    reads: u64,
+}
+
+/// What a read that fails for once does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ReadFault {
+    /// It says so.
+    Error,
+    /// A bit is wrong.
+    Flip,
+    /// All bytes are those of an erased flash.
+    Erased,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -39,6 +53,8 @@ pub enum FlashFault {
     Rewritten(usize),
     /// The unit at this byte does not read: its error correction fails.
     Unreadable(usize),
+    /// This read failed, the next one may not.
+    Transient,
 }
 
 impl NorFlashError for FlashFault {
@@ -65,6 +81,8 @@ impl<const WRITE: usize, const ERASE: usize> HostileFlash<WRITE, ERASE> {
             left: None,
             moments: 0,
             dark: false,
+            fault: None,
+            reads: 0,
         }
     }
 
@@ -78,6 +96,16 @@ impl<const WRITE: usize, const ERASE: usize> HostileFlash<WRITE, ERASE> {
     pub fn power_up(&mut self) -> bool {
         self.left = None;
         core::mem::take(&mut self.dark)
+    }
+
+    /// Lets `count` reads fail, after `reads` that do not.
+    pub fn disturb_reads(&mut self, reads: u64, count: u64, fault: ReadFault) {
+        self.fault = Some((self.reads + reads, count, fault));
+    }
+
+    /// Reads so far.
+    pub fn reads(&self) -> u64 {
+        self.reads
     }
 
     /// Moments that have passed.
@@ -152,6 +180,16 @@ impl<const WRITE: usize, const ERASE: usize> ReadNorFlash for HostileFlash<WRITE
             return Err(FlashFault::Unreadable(torn * WRITE));
         }
         bytes.copy_from_slice(&self.bytes[from..from + bytes.len()]);
+        let disturbed = self.fault.filter(|(first, count, _)| (*first..first + count).contains(&self.reads));
+        self.reads += 1;
+        match disturbed {
+            Some((.., ReadFault::Error)) => return Err(FlashFault::Transient),
+            Some((.., ReadFault::Flip)) => {
+                bytes[self.random.random_range(0..bytes.len())] ^= 1 << self.random.random_range(0..8)
+            }
+            Some((.., ReadFault::Erased)) => bytes.fill(0xFF),
+            None => {}
+        }
         Ok(())
     }
 

@@ -6,7 +6,7 @@ use super::frame::{Frame, Receiver};
 use super::message::{Answer, Identified, LOAD, Live, MOST_BYTES, Origin, Request, SAVE, Status, Tag};
 use super::refusal::{Refusal, Refused};
 use crate::block::{Block, BlockError, FORMAT_VERSION, Header, Identity, ScalarKind, verify};
-use crate::store::{Entry, Store, StoreError};
+use crate::store::{Entry, Store, StoreError, is_newer};
 
 /// What the port asks of a drive.
 pub trait Drive {
@@ -279,7 +279,7 @@ impl<F: NorFlash, const ROOM: usize> Desk<F, ROOM> {
         if gear != Identity::NONE && block.header().identity != gear {
             return Err(Refusal::Gear.into());
         }
-        if block.header().sequence <= newest {
+        if !is_newer(block.header().sequence, newest) {
             return Err(Refusal::Sequence.into());
         }
         drive.adopt(Some(&block)).map_err(refused_block)?;
@@ -358,6 +358,7 @@ impl<F: NorFlash, const ROOM: usize> Desk<F, ROOM> {
         for entry in self.store.entries().into_iter().flatten() {
             match self.adopt_entry(&entry, drive) {
                 Ok(()) => {
+                    self.store.keep(Some(entry));
                     self.in_force = InForce::Stored(entry);
                     return;
                 }

@@ -12,6 +12,12 @@
 //! [`roll_back`](Store::roll_back) erases the newest block, and what was before it is the newest again: cut in the middle, either of them is found whole.
 //! The slots are read through a window of 64 bytes: no buffer of a block's size is needed to find the newest.
 //!
+//! **Read faults.** A slot that does not read as a block is read again, [`ATTEMPTS`] times in all, before it counts as none. The block in force is remembered once it was
+//! found, written or [named](Store::keep): from then on no fault of its slot makes a write erase it. Where no block was ever found, a slot that reads is preferred to one
+//! that does not.
+//!
+//! **Sequence.** The larger sequence number is the newer one, and after `u32::MAX` comes 1 ([`next_sequence`]).
+//!
 //! Programmed units are never programmed again before an erase, so flash with error correction is served too. What no store can see is a sector whose
 //! interrupted erase reads well now and badly later; such a slot is erased anew before anything is written into it.
 
@@ -27,6 +33,23 @@ use crate::block::{Block, CRC, HEADER_BYTES, Header};
 pub use error::{PlaceError, StoreError};
 pub use ram::RamFlash;
 use window::{WINDOW_BYTES, Window};
+
+/// How often a slot is read before it counts as no block.
+pub const ATTEMPTS: u32 = 3;
+
+/// The sequence number that follows another; 0 is that of a block that no drive has stored.
+pub const fn next_sequence(sequence: u32) -> u32 {
+    if sequence == u32::MAX { 1 } else { sequence + 1 }
+}
+
+/// Whether a block of sequence number `a` is newer than one of `b`.
+pub const fn is_newer(a: u32, b: u32) -> bool {
+    match (a, b) {
+        (1, u32::MAX) => true,
+        (u32::MAX, 1) => false,
+        _ => a > b,
+    }
+}
 
 /// One of the two places.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -63,6 +86,7 @@ pub struct Entry {
 pub struct Store<F> {
     flash: F,
     slots: [Range<u32>; 2],
+    in_force: Option<Entry>,
 }
 
 impl<F: NorFlash> Store<F> {
@@ -90,7 +114,7 @@ impl<F: NorFlash> Store<F> {
         if a.start < b.end && b.start < a.end {
             return Err(PlaceError::Overlap);
         }
-        Ok(Self { flash, slots: [a, b] })
+        Ok(Self { flash, slots: [a, b], in_force: None })
     }
 
     /// The most bytes of a block that either slot holds.
@@ -98,11 +122,33 @@ impl<F: NorFlash> Store<F> {
         self.slots.iter().map(|place| place.end.saturating_sub(place.start)).min().unwrap_or(0)
     }
 
-    /// The whole blocks there are, the newest first. A slot that cannot be read holds none.
+    /// The whole blocks there are, the newest first. A slot that cannot be read holds none, unless it is that of the block in force.
     pub fn entries(&mut self) -> [Option<Entry>; 2] {
-        let [a, b] = [Slot::A, Slot::B].map(|slot| self.entry(slot).ok().flatten());
-        let age = |entry: &Option<Entry>| entry.map(|entry| entry.header.sequence);
-        if age(&b) > age(&a) { [b, a] } else { [a, b] }
+        let [a, b] = [Slot::A, Slot::B].map(|slot| self.content(slot).0);
+        match (a, b) {
+            (Some(first), Some(second)) if is_newer(second.header.sequence, first.header.sequence) => [b, a],
+            (None, Some(_)) => [b, a],
+            _ => [a, b],
+        }
+    }
+
+    /// Names the block that the drive runs on: [`write`](Self::write) goes to the other slot, also where that holds a newer block that the drive refused. Without it the newest
+    /// block counts.
+    pub fn keep(&mut self, entry: Option<Entry>) {
+        self.in_force = entry;
+    }
+
+    /// The block of a slot, and whether the slot could be read.
+    fn content(&mut self, slot: Slot) -> (Option<Entry>, bool) {
+        let mut readable = false;
+        for _ in 0..ATTEMPTS {
+            match self.entry(slot) {
+                Ok(Some(entry)) => return (Some(entry), true),
+                Ok(None) => readable = true,
+                Err(_) => {}
+            }
+        }
+        (self.in_force.filter(|entry| entry.slot == slot), readable)
     }
 
     /// The newest whole block.
@@ -131,21 +177,29 @@ impl<F: NorFlash> Store<F> {
         })
     }
 
-    /// Stores a block beside the newest one and reads it back: it is the newest from then on.
+    /// Stores a block beside the one in force and reads it back: it is the newest from then on, and the one in force.
     ///
     /// # Errors
-    /// The block is not newer than the newest, or longer than a slot: nothing was touched. The flash failed, or reads back otherwise: the newest block is
+    /// The block is not newer than the newest, or longer than a slot: nothing was touched. The flash failed, or reads back otherwise: the block in force is
     /// what it was.
     pub fn write(&mut self, block: &Block<'_>) -> Result<Entry, StoreError<F::Error>> {
         let newest = self.newest();
+        self.in_force = self.in_force.or(newest);
         let sequence = newest.map_or(0, |entry| entry.header.sequence);
-        if block.header().sequence <= sequence {
+        if !is_newer(block.header().sequence, sequence) {
             return Err(StoreError::NotNewer { newest: sequence });
         }
         if block.bytes().len() > self.room() as usize {
             return Err(StoreError::TooLong { room: self.room() });
         }
-        let slot = newest.map_or(Slot::A, |entry| entry.slot.other());
+        let in_force = self.in_force;
+        let slot = match in_force {
+            Some(entry) => entry.slot.other(),
+            None if self.content(Slot::A).1 => Slot::A,
+            None if self.content(Slot::B).1 => Slot::B,
+            // Both were damaged by cuts before there was any block.
+            None => Slot::A,
+        };
         let place = self.place(slot);
         self.flash.erase(place.start, place.end).map_err(StoreError::Flash)?;
         self.program(place.start, block.bytes()).map_err(StoreError::Flash)?;
@@ -158,7 +212,11 @@ impl<F: NorFlash> Store<F> {
             same &= head == found;
             expected = tail;
         })?;
-        if same { Ok(entry) } else { Err(StoreError::ReadBack) }
+        if !same {
+            return Err(StoreError::ReadBack);
+        }
+        self.in_force = Some(entry);
+        Ok(entry)
     }
 
     /// Erases the newest block: the one before it is the newest again.
@@ -168,6 +226,8 @@ impl<F: NorFlash> Store<F> {
     pub fn roll_back(&mut self) -> Result<Entry, StoreError<F::Error>> {
         let [Some(newest), Some(before)] = self.entries() else { return Err(StoreError::NothingBefore) };
         let place = self.place(newest.slot);
+        // From here on it is the one before that must not be lost.
+        self.in_force = Some(before);
         self.flash.erase(place.start, place.end).map_err(StoreError::Flash)?;
         if self.newest() == Some(before) { Ok(before) } else { Err(StoreError::ReadBack) }
     }
@@ -204,7 +264,13 @@ impl<F: NorFlash> Store<F> {
         }
         let body_end = place.start.saturating_add(checked);
         let mut digest = CRC.digest();
-        self.windows(place.start..body_end, |_, found| digest.update(found))?;
+        let mut same = true;
+        self.windows(place.start..body_end, |at, found| {
+            digest.update(found);
+            // The header that was decoded is the one that the CRC-32 is of.
+            let rest = head.get(at.saturating_sub(place.start) as usize..).unwrap_or_default();
+            same &= rest.iter().zip(found).all(|(head, found)| head == found);
+        })?;
         let mut stored = [0; 4];
         let mut count = 0;
         self.windows(body_end..body_end.saturating_add(4), |_, found| {
@@ -216,7 +282,7 @@ impl<F: NorFlash> Store<F> {
             }
         })?;
         let crc = u32::from_le_bytes(stored);
-        Ok((digest.finalize() == crc).then_some(Entry { slot, header, crc }))
+        Ok((same && digest.finalize() == crc).then_some(Entry { slot, header, crc }))
     }
 
     /// Programs a block into an erased slot, its first unit last.

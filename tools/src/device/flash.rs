@@ -79,7 +79,7 @@ fn attempt(
             drive.tell(&Request::Revert)?;
         }
         let mut stamped = block.to_vec();
-        block::stamp(&mut stamped, status.stored_sequence.saturating_add(1))?;
+        block::stamp(&mut stamped, gmhm::store::next_sequence(status.stored_sequence))?;
         let stored = store(&stamped, drive, progress, &mut past.sent);
         if let Err(error) = stored {
             if past.was_compensating && !error.is_of_the_line() {

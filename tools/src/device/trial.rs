@@ -30,7 +30,7 @@ pub fn try_out(
         drive.tell(&Request::Revert)?;
     }
     let mut stamped = block.to_vec();
-    block::stamp(&mut stamped, status.stored_sequence.saturating_add(1))?;
+    block::stamp(&mut stamped, gmhm::store::next_sequence(status.stored_sequence))?;
     put_on_trial(&stamped, drive, &mut progress)?;
     read_back(&stamped, drive, &mut progress)
 }
