@@ -24,7 +24,8 @@ pub struct Proposal {
     pub keys: Vec<(&'static KeyInfo, Option<usize>)>,
     /// The change of the torque with each.
     pub columns: Vec<Vec<f64>>,
-    kind: &'static dyn Kind,
+    /// Its kind, as the tools use it.
+    pub kind: &'static dyn Kind,
     /// What the recordings span.
     extent: Extent,
 }
@@ -36,15 +37,28 @@ pub fn proposals(
     fit: &Fitted,
     search: Search<'_>,
 ) -> Vec<Proposal> {
-    let ranges = dataset.ranges(evaluations, fit);
-    let model = &fit.model;
+    proposals_over(dataset, evaluations, &fit.model, search, &dataset.ranges(evaluations, fit), false)
+}
+
+/// Every kind that the recordings can tell something of, over given ranges, beside a model. For a joint selection (`jointly`) each kind adds only what it has
+/// beyond the kinds that it refines, which stand beside it.
+pub fn proposals_over(
+    dataset: &Dataset<'_>,
+    evaluations: &[Evaluation<'_>],
+    model: &Model,
+    search: Search<'_>,
+    ranges: &Ranges,
+    jointly: bool,
+) -> Vec<Proposal> {
+    let beside = if jointly { with_refined(model) } else { model.clone() };
     let mut wanted: Vec<(&'static dyn Kind, Term, Option<usize>)> = Vec::new();
     for &kind in ALL.iter().filter(|kind| kind.name() != UNKNOWN && search.allows(kind.name())) {
         let present = model.terms.iter().position(|t| t.kind == kind.name());
         if present.is_some() && !kind.repeatable() {
             continue;
         }
-        for term in kind.candidates(&ranges, model) {
+        let shapes = if jointly { kind.joint_candidates(ranges, &beside) } else { kind.candidates(ranges, model) };
+        for term in shapes {
             let Some(present) = present else {
                 wanted.push((kind, term, None));
                 continue;
@@ -65,7 +79,7 @@ pub fn proposals(
     }
     let made = wanted.into_par_iter().filter_map(|(kind, term, extends)| {
         let info = kind.info()?;
-        let (keys, columns) = columns(dataset, evaluations, &term, kind, info, &ranges, model)?;
+        let (keys, columns) = columns(dataset, evaluations, &term, kind, info, ranges, &beside)?;
         let finite = columns.iter().all(|c| c.iter().all(|x| x.is_finite()));
         (finite && ranges.torque_nm > 0.0).then_some(Proposal {
             info,
@@ -78,6 +92,17 @@ pub fn proposals(
         })
     });
     made.collect()
+}
+
+/// The model with the kinds that others refine.
+fn with_refined(model: &Model) -> Model {
+    let mut with = model.clone();
+    for name in ALL.iter().flat_map(|kind| kind.refines()) {
+        if !with.terms.iter().any(|t| t.kind == *name) {
+            with.terms.push(Term { kind: (*name).to_owned(), values: std::collections::BTreeMap::new() });
+        }
+    }
+    with
 }
 
 type Columns = (Vec<(&'static KeyInfo, Option<usize>)>, Vec<Vec<f64>>);
@@ -138,6 +163,35 @@ impl Proposal {
         let shape = self.term.values.get("shape").or(self.term.values.get("angle"));
         let shape = shape.and_then(|v| if let TermValue::Text(t) = v { Some(t.as_str()) } else { None });
         (self.info.name, self.extends, shape)
+    }
+
+    /// The proposal with some of its numbers only: elements of its lists.
+    #[must_use]
+    pub fn only(&self, numbers: &[usize]) -> Self {
+        let mut term = self.term.clone();
+        if numbers.len() < self.keys.len() {
+            for value in term.values.values_mut() {
+                if let TermValue::List(list) = value
+                    && list.len() == self.keys.len()
+                {
+                    *list = numbers.iter().map(|i| list[*i]).collect();
+                }
+            }
+        }
+        let keys = if numbers.len() < self.keys.len() {
+            numbers.iter().enumerate().map(|(at, i)| (self.keys[*i].0, self.keys[*i].1.map(|_| at))).collect()
+        } else {
+            self.keys.clone()
+        };
+        Self {
+            info: self.info,
+            term,
+            extends: self.extends,
+            keys,
+            columns: Vec::new(),
+            kind: self.kind,
+            extent: self.extent,
+        }
     }
 
     /// How many numbers it adds: linear ones and shapes.

@@ -27,6 +27,15 @@ pub struct Diagnosis {
     pub rms: Rms,
     /// Residual of rows that took no part in the fit.
     pub heldout: Heldout,
+    /// Part of the refitted base's squared error, held out, that a free description of the recorded coordinates predicts, 0 to 1.
+    #[serde(default)]
+    pub predictable: f64,
+    /// Part of it that the extended model predicts, 0 to 1.
+    #[serde(default)]
+    pub explained: f64,
+    /// Part of it that the named and approximate effects predict without curves, 0 to 1.
+    #[serde(default)]
+    pub named: f64,
     /// Where the structured residual sits, largest share first; empty when there is no mismatch.
     #[serde(rename = "where")]
     pub places: Vec<Location>,
@@ -34,6 +43,9 @@ pub struct Diagnosis {
     pub effects: Vec<Effect>,
     /// Kinds that these recordings could not have shown.
     pub undecidable: Vec<Undecidable>,
+    /// Settings of the model or the recording that are probably wrong, each with what shows it.
+    #[serde(default)]
+    pub suggestions: Vec<String>,
     /// The experiment that best splits what is still open, as a command line and in words; empty when nothing is open.
     pub next_experiment: String,
 }
@@ -48,9 +60,13 @@ impl Diagnosis {
             noise_rms,
             rms,
             heldout,
+            predictable: 0.0,
+            explained: 0.0,
+            named: 0.0,
             places: Vec::new(),
             effects: Vec::new(),
             undecidable: Vec::new(),
+            suggestions: Vec::new(),
             next_experiment: String::new(),
         }
     }
@@ -119,6 +135,18 @@ pub struct Location {
 pub struct Effect {
     /// The kind of MODEL.md section 7, or [`UNKNOWN`].
     pub name: String,
+    /// Whether the kind's shape suffices.
+    #[serde(default)]
+    pub verdict: Naming,
+    /// The part of what a free function of its coordinates predicts that the kind predicts, 0 to 1; `null` where the free function's own gain is not significant.
+    #[serde(default)]
+    pub fidelity: Option<f64>,
+    /// The family of the kind: elastic, memory, friction, load, transmission, measurement; `unknown` without a name.
+    #[serde(default)]
+    pub family: String,
+    /// The best kind, where the name is [`UNKNOWN`].
+    #[serde(default)]
+    pub closest: Option<Closest>,
     /// Every other kind that these recordings cannot tell from `name`.
     pub equivalents: Vec<String>,
     /// Posterior weight of the class {name, equivalents} among what was tried, 0 to 1.
@@ -145,6 +173,40 @@ impl Effect {
         let knots = self.parameters.get("knots")?.value.numbers().len();
         Some(format!("over {}, {knots} knots, in the model file", coordinate.replace('_', " ")))
     }
+}
+
+/// How well a kind's shape follows what a free function of its coordinates shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Naming {
+    /// Fidelity of at least 0.9, or likelihood has decided.
+    Named,
+    /// Fidelity of at least 0.7: the name is given, with what its shape misses.
+    Approximate,
+    /// Less: no kind suffices.
+    #[default]
+    Unknown,
+}
+
+impl Naming {
+    /// The verdict of a fidelity.
+    pub fn of(fidelity: Option<f64>) -> Self {
+        match fidelity {
+            None => Self::Named,
+            Some(f) if f >= 0.9 => Self::Named,
+            Some(f) if f >= 0.7 => Self::Approximate,
+            Some(_) => Self::Unknown,
+        }
+    }
+}
+
+/// The kind that comes closest to an effect without a name.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Closest {
+    /// The kind.
+    pub name: String,
+    /// Its fidelity; `null` where likelihood has decided against it.
+    pub fidelity: Option<f64>,
 }
 
 /// What kind of a fault an effect is.
@@ -211,10 +273,12 @@ mod tests {
     const EXAMPLE: &str = r#"{ "mismatch": true, "false_alarm_rate": 0.01, "unit": "nm", "noise_rms": 0.08,
       "rms": { "given": 0.35, "refitted": 0.31, "extended": 0.083 },
       "heldout": { "given": 0.36, "refitted": 0.30, "extended": 0.085, "from": "blocks" },
+      "predictable": 0.94, "explained": 0.92, "named": 0.88,
       "where": [ { "coordinate": "motor_angle", "share": 0.71, "detail": "order 2.00 of the motor turn", "seconds": [[3.1, 36.0]] } ],
-      "effects": [ { "name": "kinematic_error", "equivalents": ["torque_ripple"], "confidence": 0.99, "share": 0.71,
+      "effects": [ { "name": "kinematic_error", "verdict": "named", "fidelity": 0.97, "family": "transmission", "closest": null, "equivalents": ["torque_ripple"], "confidence": 0.99, "share": 0.71,
                      "parameters": { "cos_rad": { "value": [5.8e-6], "sd": [2e-7], "unit": "rad" } }, "side": "plant", "why": "seen" } ],
       "undecidable": [ { "name": "inertia", "experiment": "repeat at a second rate" } ],
+      "suggestions": [ "torque_side = \"motor\": friction has the other sign" ],
       "next_experiment": "block the output" }"#;
 
     #[test]

@@ -74,7 +74,7 @@ const NEAR: f64 = 60.0;
 impl Dataset<'_> {
     /// The free numbers of a model in a search.
     pub fn places(&self, model: &Model, search: Search<'_>) -> Vec<FreeParameter> {
-        self.free_parameters(model, search.zero, search.base_terms)
+        self.free_parameters(model, search.zero)
     }
 
     /// Every kind at its best beside a fitted model, the best first. Gains below `least` are left out, and nothing is polished if all are.

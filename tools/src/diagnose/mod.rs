@@ -9,12 +9,14 @@
 //! | [`mod@search`], `shapes` | forward, with swaps, and backward; the shapes of what was found |
 //! | [`nonparametric`], `tones`, `jumps` | curves without physics over every coordinate; tones; jumps |
 //! | [`naming`], `shares` | classes that cannot be told apart, names, shares of power |
+//! | [`selection`], [`joint_naming`] | joint selection of kinds by held-out error, and its verdicts |
 //! | [`next_experiment`] | what could not have been seen, and the experiment that would show it |
 //! | [`report_data`] | what a report shows |
 
 pub mod candidates;
 pub mod diagnosis;
 pub mod explain;
+pub mod joint_naming;
 pub(crate) mod jumps;
 pub mod naming;
 pub mod next_experiment;
@@ -24,8 +26,10 @@ pub mod pipeline;
 pub(crate) mod ranges;
 pub mod report_data;
 pub mod search;
+pub mod selection;
 pub(crate) mod shapes;
 pub(crate) mod shares;
+pub mod suggestion;
 pub(crate) mod tones;
 
 pub use crate::diagnose::pipeline::{Finding, Options, diagnose};

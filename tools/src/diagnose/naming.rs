@@ -3,7 +3,7 @@
 use gmhm::terms::{Coordinate, KINDS};
 
 use crate::diagnose::DiagnoseError;
-use crate::diagnose::diagnosis::UNKNOWN;
+use crate::diagnose::diagnosis::{Naming, UNKNOWN};
 use crate::diagnose::explain::{Alternative, Search};
 use crate::diagnose::nonparametric;
 use crate::diagnose::nonparametric::{Coordinates, Explained as Curve};
@@ -37,6 +37,10 @@ pub struct EffectVerdict {
     pub free_gain: f64,
     /// The closest kind of the library, where the effect is unknown.
     pub closest: Option<String>,
+    /// The part of a free function's prediction that the kind reaches; `None` where likelihood decides.
+    pub fidelity: Option<f64>,
+    /// Whether the kind's shape suffices.
+    pub naming: Naming,
 }
 
 /// What was found.
@@ -183,6 +187,8 @@ impl Dataset<'_> {
                 tried: tried.iter().map(|a| (a.kind.to_owned(), a.gain, a.parameters)).collect(),
                 free_gain,
                 closest: (!named).then_some(kind),
+                fidelity: None,
+                naming: if named { Naming::Named } else { Naming::Unknown },
             });
         }
         // The curve of unexplained structure where it does better than the closest kind.
@@ -227,6 +233,8 @@ impl Dataset<'_> {
                 tried: rejected.iter().map(|a| (a.kind.to_owned(), a.gain, a.parameters)).collect(),
                 free_gain: 0.0,
                 closest: None,
+                fidelity: None,
+                naming: Naming::Unknown,
             });
             left = self.places_of(&extended)?;
         }
@@ -237,6 +245,7 @@ impl Dataset<'_> {
             let own = coordinates(&effect.name);
             if strange.iter().any(|(at, gain)| own.contains(at) && *gain > MUCH * effect.gain) {
                 effect.closest = Some(std::mem::replace(&mut effect.name, UNKNOWN.to_owned()));
+                effect.naming = Naming::Unknown;
                 effect.equivalents.clear();
             }
         }
@@ -365,7 +374,7 @@ const CURVES: usize = 3;
 const WORTH_A_CURVE: f64 = 0.3;
 
 /// A term `unknown` over a coordinate, if such a term can be over it.
-fn curve_term(see: &Coordinates, coordinate: &str) -> Option<Term> {
+pub(super) fn curve_term(see: &Coordinates, coordinate: &str) -> Option<Term> {
     if !Coordinate::NAMES.contains(&coordinate) || matches!(coordinate, "reversal" | "frequency") {
         return None;
     }

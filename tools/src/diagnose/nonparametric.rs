@@ -30,6 +30,10 @@ pub struct Coordinates {
     pub torque: Vec<f64>,
     /// Its rate, N·m/s.
     pub torque_rate: Vec<f64>,
+    /// The load: another simulation's torque where that stands in for the base model, else the torque of the model, N·m.
+    pub load: Vec<f64>,
+    /// Its rate, N·m/s.
+    pub load_rate: Vec<f64>,
     /// °C.
     pub temperature: Option<Vec<f64>>,
     /// s.
@@ -106,7 +110,25 @@ impl Coordinates {
             let rate = crate::physics::signals::rate(evaluation.total(), evaluation.context().signals.time_s);
             torque_rate.extend(dataset.looked_at(&rate));
         }
+        let simulated: Vec<f64> = dataset
+            .recordings
+            .iter()
+            .filter_map(|r| r.torque_sim_nm.as_deref())
+            .flat_map(|s| dataset.looked_at(s))
+            .collect();
+        let (load, load_rate) = if simulated.len() == torque.len() {
+            let rates = dataset
+                .recordings
+                .iter()
+                .filter_map(|r| Some(crate::physics::signals::rate(r.torque_sim_nm.as_deref()?, &r.time_s)));
+            let rate: Vec<f64> = rates.flat_map(|r| dataset.looked_at(&r).collect::<Vec<f64>>()).collect();
+            (simulated, rate)
+        } else {
+            (torque.clone(), torque_rate.clone())
+        };
         Self {
+            load,
+            load_rate,
             motor: signal(&|e| e.context().signals.motor_angle_rad.as_deref().map(<[f64]>::to_vec)),
             output: signal(&|e| e.context().signals.output_angle_rad.as_deref().map(<[f64]>::to_vec)),
             velocity: signal(&|e| e.context().signals.velocity_rad_per_s.as_deref().map(<[f64]>::to_vec)),

@@ -6,15 +6,18 @@ use gmhm::terms::{Form, Role, Side as TermSide};
 
 use crate::diagnose::DiagnoseError;
 use crate::diagnose::diagnosis::{
-    Diagnosis, Effect, FALSE_ALARM_RATE, Heldout, HeldoutFrom, Location, Parameter, ParameterValue, Rms, Side, UNKNOWN,
+    Closest, Diagnosis, Effect, FALSE_ALARM_RATE, Heldout, HeldoutFrom, Location, Parameter, ParameterValue, Rms, Side, UNKNOWN,
     Unit,
 };
 use crate::diagnose::explain::Search;
 use crate::diagnose::naming::{DiagnosisVerdict, EffectVerdict, coordinates};
 use crate::diagnose::next_experiment;
 use crate::diagnose::report_data::ReportData;
+use crate::diagnose::selection::Selection;
+use crate::diagnose::suggestion::{self, Suggestion};
 use crate::fit::zeros::other_zeros;
-use crate::model::{Model, Term, TermValue};
+use crate::kinds;
+use crate::model::{Base, Model, Term, TermValue};
 use crate::numerics::autoregression::mark_outliers;
 use crate::numerics::mark::Mark;
 use crate::numerics::qr::dot;
@@ -100,10 +103,26 @@ pub fn diagnose(
     }
     let check = || if progress.cancelled() { Err(DiagnoseError::Cancelled) } else { Ok(()) };
     check()?;
+    let mut suggestions = Vec::new();
     progress.report("searching", 0.15);
     let stride = dataset.len().div_ceil(SEARCH_ROWS);
     let thin = dataset.thinned(stride, &plain.residual);
-    let (mut verdict, search) = thin.found(&plain.model, search)?;
+    let mut base = thin.plain_fit(&plain.model, &thin.places(&plain.model, search), PLAIN_STEPS)?;
+    let mut selection = thin.select(&base, search)?;
+    check()?;
+    if selection.friction_of_wrong_sign > WRONG_SIGN {
+        let mut other = plain.model.clone();
+        other.gear.torque_side = model.gear.torque_side.other();
+        let fit = thin.plain_fit(&other, &thin.places(&other, search), PLAIN_STEPS)?;
+        let turned = thin.select(&fit, search)?;
+        if turned.selected_squares < CLEARLY_BETTER * selection.selected_squares {
+            suggestions.push(Suggestion::TorqueSide(other.gear.torque_side));
+            (base, selection) = (fit, turned);
+            plain = thin.fit(&other, &thin.places(&other, search), None, 2)?;
+        }
+    }
+    progress.report("searching", 0.35);
+    let (mut verdict, search) = thin.decided(&plain.model, base, &selection, search)?;
     check()?;
     progress.report("judging", 0.6);
     if verdict.mismatch {
@@ -114,11 +133,15 @@ pub fn diagnose(
     progress.report("fitting all rows", 0.8);
     if stride > 1 {
         for fit in [&mut verdict.base, &mut verdict.extended] {
-            *fit = dataset.settled(dataset.fit(&fit.model, &fit.places, None, 3)?)?;
+            *fit = if fit.plain {
+                dataset.plain_fit(&fit.model, &fit.places, 3)?
+            } else {
+                dataset.settled(dataset.fit(&fit.model, &fit.places, None, 3)?)?
+            };
         }
     }
     // On all rows a curve may turn out not to predict.
-    let unexplained = verdict.effects.iter().all(|e| e.name == UNKNOWN);
+    let unexplained = !verdict.extended.plain && verdict.effects.iter().all(|e| e.name == UNKNOWN);
     if unexplained && dataset.rms_of_blocks(&verdict.extended) > dataset.rms_of_blocks(&verdict.base) {
         verdict.extended = verdict.base.clone();
         verdict.effects.iter_mut().for_each(|e| (e.term, e.closest) = (None, None));
@@ -151,10 +174,17 @@ pub fn diagnose(
             from: HeldoutFrom::Recordings,
         }
     };
+    suggestions.extend(suggestion::of_model(&verdict.extended.model, search.base_terms));
     let unit = match dataset.torque_unit() {
         TorqueUnit::NewtonMetre => Unit::NewtonMetre,
         TorqueUnit::Ampere => Unit::Ampere,
     };
+    let part = |fit: &Fitted| {
+        let left = dataset.rms_of_blocks(fit) / dataset.rms_of_blocks(&verdict.base).max(f64::MIN_POSITIVE);
+        (1.0 - left * left).clamp(0.0, 1.0)
+    };
+    let explained = part(&verdict.extended);
+    let named = dataset.part_of_kinds(&verdict, search, explained)?;
     let noise_rms = rms.extended * verdict.noise_part;
     let next_experiment = next_experiment::next(&verdict, &undecidable);
     let diagnosis = Diagnosis {
@@ -164,7 +194,11 @@ pub fn diagnose(
         noise_rms,
         rms,
         heldout,
+        predictable: selection.predictable().max(explained),
+        explained,
+        named,
         places,
+        suggestions: suggestions.iter().map(ToString::to_string).collect(),
         effects: dataset.effects(&verdict),
         undecidable,
         next_experiment,
@@ -176,9 +210,29 @@ pub fn diagnose(
     Ok(Finding { diagnosis, model: extended, verdict, report_data, remarks })
 }
 
+/// Friction of the wrong sign that would save this share of what is predictable: the torque is on the other side of the gear.
+const WRONG_SIGN: f64 = 0.1;
+
+/// Steps of plain least squares.
+const PLAIN_STEPS: usize = 8;
+
+/// Squares that a selection takes, over those that it leaves: from here on structure is loud, and held-out error decides alone.
+const LOUD: f64 = 4.0;
+
+/// Structure of this part of the base's squared error, held out, is a mismatch whatever the likelihood says.
+const LARGE: f64 = 0.2;
+
+/// A selection that leaves less than this part of the held-out squares that likelihood's finding leaves stands.
+const CLEARLY_BETTER: f64 = 0.95;
+
 /// The model as the search uses it: canonical signs, a rated deflection.
 fn prepared(model: &Model, recordings: &[Recording], options: &Options) -> Result<Model, DiagnoseError> {
     let mut model = model.clone();
+    if recordings.iter().all(|r| r.torque_sim_nm.is_some()) && !model.is_simulation() {
+        // Another simulator's torque stands in for the base model.
+        (model.elastic, model.memory, model.terms) = (None, None, Vec::new());
+        model.gear.base = Base::Simulation;
+    }
     if model.elastic.is_none() && model.memory.is_none() {
         return Ok(model);
     }
@@ -204,6 +258,51 @@ fn prepared(model: &Model, recordings: &[Recording], options: &Options) -> Resul
 }
 
 impl Dataset<'_> {
+    /// The verdict: by held-out error alone where structure is loud; else by likelihood against coloured noise, unless the joint selection predicts clearly better.
+    fn decided<'r>(
+        &self,
+        model: &Model,
+        base: Fitted,
+        selection: &Selection,
+        search: Search<'r>,
+    ) -> Result<(DiagnosisVerdict, Search<'r>), DiagnoseError> {
+        let taken =
+            (selection.base_squares - selection.selected_squares) / selection.selected_squares.max(f64::MIN_POSITIVE);
+        if taken > LOUD {
+            return Ok((self.joint_verdict(&base, selection, search)?, search));
+        }
+        let (verdict, by_likelihood) = self.found(model, search)?;
+        let left = |fit: &Fitted| self.rms_of_blocks(fit).powi(2);
+        let selection = self.confirmed(&base, selection.clone(), search)?;
+        let better = left(&selection.fit) < CLEARLY_BETTER * left(&verdict.extended);
+        let loud = selection.named() >= LARGE;
+        if !selection.selected.is_empty() && (better || (loud && !verdict.mismatch)) {
+            let joint = self.joint_verdict(&base, &selection, search)?;
+            if joint.mismatch {
+                return Ok((joint, search));
+            }
+        }
+        Ok((verdict, by_likelihood))
+    }
+
+    /// The part of the base's squared error, held out, that the extended model predicts without its curves.
+    fn part_of_kinds(
+        &self,
+        verdict: &DiagnosisVerdict,
+        search: Search<'_>,
+        explained: f64,
+    ) -> Result<f64, DiagnoseError> {
+        let curve = |t: &Term| t.kind == UNKNOWN;
+        if !verdict.extended.model.terms[search.base_terms..].iter().any(curve) {
+            return Ok(explained);
+        }
+        let mut model = verdict.extended.model.clone();
+        model.terms.retain(|t| !curve(t));
+        let fit = self.plain_fit(&model, &self.places(&model, search), 2)?;
+        let left = self.rms_of_blocks(&fit) / self.rms_of_blocks(&verdict.base).max(f64::MIN_POSITIVE);
+        Ok((1.0 - left * left).clamp(0.0, 1.0))
+    }
+
     /// Target less a total, each recording about the mean of its rows that count.
     fn about_means(&self, total: &[f64]) -> Vec<f64> {
         let mut residual: Vec<f64> = self.target.iter().zip(total).map(|(t, m)| t - m).collect();
@@ -347,6 +446,10 @@ impl Dataset<'_> {
             };
             Effect {
                 name: e.name.clone(),
+                verdict: e.naming,
+                fidelity: e.fidelity,
+                family: kinds::of(&e.name).map_or(kinds::Family::Unknown, |k| k.family()).name().to_owned(),
+                closest: e.closest.clone().map(|name| Closest { name, fidelity: e.fidelity }),
                 equivalents: e.equivalents.clone(),
                 confidence: e.confidence.clamp(0.0, 1.0),
                 share: e.share,

@@ -41,6 +41,7 @@ impl Dataset<'_> {
             temperature_c: temperature.map(|t| t.iter().sum::<f64>() / t.len() as f64),
             motor_orders: Vec::new(),
             friction_orders: Vec::new(),
+            output_orders: Vec::new(),
             motor_turns,
             output_turns: travel(&output),
         };

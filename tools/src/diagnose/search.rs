@@ -53,7 +53,7 @@ impl Dataset<'_> {
 
     /// The base model with the zero of the deflection free, where that explains more than any kind does: encoder zeros are arbitrary.
     fn with_zero<'r>(&self, base: Fitted, search: Search<'r>) -> Result<(Fitted, Search<'r>), DiagnoseError> {
-        if base.model.memory.is_none() || !self.free_base {
+        if base.model.memory.is_none() {
             return Ok((base, search));
         }
         let free = Search { zero: true, ..search };

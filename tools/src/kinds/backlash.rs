@@ -39,6 +39,10 @@ impl Kind for Backlash {
         &["clearance", "play"]
     }
 
+    fn price(&self) -> f64 {
+        0.0075
+    }
+
     fn draft(&self, shape: &str, measures: &Measures, _random: &mut ChaCha8Rng) -> Draft {
         Draft::new(self.name()).text("shape", shape).number(HALF_GAP, 1.0 / measures.stiffness())
     }

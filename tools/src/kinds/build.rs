@@ -47,6 +47,21 @@ pub fn waves(kind: &str, orders: &[f64]) -> Vec<Term> {
     unique.into_iter().map(|order| term(kind, &[("orders", list(order))])).collect()
 }
 
+/// One candidate for each order of the motor's and the output's turn that the residual holds.
+pub fn waves_of_both(kind: &str, ranges: &Ranges) -> Vec<Term> {
+    let output = waves(kind, &ranges.output_orders).into_iter().map(|mut term| {
+        term.values.insert("angle".to_owned(), text("output"));
+        term
+    });
+    waves(kind, &ranges.motor_orders).into_iter().chain(output).collect()
+}
+
+/// Radii of slip elements from which any rate-independent memory can be built, rad: eight over two decades, and four of them.
+pub fn memory_radii(ranges: &Ranges) -> [Vec<f64>; 2] {
+    let all = [0.01, 0.02, 0.045, 0.09, 0.18, 0.35, 0.6, 1.0].map(|share| share * ranges.rated_rad);
+    [all.to_vec(), all.iter().copied().skip(1).step_by(2).collect()]
+}
+
 /// Widths over which friction may change its sign, rad/s.
 pub fn smoothings(ranges: &Ranges) -> [f64; 4] {
     [0.003, 0.01, 0.03, 0.09].map(|share| share * ranges.velocity_rad_per_s)

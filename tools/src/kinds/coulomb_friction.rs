@@ -33,6 +33,14 @@ impl Kind for CoulombFriction {
         smoothings(ranges).map(|s| term(self.name(), &[("smoothing_rad_per_s", number(s))])).to_vec()
     }
 
+    fn price(&self) -> f64 {
+        0.003
+    }
+
+    fn is_common(&self) -> bool {
+        true
+    }
+
     fn draft(&self, _shape: &str, measures: &Measures, random: &mut ChaCha8Rng) -> Draft {
         smoothed(Draft::new(self.name()).number("torque_nm", 1.0), measures, random)
     }

@@ -41,6 +41,10 @@ impl Kind for Creep {
         true
     }
 
+    fn price(&self) -> f64 {
+        0.01
+    }
+
     fn draft(&self, _shape: &str, measures: &Measures, random: &mut ChaCha8Rng) -> Draft {
         let tau_s = random.random_range(0.02_f64..0.08) * measures.duration_s;
         let stiffness = vec![0.6 / measures.deflection_rad, 0.4 / measures.deflection_rad];

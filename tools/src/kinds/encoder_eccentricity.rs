@@ -30,6 +30,10 @@ impl Kind for EncoderEccentricity {
         if ranges.output_turns_enough() { vec![term(self.name(), &[])] } else { Vec::new() }
     }
 
+    fn price(&self) -> f64 {
+        0.0075
+    }
+
     fn draft(&self, _shape: &str, measures: &Measures, random: &mut ChaCha8Rng) -> Draft {
         once(self.name(), "cos_rad", "sin_rad", 1.0 / measures.stiffness(), random)
     }

@@ -2,6 +2,7 @@
 
 use rand_chacha::ChaCha8Rng;
 
+use super::build::term;
 use super::draft::Draft;
 use super::experiment::Experiment;
 use super::measures::Measures;
@@ -26,8 +27,12 @@ impl Kind for EncoderSkew {
     }
 
     /// Not searched for yet.
-    fn candidates(&self, _ranges: &Ranges, _model: &Model) -> Vec<Term> {
-        Vec::new()
+    fn candidates(&self, ranges: &Ranges, _model: &Model) -> Vec<Term> {
+        if ranges.rated_rad > 0.0 && ranges.velocity_rad_per_s > 0.0 {
+            vec![term(self.name(), &[])]
+        } else {
+            Vec::new()
+        }
     }
 
     fn draft(&self, _shape: &str, measures: &Measures, _random: &mut ChaCha8Rng) -> Draft {

@@ -30,6 +30,14 @@ impl Kind for GravityLoad {
         if ranges.output_turns_enough() { vec![term(self.name(), &[])] } else { Vec::new() }
     }
 
+    fn price(&self) -> f64 {
+        0.005
+    }
+
+    fn is_common(&self) -> bool {
+        true
+    }
+
     fn draft(&self, _shape: &str, _measures: &Measures, random: &mut ChaCha8Rng) -> Draft {
         once(self.name(), "cos_nm", "sin_nm", 1.0, random)
     }

@@ -30,6 +30,14 @@ impl Kind for Inertia {
         if ranges.velocity_rad_per_s > 0.0 { vec![term(self.name(), &[])] } else { Vec::new() }
     }
 
+    fn price(&self) -> f64 {
+        0.005
+    }
+
+    fn is_common(&self) -> bool {
+        true
+    }
+
     fn draft(&self, _shape: &str, measures: &Measures, _random: &mut ChaCha8Rng) -> Draft {
         Draft::new(self.name()).number("inertia_kgm2", 1.0 / measures.acceleration)
     }

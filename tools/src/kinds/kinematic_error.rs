@@ -3,7 +3,7 @@
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-use super::build::{harmonics, waves};
+use super::build::{harmonics, waves, waves_of_both};
 use super::draft::Draft;
 use super::experiment::Experiment;
 use super::measures::Measures;
@@ -36,6 +36,14 @@ impl Kind for KinematicError {
 
     fn extends(&self) -> bool {
         true
+    }
+
+    fn elements_are_effects(&self) -> bool {
+        true
+    }
+
+    fn joint_candidates(&self, ranges: &Ranges, _model: &Model) -> Vec<Term> {
+        waves_of_both(self.name(), ranges)
     }
 
     fn draft(&self, _shape: &str, measures: &Measures, random: &mut ChaCha8Rng) -> Draft {

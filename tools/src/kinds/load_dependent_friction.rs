@@ -5,6 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use super::build::{number, smoothed, smoothings, term};
 use super::draft::Draft;
 use super::experiment::Experiment;
+use super::free_coordinate::FreeCoordinate;
 use super::measures::Measures;
 use super::ranges::Ranges;
 use super::{Family, Kind};
@@ -31,6 +32,10 @@ impl Kind for LoadDependentFriction {
             return Vec::new();
         }
         smoothings(ranges).map(|s| term(self.name(), &[("smoothing_rad_per_s", number(s))])).to_vec()
+    }
+
+    fn measured_by(&self) -> &'static [FreeCoordinate] {
+        &[FreeCoordinate::LoadAndDirection]
     }
 
     fn draft(&self, _shape: &str, measures: &Measures, random: &mut ChaCha8Rng) -> Draft {

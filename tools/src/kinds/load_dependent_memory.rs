@@ -3,13 +3,13 @@
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-use super::build::slip_elements;
+use super::build::{memory_radii, number, slip_elements, term};
 use super::draft::Draft;
 use super::experiment::Experiment;
 use super::measures::Measures;
 use super::ranges::Ranges;
 use super::{Family, Kind};
-use crate::model::{Model, Term};
+use crate::model::{Model, Term, TermValue};
 
 /// Kind `load_dependent_memory`.
 pub struct LoadDependentMemory;
@@ -33,6 +33,28 @@ impl Kind for LoadDependentMemory {
     }
 
     fn extends(&self) -> bool {
+        true
+    }
+
+    fn joint_candidates(&self, ranges: &Ranges, _model: &Model) -> Vec<Term> {
+        if ranges.rated_rad <= 0.0 {
+            return Vec::new();
+        }
+        let term = |radii: &Vec<f64>, growth: (f64, f64)| {
+            let values = [
+                ("radius_rad", TermValue::List(radii.clone())),
+                ("load_linear", number(growth.0)),
+                ("load_quadratic", number(growth.1)),
+            ];
+            term(self.name(), &values)
+        };
+        memory_radii(ranges)
+            .iter()
+            .flat_map(|radii| [(0.0, 1.0), (1.0, 0.0)].map(|growth| term(radii, growth)))
+            .collect()
+    }
+
+    fn drops_negative_elements(&self) -> bool {
         true
     }
 

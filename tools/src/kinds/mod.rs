@@ -6,6 +6,7 @@
 //! | file | what |
 //! |---|---|
 //! | [`ranges`] | what recordings span, which the candidate grids follow |
+//! | [`free_coordinate`] | the free functions that a kind is measured by |
 //! | [`experiment`] | the bench tests that show a kind |
 //! | [`measures`], [`draft`] | how `gmhm simulate --hide` draws an effect of a kind |
 //! | `build` | terms, waves and drafts as several kinds make them |
@@ -13,6 +14,7 @@
 mod build;
 pub mod draft;
 pub mod experiment;
+pub mod free_coordinate;
 pub mod measures;
 pub mod ranges;
 
@@ -53,6 +55,7 @@ use crate::physics::columns::{get, set};
 pub use build::number_of;
 use draft::Draft;
 use experiment::Experiment;
+use free_coordinate::FreeCoordinate;
 use measures::Measures;
 use ranges::{Extent, Ranges};
 
@@ -106,6 +109,16 @@ pub trait Kind: Sync {
 
     /// The shapes in which it is tried, over a grid as wide as the recordings allow. Linear numbers are left out. Empty where the recordings cannot show it.
     fn candidates(&self, ranges: &Ranges, model: &Model) -> Vec<Term>;
+
+    /// The shapes in which the joint selection tries it: those of [`candidates`](Self::candidates) unless it says otherwise.
+    fn joint_candidates(&self, ranges: &Ranges, model: &Model) -> Vec<Term> {
+        self.candidates(ranges, model)
+    }
+
+    /// The largest ratio of its torque to that of the kind that it refines, where more would be another kind.
+    fn most_of_refined(&self) -> f64 {
+        f64::INFINITY
+    }
 
     /// The shapes that `--hide` accepts for it; empty where it has none.
     fn hidden_shapes(&self) -> &'static [&'static str] {
@@ -188,6 +201,46 @@ pub trait Kind: Sync {
         Vec::new()
     }
 
+    /// What the kind costs in a joint selection, as a share of what is predictable: the more it can imitate others, the more.
+    fn price(&self) -> f64 {
+        USUAL_PRICE
+    }
+
+    /// What an unusual shape of it costs beyond its [price](Self::price).
+    fn shape_price(&self, _term: &Term) -> f64 {
+        0.0
+    }
+
+    /// Kinds of which one has to stand beside it: a refinement without what it refines is another kind.
+    fn refines(&self) -> &'static [&'static str] {
+        &[]
+    }
+
+    /// A kind that a shape of it needs beside it.
+    fn shape_refines(&self, _term: &Term) -> Option<&'static str> {
+        None
+    }
+
+    /// Whether almost every machine has it: such kinds compete first among themselves.
+    fn is_common(&self) -> bool {
+        false
+    }
+
+    /// Whether the elements of its lists are effects of their own, found one by one: orders of a turn.
+    fn elements_are_effects(&self) -> bool {
+        false
+    }
+
+    /// Whether elements of its lists without a positive torque are left out.
+    fn drops_negative_elements(&self) -> bool {
+        false
+    }
+
+    /// The free functions that it is measured by; kinds with the same first one are measured together.
+    fn measured_by(&self) -> &'static [FreeCoordinate] {
+        self.info().map_or(&[FreeCoordinate::Time], FreeCoordinate::of)
+    }
+
     /// A coordinate over which a free curve shows no more of the kind than how soft its edge is.
     fn soft_edge(&self) -> Option<&'static str> {
         None
@@ -237,6 +290,18 @@ pub fn of(name: &str) -> Option<&'static dyn Kind> {
 /// The kind of a term.
 pub fn of_term(term: &Term) -> Option<&'static dyn Kind> {
     of(&term.kind)
+}
+
+/// What a kind costs in a joint selection unless it says otherwise.
+pub const USUAL_PRICE: f64 = 0.006;
+
+/// A further order or element of a kind costs this part of the kind's own price.
+pub const FURTHER_ELEMENT_PRICE: f64 = 0.3;
+
+/// Elements of a term's lists; 1 where it has none.
+pub fn elements(term: &Term) -> usize {
+    let lists = term.values.values().filter_map(|v| if let TermValue::List(l) = v { Some(l.len()) } else { None });
+    lists.max().unwrap_or(1)
 }
 
 /// Whether one kind contains another as a special case.

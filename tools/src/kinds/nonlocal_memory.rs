@@ -2,13 +2,13 @@
 
 use rand_chacha::ChaCha8Rng;
 
-use super::build::{list, slip_elements, term};
+use super::build::{list, memory_radii, slip_elements, term};
 use super::draft::Draft;
 use super::experiment::Experiment;
 use super::measures::Measures;
 use super::ranges::Ranges;
 use super::{Family, Kind};
-use crate::model::{Model, Term};
+use crate::model::{Model, Term, TermValue};
 
 /// Kind `nonlocal_memory`.
 pub struct NonlocalMemory;
@@ -37,6 +37,17 @@ impl Kind for NonlocalMemory {
 
     fn extends(&self) -> bool {
         true
+    }
+
+    fn drops_negative_elements(&self) -> bool {
+        true
+    }
+
+    fn joint_candidates(&self, ranges: &Ranges, _model: &Model) -> Vec<Term> {
+        if ranges.rated_rad <= 0.0 {
+            return Vec::new();
+        }
+        memory_radii(ranges).map(|radii| term(self.name(), &[("radius_rad", TermValue::List(radii))])).to_vec()
     }
 
     fn draft(&self, _shape: &str, measures: &Measures, random: &mut ChaCha8Rng) -> Draft {

@@ -6,6 +6,7 @@ use super::build::{harmonics, list, number, pick, smoothed, smoothings, term, te
 use super::coulomb_friction::CoulombFriction;
 use super::draft::Draft;
 use super::experiment::Experiment;
+use super::free_coordinate::FreeCoordinate;
 use super::measures::Measures;
 use super::ranges::Ranges;
 use super::{Family, Kind};
@@ -57,6 +58,22 @@ impl Kind for PositionDependentFriction {
 
     fn hidden_shapes(&self) -> &'static [&'static str] {
         &["motor", "output"]
+    }
+
+    fn price(&self) -> f64 {
+        0.01
+    }
+
+    fn refines(&self) -> &'static [&'static str] {
+        &["coulomb_friction"]
+    }
+
+    fn elements_are_effects(&self) -> bool {
+        true
+    }
+
+    fn measured_by(&self) -> &'static [FreeCoordinate] {
+        &[FreeCoordinate::AngleAndDirection]
     }
 
     fn draft(&self, shape: &str, measures: &Measures, random: &mut ChaCha8Rng) -> Draft {

@@ -1,14 +1,21 @@
 //! Friction that builds up over a distance of the output after each reversal.
 
+use std::f64::consts::TAU;
+
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
+use super::build::{number, term};
 use super::draft::Draft;
 use super::experiment::Experiment;
+use super::free_coordinate::FreeCoordinate;
 use super::measures::Measures;
 use super::ranges::Ranges;
 use super::{Family, Kind};
 use crate::model::{Model, Term};
+
+/// Distances over which friction is tried to reverse, shares of the travel.
+const TRAVEL_SHARES: [f64; 6] = [3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 1e-1];
 
 /// Kind `presliding_friction`.
 pub struct PreslidingFriction;
@@ -27,8 +34,24 @@ impl Kind for PreslidingFriction {
     }
 
     /// Not searched for yet.
-    fn candidates(&self, _ranges: &Ranges, _model: &Model) -> Vec<Term> {
-        Vec::new()
+    fn candidates(&self, ranges: &Ranges, _model: &Model) -> Vec<Term> {
+        let travel = TAU * ranges.output_turns;
+        if ranges.velocity_rad_per_s <= 0.0 || travel <= 0.0 {
+            return Vec::new();
+        }
+        TRAVEL_SHARES.map(|share| term(self.name(), &[("radius_rad", number(share * travel))])).to_vec()
+    }
+
+    fn price(&self) -> f64 {
+        0.0125
+    }
+
+    fn refines(&self) -> &'static [&'static str] {
+        &["coulomb_friction"]
+    }
+
+    fn measured_by(&self) -> &'static [FreeCoordinate] {
+        &[FreeCoordinate::OutputReversal, FreeCoordinate::Velocity]
     }
 
     fn draft(&self, _shape: &str, measures: &Measures, random: &mut ChaCha8Rng) -> Draft {

@@ -21,6 +21,8 @@ pub struct Ranges {
     pub motor_orders: Vec<f64>,
     /// Orders of the motor angle that it holds times the sign of the velocity.
     pub friction_orders: Vec<f64>,
+    /// Orders of the output angle, where the motor's is not known.
+    pub output_orders: Vec<f64>,
     /// Turns of the motor.
     pub motor_turns: f64,
     /// Turns of the output.

@@ -30,6 +30,10 @@ impl Kind for SensorDrift {
         vec![term(self.name(), &[])]
     }
 
+    fn price(&self) -> f64 {
+        0.025
+    }
+
     fn draft(&self, _shape: &str, measures: &Measures, random: &mut ChaCha8Rng) -> Draft {
         Draft::new(self.name()).number("nm_per_s", sign(random) / measures.duration_s)
     }

@@ -56,6 +56,10 @@ impl Kind for SoftWindup {
         &["tanh", "rational", "gaussian", "piecewise"]
     }
 
+    fn price(&self) -> f64 {
+        0.0075
+    }
+
     fn draft(&self, shape: &str, measures: &Measures, random: &mut ChaCha8Rng) -> Draft {
         if shape == "piecewise" {
             // A stiffness that falls below the catalogue's K3 by d up to T1 and by 0.4 d up to T2.

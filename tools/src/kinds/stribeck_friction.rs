@@ -63,6 +63,18 @@ impl Kind for StribeckFriction {
         terms
     }
 
+    fn price(&self) -> f64 {
+        0.0075
+    }
+
+    fn refines(&self) -> &'static [&'static str] {
+        &["coulomb_friction"]
+    }
+
+    fn most_of_refined(&self) -> f64 {
+        1.5
+    }
+
     fn draft(&self, _shape: &str, measures: &Measures, random: &mut ChaCha8Rng) -> Draft {
         let draft = Draft::new(self.name())
             .number("coulomb_nm", 0.6)

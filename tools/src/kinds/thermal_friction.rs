@@ -38,6 +38,10 @@ impl Kind for ThermalFriction {
         reference_c(ranges).map(of).into_iter().collect()
     }
 
+    fn refines(&self) -> &'static [&'static str] {
+        &["coulomb_friction", "viscous_friction", "stribeck_friction"]
+    }
+
     fn draft(&self, _shape: &str, measures: &Measures, _random: &mut ChaCha8Rng) -> Draft {
         Draft::new(self.name()).number(PER_K, 1.0 / measures.warming_k()).fixed("reference_c", measures.temperature_c.0)
     }

@@ -32,6 +32,10 @@ impl Kind for TimeSkew {
         vec![term(self.name(), &[(DELAY, number(0.0))])]
     }
 
+    fn is_common(&self) -> bool {
+        true
+    }
+
     fn draft(&self, _shape: &str, measures: &Measures, _random: &mut ChaCha8Rng) -> Draft {
         Draft::new(self.name()).number(DELAY, 1.0 / measures.torque_rate)
     }

@@ -2,7 +2,7 @@
 
 use rand_chacha::ChaCha8Rng;
 
-use super::build::{harmonics, pick, waves};
+use super::build::{harmonics, pick, waves, waves_of_both};
 use super::draft::Draft;
 use super::experiment::Experiment;
 use super::measures::Measures;
@@ -35,6 +35,14 @@ impl Kind for TorqueRipple {
 
     fn extends(&self) -> bool {
         true
+    }
+
+    fn elements_are_effects(&self) -> bool {
+        true
+    }
+
+    fn joint_candidates(&self, ranges: &Ranges, _model: &Model) -> Vec<Term> {
+        waves_of_both(self.name(), ranges)
     }
 
     fn draft(&self, _shape: &str, measures: &Measures, random: &mut ChaCha8Rng) -> Draft {

@@ -2,7 +2,7 @@
 
 use rand_chacha::ChaCha8Rng;
 
-use super::build::sign;
+use super::build::{sign, term};
 use super::draft::Draft;
 use super::experiment::Experiment;
 use super::measures::Measures;
@@ -27,8 +27,8 @@ impl Kind for TorqueScale {
     }
 
     /// Not searched for yet.
-    fn candidates(&self, _ranges: &Ranges, _model: &Model) -> Vec<Term> {
-        Vec::new()
+    fn candidates(&self, _ranges: &Ranges, model: &Model) -> Vec<Term> {
+        if model.is_simulation() { vec![term(self.name(), &[])] } else { Vec::new() }
     }
 
     fn draft(&self, _shape: &str, measures: &Measures, random: &mut ChaCha8Rng) -> Draft {

@@ -30,6 +30,10 @@ impl Kind for ViscousDamping {
         vec![term(self.name(), &[])]
     }
 
+    fn price(&self) -> f64 {
+        0.005
+    }
+
     fn draft(&self, _shape: &str, measures: &Measures, _random: &mut ChaCha8Rng) -> Draft {
         Draft::new(self.name()).number("damping_nms_per_rad", 1.0 / measures.deflection_rate)
     }

@@ -2,7 +2,7 @@
 
 use rand_chacha::ChaCha8Rng;
 
-use super::build::term;
+use super::build::{number, term};
 use super::draft::Draft;
 use super::experiment::Experiment;
 use super::measures::Measures;
@@ -28,6 +28,30 @@ impl Kind for ViscousFriction {
 
     fn candidates(&self, ranges: &Ranges, _model: &Model) -> Vec<Term> {
         if ranges.velocity_rad_per_s > 0.0 { vec![term(self.name(), &[])] } else { Vec::new() }
+    }
+
+    fn price(&self) -> f64 {
+        0.004
+    }
+
+    fn is_common(&self) -> bool {
+        true
+    }
+
+    fn joint_candidates(&self, ranges: &Ranges, model: &Model) -> Vec<Term> {
+        let mut terms = self.candidates(ranges, model);
+        if !terms.is_empty() {
+            terms.extend([0.7, 0.85, 1.2].map(|p| term(self.name(), &[("exponent", number(p))])));
+        }
+        terms
+    }
+
+    fn shape_price(&self, term: &Term) -> f64 {
+        if term.values.contains_key("exponent") { 0.002 } else { 0.0 }
+    }
+
+    fn shape_refines(&self, term: &Term) -> Option<&'static str> {
+        term.values.contains_key("exponent").then_some("coulomb_friction")
     }
 
     fn draft(&self, _shape: &str, measures: &Measures, _random: &mut ChaCha8Rng) -> Draft {

@@ -53,6 +53,10 @@ impl Kind for Wear {
         &["step", "ramp"]
     }
 
+    fn price(&self) -> f64 {
+        0.025
+    }
+
     fn draft(&self, shape: &str, measures: &Measures, random: &mut ChaCha8Rng) -> Draft {
         let start_s = random.random_range(0.3..0.6) * measures.duration_s;
         let length_s = if shape == "ramp" { random.random_range(0.15..0.4) * measures.duration_s } else { 0.0 };

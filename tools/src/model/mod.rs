@@ -23,6 +23,17 @@ pub enum TorqueSide {
     Output,
 }
 
+impl TorqueSide {
+    /// The other side of the gear.
+    #[must_use]
+    pub fn other(self) -> Self {
+        match self {
+            Self::Motor => Self::Output,
+            Self::Output => Self::Motor,
+        }
+    }
+}
+
 /// What the terms of a model are added to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Base {

@@ -3,6 +3,7 @@
 //! | file | what |
 //! |---|---|
 //! | [`qr`], [`basis`], [`svd`] | streaming triangular factor, orthonormal basis, singular directions |
+//! | [`block_gram`] | held-out errors of any subset of columns |
 //! | [`bounded`] | least squares with bounds |
 //! | [`levenberg_marquardt`], [`particle_swarm`] | local and global search |
 //! | [`autoregression`], `whitening` | coloured noise and its filter |
@@ -10,6 +11,7 @@
 
 pub mod autoregression;
 pub mod basis;
+pub mod block_gram;
 pub mod bounded;
 pub mod extremes;
 pub mod levenberg_marquardt;

@@ -71,3 +71,43 @@ pub fn peaks(lines: &[Line], turns: f64, most: usize) -> Vec<f64> {
     found.dedup();
     found
 }
+
+/// Orders of an angle up to a highest at which a residual stands out, whatever its noise: lines at least eight times their neighbourhood.
+pub fn high_orders(angle: &[f64], residual: &[f64], highest: f64) -> Vec<f64> {
+    let low = angle.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = angle.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let turns = (high - low) / TAU;
+    let bins_of_turn = 2.5 * highest;
+    if !(1e-2..=1e4).contains(&turns) {
+        return Vec::new();
+    }
+    let bins = (((turns * bins_of_turn).ceil() as usize + 1) * FINER).next_power_of_two();
+    let mut histogram = vec![0.0; bins];
+    for (q, u) in angle.iter().zip(residual) {
+        histogram[((q - low) / TAU * bins_of_turn) as usize] += u;
+    }
+    let plan = RealFftPlanner::<f64>::new().plan_fft_forward(bins);
+    let mut transform = plan.make_output_vec();
+    if plan.process(&mut histogram, &mut transform).is_err() {
+        return Vec::new();
+    }
+    let per_order = bins as f64 / bins_of_turn;
+    let power: Vec<f64> = transform.iter().map(|x| x.norm_sqr()).collect();
+    let lobe = ((per_order / turns).ceil() as usize).max(1);
+    let mut lines = Vec::new();
+    for i in 1..power.len().saturating_sub(1) {
+        let order = i as f64 / per_order;
+        if order > highest || power[i] < power[i - 1] || power[i] < power[i + 1] || order * turns < 3.0 {
+            continue;
+        }
+        let around = i.saturating_sub(12 * lobe)..(i + 12 * lobe + 1).min(power.len());
+        let mut near: Vec<f64> = power[around].to_vec();
+        let middle = near.len() / 2;
+        let usual = *near.select_nth_unstable_by(middle, f64::total_cmp).1;
+        if power[i] > 8.0 * usual {
+            lines.push((power[i], order));
+        }
+    }
+    lines.sort_by(|a, b| b.0.total_cmp(&a.0));
+    lines.into_iter().take(12).map(|l| l.1).collect()
+}

@@ -13,8 +13,8 @@ use crate::recording::Recording;
 /// |---|---|
 /// | deflection | `deflection_rad`, else both angles and the ratio; less the model's `deflection_zero_rad` |
 /// | motor angle | `theta_in_rad`, else N·(q_o + θ), else N·q_o |
-/// | output angle | `theta_out_rad`, else q_m/N − θ, else q_m/N |
-/// | velocity | torque on the motor side and `theta_in_rad` recorded: the rate of q_m/N; else `velocity_out_rad_per_s`, else the rate of q_o |
+/// | output angle | `theta_out_rad`, else q_m/N − θ, else q_m/N (N = 1 where it is not given) |
+/// | velocity | torque on the motor side, `theta_in_rad` recorded and the ratio known: the rate of q_m/N; else `velocity_out_rad_per_s`, else the rate of q_o |
 /// | motor velocity | the rate of the motor angle |
 /// | output velocity | `velocity_out_rad_per_s`, else the rate of the output angle |
 /// | simulated torque | `torque_sim_nm` |
@@ -67,13 +67,13 @@ impl<'a> Signals<'a> {
         let output_angle_rad = match (output, input, &raw, ratio) {
             (Some(q_o), ..) => Some(Cow::Borrowed(q_o)),
             (None, Some(q_m), Some(theta), Some(n)) => Some(combine(q_m, theta, |q_m, theta| q_m / n - theta)),
-            (None, Some(q_m), None, Some(n)) => Some(q_m.iter().map(|q| q / n).collect()),
+            // Without an output encoder and a deflection the gear is taken as stiff.
+            (None, Some(q_m), None, n) => Some(q_m.iter().map(|q| q / n.unwrap_or(1.0)).collect()),
             _ => None,
         };
         let of_angle = |q: &[f64]| (Cow::Owned(rate(q, time_s)), curvature(q, time_s));
         let motion = match (gear.torque_side, input, ratio) {
             (TorqueSide::Motor, Some(q_m), Some(n)) => Some(of_angle(&q_m.iter().map(|q| q / n).collect::<Vec<f64>>())),
-            (TorqueSide::Motor, Some(_), None) => None,
             _ => match &recording.velocity_out_rad_per_s {
                 Some(v) => Some((Cow::Borrowed(v.as_slice()), rate(v, time_s))),
                 None => output_angle_rad.as_deref().map(of_angle),

@@ -26,12 +26,10 @@ pub struct Dataset<'a> {
     pub spans: Vec<Range<usize>>,
     /// What each row is used for, recording by recording.
     pub marks: Vec<Vec<Mark>>,
-    /// The torque to be explained, N·m or A. Where another simulator's prediction is recorded: what it leaves, plus the base model handed in.
+    /// The torque to be explained, N·m or A.
     pub target: Vec<f64>,
     /// What each recording adds that is no property of the gear: its offset, what the gear remembers from before the first row.
     pub nuisances: Vec<Vec<f64>>,
-    /// Whether the base model may be refitted; not where another simulator stands in for it.
-    pub free_base: bool,
 }
 
 impl<'a> Dataset<'a> {
@@ -64,15 +62,7 @@ impl<'a> Dataset<'a> {
         let accelerations = recordings.iter().map(|r| acceleration(r, &model.gear)).collect();
         let recordings: Vec<Cow<'a, Recording>> = recordings.iter().map(|r| denoised(r, model.gear.ratio)).collect();
         let nuisances = nuisances(&recordings, &spans, model)?;
-        let (stride, free_base) = (1, simulated == 0);
-        let mut dataset = Self { recordings, accelerations, stride, spans, marks, target, nuisances, free_base };
-        if simulated > 0 {
-            let base = dataset.total(model)?;
-            let simulated: Vec<f64> =
-                dataset.recordings.iter().filter_map(|r| r.torque_sim_nm.as_deref()).flatten().copied().collect();
-            dataset.target.iter_mut().zip(simulated.iter().zip(&base)).for_each(|(t, (sim, base))| *t += base - sim);
-        }
-        Ok(dataset)
+        Ok(Self { recordings, accelerations, stride: 1, spans, marks, target, nuisances })
     }
 
     /// The same recordings, looked at in means of `stride` rows. `residual` is what a first fit left; it bridges outliers, lest they spoil a mean.
@@ -107,7 +97,6 @@ impl<'a> Dataset<'a> {
             marks: self.marks.iter().map(|marks| marks.chunks(stride).map(whole).collect()).collect(),
             target: thin(&target),
             nuisances: self.nuisances.iter().map(|n| thin(n)).collect(),
-            free_base: self.free_base,
         }
     }
 

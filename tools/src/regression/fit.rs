@@ -40,14 +40,13 @@ impl Dataset<'_> {
         Layout { recordings, spans, marks, nuisances }
     }
 
-    /// The free numbers of a model whose first `base_terms` terms belong to its base. `zero` frees the zero of the deflection.
-    pub fn free_parameters(&self, model: &Model, zero: bool, base_terms: usize) -> Vec<FreeParameter> {
-        let mut free = if self.free_base { parameters::of_gear(model) } else { Vec::new() };
+    /// The free numbers of a model. `zero` frees the zero of the deflection.
+    pub fn free_parameters(&self, model: &Model, zero: bool) -> Vec<FreeParameter> {
+        let mut free = parameters::of_gear(model);
         if zero {
             free.push(FreeParameter::Zero);
         }
-        let first = if self.free_base { 0 } else { base_terms };
-        free.extend((first..model.terms.len()).flat_map(|term| parameters::of_term(model, term)));
+        free.extend((0..model.terms.len()).flat_map(|term| parameters::of_term(model, term)));
         free
     }
 
@@ -156,6 +155,19 @@ impl Dataset<'_> {
     pub fn settled(&self, fit: Fitted) -> Result<Fitted, DatasetError> {
         let plain = self.descend(&fit.model, &fit.places, None, PLAIN_STEPS, None)?;
         Ok(if self.rms_of_blocks(&plain) < CLEARLY * self.rms_of_blocks(&fit) { plain } else { fit })
+    }
+
+    /// Fits the free numbers of a model by plain least squares.
+    ///
+    /// # Errors
+    /// A model that cannot be evaluated.
+    pub fn plain_fit(
+        &self,
+        model: &Model,
+        places: &[FreeParameter],
+        most_steps: usize,
+    ) -> Result<Fitted, DatasetError> {
+        self.descend(model, places, None, most_steps, None)
     }
 
     /// Goes down against `noise`, fitted anew before each step; without it against white noise to the end.

@@ -34,8 +34,7 @@ pub fn acceleration(recording: &Recording, gear: &GearSection) -> Option<Vec<f64
         let gain = |w: f64, period_s: f64| (2.0 * (0.5 * w).sin() / period_s).powi(4);
         expected(curvature(q, time_s), white_sd(q), time_s, gain)
     };
-    if let (TorqueSide::Motor, Some(q_m)) = (gear.torque_side, &recording.theta_in_rad) {
-        let ratio = gear.ratio?;
+    if let (TorqueSide::Motor, Some(q_m), Some(ratio)) = (gear.torque_side, &recording.theta_in_rad, gear.ratio) {
         return Some(of_angle(&q_m.iter().map(|q| q / ratio).collect::<Vec<f64>>()));
     }
     let of_velocity = |v: &[f64], sd: f64| {

@@ -1,0 +1,225 @@
+//! From a joint selection to findings: which kinds are named, which only come close, and where structure without a name sits.
+
+use crate::diagnose::DiagnoseError;
+use crate::diagnose::diagnosis::{Naming, UNKNOWN};
+use crate::diagnose::explain::Search;
+use crate::diagnose::naming::{DiagnosisVerdict, EffectVerdict, coordinates, curve_term};
+use crate::diagnose::nonparametric::{Coordinates, Explained as Curve};
+use crate::diagnose::search::MARGIN;
+use crate::diagnose::selection::{Selected, Selection};
+use crate::kinds;
+use crate::model::{Model, Term};
+use crate::numerics::autoregression::Noise;
+use crate::regression::dataset::Dataset;
+use crate::regression::fit::Fitted;
+
+/// A kind is reported from this share of what is predictable, saved in its place; less is a trace of its neighbours' shapes. It stays in the model.
+const LEAST_NAMED_SHARE: f64 = 0.01;
+/// The same of a kind that almost every machine has.
+const LEAST_COMMON_SHARE: f64 = 0.004;
+/// A kind below the fidelity of a name is reported as an effect only from this share of what is predictable; less is a trace of its neighbours.
+const LEAST_UNNAMED_SHARE: f64 = 0.05;
+/// A free function has to predict this share of what is predictable, beyond the selected kinds, to be an effect of its own,
+const LEAST_CURVE_SHARE: f64 = 0.04;
+/// and to lessen the held-out squares by this part.
+const LEAST_CURVE_PART: f64 = 0.05;
+/// Curves at most.
+const MOST_CURVES: usize = 2;
+/// A kind that saves this part of what is left needs no likelihood to be believed.
+const CLEAR_GAIN: f64 = 0.25;
+/// Steps of the fits that confirm.
+const CONFIRMING_STEPS: usize = 3;
+/// Steps of the refit with a curve.
+const STEPS: usize = 5;
+
+impl Dataset<'_> {
+    /// The verdict of a joint selection beside the refitted base model.
+    ///
+    /// # Errors
+    /// A model that cannot be evaluated.
+    pub fn joint_verdict(
+        &self,
+        base: &Fitted,
+        selection: &Selection,
+        search: Search<'_>,
+    ) -> Result<DiagnosisVerdict, DiagnoseError> {
+        let mut extended = selection.fit.clone();
+        let total = self.total(&extended.model)?;
+        let mut effects = Vec::new();
+        let mut rejected = Vec::new();
+        for found in &selection.selected {
+            let naming = Naming::of(found.fidelity);
+            let term =
+                (search.base_terms..extended.model.terms.len()).find(|t| extended.model.terms[*t].kind == found.kind);
+            let common = kinds::of(found.kind).is_some_and(|k| k.is_common());
+            let least = match naming {
+                Naming::Unknown => LEAST_UNNAMED_SHARE,
+                _ if common => LEAST_COMMON_SHARE,
+                _ => LEAST_NAMED_SHARE,
+            };
+            if found.share < least {
+                rejected.push((found.kind.to_owned(), self.in_noise(found.gains.iter().sum(), selection), 1));
+                continue;
+            }
+            let contribution = match term {
+                Some(at) => {
+                    let mut without = extended.model.clone();
+                    without.terms.remove(at);
+                    total.iter().zip(self.total(&without)?).map(|(with, without)| with - without).collect()
+                }
+                None => vec![0.0; self.len()],
+            };
+            effects.push(self.effect(found, naming, term, contribution, selection));
+        }
+        let curves: Vec<&'static str> = selection
+            .unexplained
+            .iter()
+            .filter(|(_, share)| *share > LEAST_CURVE_SHARE)
+            .filter(|(_, share)| {
+                let scale = selection.base_squares - selection.free_squares;
+                share * scale > LEAST_CURVE_PART * selection.selected_squares
+            })
+            .map(|(over, _)| over.name())
+            .collect();
+        let mut used: Vec<&str> = Vec::new();
+        let mut least = self.rms_of_blocks(&extended);
+        for coordinate in curves {
+            if used.contains(&coordinate) || used.len() >= MOST_CURVES {
+                continue;
+            }
+            let evaluations = self.evaluate(&extended.model)?;
+            let see = Coordinates::new(self, &evaluations);
+            let Some(curve) = curve_term(&see, coordinate) else { continue };
+            drop(evaluations);
+            let mut with = extended.model.clone();
+            with.terms.push(curve);
+            let fitted = self.plain_fit(&with, &self.places(&with, search), STEPS)?;
+            let left = self.rms_of_blocks(&fitted);
+            if left.powi(2) > (1.0 - LEAST_CURVE_PART) * least.powi(2) {
+                continue;
+            }
+            used.push(coordinate);
+            let gain = (least.powi(2) - left.powi(2)) * selection.rows as f64;
+            let contribution: Vec<f64> = extended.residual.iter().zip(&fitted.residual).map(|(a, b)| a - b).collect();
+            least = left;
+            extended = fitted;
+            let gain = self.in_noise(gain, selection);
+            effects.push(EffectVerdict {
+                name: UNKNOWN.to_owned(),
+                equivalents: Vec::new(),
+                confidence: 1.0,
+                term: Some(extended.model.terms.len() - 1),
+                gain,
+                share: 0.0,
+                places: vec![self.curve(coordinate, gain, contribution)],
+                tried: Vec::new(),
+                free_gain: gain,
+                closest: None,
+                fidelity: None,
+                naming: Naming::Unknown,
+            });
+        }
+        self.share_out(base, &extended, &mut effects)?;
+        effects.sort_by(|a, b| b.share.total_cmp(&a.share));
+        let mismatch = !effects.is_empty();
+        Ok(DiagnosisVerdict {
+            mismatch,
+            base: base.clone(),
+            extended,
+            effects,
+            places: Vec::new(),
+            rejected,
+            noise_part: (selection.free_squares / selection.selected_squares.max(f64::MIN_POSITIVE)).sqrt().min(1.0),
+        })
+    }
+
+    /// The selection without kinds that save little and that likelihood does not see: against coloured noise a small gain on held-out blocks may be chance.
+    ///
+    /// # Errors
+    /// A model that cannot be evaluated.
+    pub fn confirmed(
+        &self,
+        base: &Fitted,
+        mut selection: Selection,
+        search: Search<'_>,
+    ) -> Result<Selection, DiagnoseError> {
+        let weak = |s: &Selected, left: f64| s.gains.iter().sum::<f64>() < CLEAR_GAIN * left;
+        let doubtful: Vec<&'static str> =
+            selection.selected.iter().filter(|s| weak(s, selection.selected_squares)).map(|s| s.kind).collect();
+        if doubtful.is_empty() {
+            return Ok(selection);
+        }
+        let free = |model: &Model| self.places(model, search);
+        let model = selection.fit.model.clone();
+        let whole = self.fit(&model, &free(&model), None, CONFIRMING_STEPS)?;
+        let mut kept = model.clone();
+        for kind in doubtful {
+            let found = |at: usize, term: &Term| at >= search.base_terms && term.kind == kind;
+            let mut without = model.clone();
+            let mut at = 0..model.terms.len();
+            without.terms.retain(|term| !at.next().is_some_and(|at| found(at, term)));
+            let rest = self.fit(&without, &free(&without), None, CONFIRMING_STEPS)?;
+            let gain = rest.minus_two_log_likelihood - whole.minus_two_log_likelihood;
+            let numbers = free(&model).len() - free(&without).len();
+            if gain < self.penalty(numbers) + MARGIN {
+                let mut at = 0..kept.terms.len();
+                kept.terms.retain(|term| !at.next().is_some_and(|at| found(at, term)));
+                selection.selected.retain(|s| s.kind != kind);
+            }
+        }
+        if kept.terms.len() < model.terms.len() {
+            selection.fit = self.plain_fit(&kept, &free(&kept), STEPS)?;
+            let left = self.rms_of_blocks(&selection.fit) / self.rms_of_blocks(base).max(f64::MIN_POSITIVE);
+            selection.selected_squares = selection.base_squares * left * left;
+        }
+        Ok(selection)
+    }
+
+    /// Squares in units of what the selection leaves a row.
+    fn in_noise(&self, squares: f64, selection: &Selection) -> f64 {
+        squares * selection.rows as f64 / selection.selected_squares.max(f64::MIN_POSITIVE)
+    }
+
+    fn effect(
+        &self,
+        found: &Selected,
+        naming: Naming,
+        term: Option<usize>,
+        contribution: Vec<f64>,
+        selection: &Selection,
+    ) -> EffectVerdict {
+        let gain = self.in_noise(found.gains.iter().sum(), selection);
+        let unknown = naming == Naming::Unknown;
+        let equivalents = if unknown { &[][..] } else { &found.equivalents };
+        let places =
+            coordinates(found.kind).into_iter().take(2).map(|c| self.curve(c, gain, contribution.clone())).collect();
+        EffectVerdict {
+            name: if unknown { UNKNOWN.to_owned() } else { found.kind.to_owned() },
+            equivalents: equivalents.iter().map(|e| (*e).to_owned()).collect(),
+            confidence: found.confidence,
+            term,
+            gain,
+            share: found.share,
+            places,
+            tried: found.tried.iter().map(|(k, s)| ((*k).to_owned(), self.in_noise(*s, selection), 1)).collect(),
+            free_gain: gain / found.fidelity.unwrap_or(1.0).max(0.01),
+            closest: unknown.then(|| found.kind.to_owned()),
+            fidelity: found.fidelity,
+            naming,
+        }
+    }
+
+    fn curve(&self, coordinate: &'static str, gain: f64, contribution: Vec<f64>) -> Curve {
+        Curve {
+            coordinate,
+            gain,
+            columns: 0,
+            picked: 0,
+            contribution,
+            part: 1.0,
+            basis: Vec::new(),
+            noise: self.spans.iter().map(|_| Noise::unit()).collect(),
+            coherent: false,
+        }
+    }
+}

@@ -1,0 +1,407 @@
+//! Everything that may describe what a model leaves, as columns beside a fitted model: the base, the terms found so far, every kind over its shapes, free functions.
+
+use gmhm::terms::{KeyInfo, Role};
+use rayon::prelude::*;
+
+use super::free_functions::{free_functions, turns, wave_pair};
+use super::search::Candidate;
+use crate::diagnose::DiagnoseError;
+use crate::diagnose::candidates::{Proposal, proposals_over};
+use crate::diagnose::explain::Search;
+use crate::diagnose::nonparametric::Coordinates;
+use crate::kinds::free_coordinate::FreeCoordinate;
+use crate::kinds::{self, FURTHER_ELEMENT_PRICE, Family, Kind};
+use crate::model::{Model, TermValue};
+use crate::numerics::block_gram::{BlockGram, Targets};
+use crate::numerics::qr::dot;
+use crate::regression::dataset::Dataset;
+use crate::regression::fit::Fitted;
+use crate::regression::parameters::{self, FreeParameter};
+
+/// Where a candidate comes from.
+pub enum Origin {
+    /// A term of the fitted model.
+    Found(usize),
+    /// What could be added, and which of its numbers.
+    Proposed(usize, Vec<usize>),
+}
+
+/// All columns of a search, and what they stand for.
+pub struct Dictionary {
+    /// The columns.
+    pub columns: Vec<Vec<f64>>,
+    /// What is to be described: the torque less the base model.
+    pub y: Vec<f64>,
+    /// Whether another simulation stands in for the base model.
+    simulation: bool,
+    /// Rows that count.
+    pub counts: Vec<bool>,
+    /// Columns of the base model and of each recording's own.
+    pub base: Vec<usize>,
+    /// Candidates, and where each comes from.
+    pub candidates: Vec<Candidate>,
+    /// Beside [`candidates`](Self::candidates).
+    pub origins: Vec<Origin>,
+    /// What could be added.
+    pub proposals: Vec<Proposal>,
+    /// Free functions: their columns.
+    pub free: Vec<(FreeCoordinate, Vec<usize>)>,
+}
+
+/// The core holds so many orders a term.
+const MOST_ORDERS_OF_A_TERM: usize = gmhm::terms::MOST_ORDERS;
+
+/// The strongest orders that are looked at.
+const MOST_ORDERS: usize = 14;
+
+/// Orders of a turn that mechanisms have: teeth, poles, slots.
+fn usual_orders() -> impl Iterator<Item = f64> {
+    (1..=60).chain([72, 84, 96, 120]).map(f64::from)
+}
+
+/// An order is looked at over at least so many of its periods, and up to this share of the sampling rate.
+const FEWEST_PERIODS: f64 = 4.0;
+const HIGHEST_RATE: f64 = 0.4;
+
+impl Dictionary {
+    /// The columns beside a fitted model whose terms from `search.base_terms` on were found.
+    ///
+    /// # Errors
+    /// A model that cannot be evaluated.
+    pub fn new(dataset: &Dataset<'_>, fit: &Fitted, search: Search<'_>) -> Result<Self, DiagnoseError> {
+        let evaluations = dataset.evaluate(&fit.model)?;
+        let mut see = Coordinates::new(dataset, &evaluations);
+        if !fit.model.is_simulation() {
+            // The load of the base alone: what was found is no coordinate of its own.
+            let mut base = fit.model.clone();
+            base.terms.truncate(search.base_terms);
+            if let Ok(evaluations) = dataset.evaluate(&base) {
+                let of_base = Coordinates::new(dataset, &evaluations);
+                (see.load, see.load_rate) = (of_base.torque, of_base.torque_rate);
+            }
+        }
+        let mut all = Self {
+            columns: Vec::new(),
+            y: fit.residual.clone(),
+            simulation: fit.model.is_simulation(),
+            counts: (0..dataset.len()).map(|row| dataset.counts(row)).collect(),
+            base: Vec::new(),
+            candidates: Vec::new(),
+            origins: Vec::new(),
+            proposals: Vec::new(),
+            free: Vec::new(),
+        };
+        all.add_fitted(fit, search);
+        for function in free_functions(&see, &dataset.spans) {
+            let own = all.push_all(function.columns);
+            all.free.push((function.over, own));
+        }
+        Self::without_own(dataset, &all.counts, &mut all.columns);
+        Self::without_own(dataset, &all.counts, std::slice::from_mut(&mut all.y));
+        let described = all.columns.len();
+        let mut ranges = dataset.ranges(&evaluations, fit);
+        let peaks = std::mem::take(&mut ranges.motor_orders);
+        let orders = all.strongest_orders(dataset, &see, &fit.model, &peaks);
+        let mut waves = Vec::new();
+        for (motor, order) in &orders {
+            let q = if *motor { &see.motor } else { &see.output };
+            waves.extend(q.iter().flat_map(|q| wave_pair(q, *order)));
+        }
+        if !waves.is_empty() {
+            let own = all.push_all(waves);
+            all.free.push((FreeCoordinate::Orders, own));
+        }
+        for (motor, order) in orders {
+            let known = if motor { &mut ranges.motor_orders } else { &mut ranges.output_orders };
+            if known.iter().all(|o: &f64| (o - order).abs() > 1e-6) {
+                known.push(order);
+            }
+        }
+        let proposals = proposals_over(dataset, &evaluations, &fit.model, search, &ranges, true);
+        for (index, proposal) in proposals.iter().enumerate() {
+            all.add_proposal(proposal, index);
+        }
+        all.proposals = proposals;
+        Self::without_own(dataset, &all.counts, &mut all.columns[described..]);
+        Ok(all)
+    }
+
+    fn push_all(&mut self, columns: Vec<Vec<f64>>) -> Vec<usize> {
+        let from = self.columns.len();
+        self.columns.extend(columns.into_iter().filter(|c| c.iter().all(|x| x.is_finite())));
+        (from..self.columns.len()).collect()
+    }
+
+    /// The base model's columns, and each found term as a candidate; what the found terms explain is given back to the target.
+    fn add_fitted(&mut self, fit: &Fitted, search: Search<'_>) {
+        let is_found =
+            |place: &FreeParameter| matches!(place, FreeParameter::Term { term, .. } if *term >= search.base_terms);
+        for (place, column) in fit.places.iter().zip(&fit.columns) {
+            if !is_found(place) {
+                self.base.push(self.columns.len());
+                self.columns.push(column.clone());
+            }
+        }
+        for term in search.base_terms..fit.model.terms.len() {
+            let mut columns = Vec::new();
+            let mut positive = Vec::new();
+            let own = &fit.model.terms[term];
+            let Some(info) = own.info() else { continue };
+            let linear =
+                |place: &FreeParameter| matches!(place, FreeParameter::Term { key, .. } if key.role == Role::Linear);
+            let places = || {
+                fit.places
+                    .iter()
+                    .zip(&fit.columns)
+                    .filter(|(p, _)| matches!(p, FreeParameter::Term { term: t, .. } if *t == term))
+            };
+            let any_linear = places().any(|(p, _)| linear(p));
+            for (place, column) in places().filter(|(p, _)| linear(p) || !any_linear) {
+                let value = parameters::value(&fit.model, *place);
+                self.y.iter_mut().zip(column).for_each(|(y, x)| *y += value * x);
+                columns.push(self.columns.len());
+                self.columns.push(column.clone());
+                positive.push(matches!(place, FreeParameter::Term { key, .. } if kinds::of(info.name).is_some_and(|k| self.has_to_be_positive(k, key))));
+            }
+            if columns.is_empty() {
+                continue;
+            }
+            let Some(kind) = kinds::of_term(own) else { continue };
+            let further = if kind.elements_are_effects() { kinds::elements(own).saturating_sub(1) } else { 0 };
+            let price = kind.price() * (1.0 + FURTHER_ELEMENT_PRICE * further as f64) + kind.shape_price(own);
+            self.candidates.push(Candidate {
+                kind: info.name,
+                columns,
+                positive,
+                price,
+                refines: kind.shape_refines(own),
+                additive: kind.elements_are_effects(),
+            });
+            self.origins.push(Origin::Found(term));
+        }
+    }
+
+    /// Whether a number has to be positive for a term to be of its kind. A simulation may hold too much of a load.
+    fn has_to_be_positive(&self, kind: &dyn Kind, key: &KeyInfo) -> bool {
+        kind.has_to_be_positive(key) && !(self.simulation && kind.family() == Family::Load)
+    }
+
+    fn add_proposal(&mut self, proposal: &Proposal, index: usize) {
+        let kind = proposal.info.name;
+        let own = self.push_all(proposal.columns.clone());
+        let empty = |c: &Vec<f64>| c.iter().all(|x| *x == 0.0);
+        if own.len() != proposal.columns.len() || own.is_empty() || proposal.columns.iter().any(empty) {
+            return;
+        }
+        let of = proposal.kind;
+        self.candidates.push(Candidate {
+            kind,
+            columns: own,
+            positive: proposal.keys.iter().map(|(key, _)| self.has_to_be_positive(of, key)).collect(),
+            price: of.price() + of.shape_price(&proposal.term),
+            refines: of.shape_refines(&proposal.term),
+            additive: of.elements_are_effects(),
+        });
+        self.origins.push(Origin::Proposed(index, (0..proposal.columns.len()).collect()));
+    }
+
+    /// Takes what is each recording's own (its offset, what the gear remembers from before the first row) out of a line, over all of its rows: no prediction
+    /// claims to know it, and part of it shows in one block only.
+    fn without_own(dataset: &Dataset<'_>, counts: &[bool], lines: &mut [Vec<f64>]) {
+        for span in &dataset.spans {
+            let mut basis: Vec<Vec<f64>> = Vec::new();
+            for nuisance in &dataset.nuisances {
+                let mut own: Vec<f64> = span.clone().map(|r| if counts[r] { nuisance[r] } else { 0.0 }).collect();
+                let before = dot(&own, &own);
+                for _ in 0..2 {
+                    basis.iter().for_each(|b| subtract(&mut own, b));
+                }
+                let after = dot(&own, &own);
+                if after > 1e-10 * before && before > 0.0 {
+                    let factor = after.sqrt().recip();
+                    own.iter_mut().for_each(|x| *x *= factor);
+                    basis.push(own);
+                }
+            }
+            lines.par_iter_mut().for_each(|line| {
+                let own = &mut line[span.clone()];
+                own.iter_mut().zip(&counts[span.clone()]).for_each(|(x, c)| *x *= f64::from(u8::from(*c)));
+                basis.iter().for_each(|b| subtract(own, b));
+            });
+        }
+    }
+
+    /// Gives a memory of several elements only those whose torque is positive beside a set; see [`Kind::drops_negative_elements`].
+    pub fn prune(&mut self, gram: &BlockGram, targets: &Targets) {
+        let pruned: Vec<(usize, Vec<usize>)> = (0..self.candidates.len())
+            .into_par_iter()
+            .filter(|c| {
+                kinds::of(self.candidates[*c].kind).is_some_and(Kind::drops_negative_elements)
+                    && self.candidates[*c].columns.len() > 1
+            })
+            .map(|c| {
+                let own = &self.candidates[c].columns;
+                let mut kept: Vec<usize> = (0..own.len()).collect();
+                loop {
+                    let chosen: Vec<usize> = self.base.iter().copied().chain(kept.iter().map(|k| own[*k])).collect();
+                    let weights = gram.weights(targets, &chosen, crate::numerics::block_gram::NO_RIDGE);
+                    let weights = &weights[self.base.len()..];
+                    let worst = (0..kept.len()).filter(|i| weights[*i] <= 0.0).min_by(|a, b| {
+                        let size = |i: usize| weights[i] * gram.scale_of(own[kept[i]]);
+                        size(*a).total_cmp(&size(*b))
+                    });
+                    match worst {
+                        Some(worst) => drop(kept.remove(worst)),
+                        None => break (c, kept),
+                    }
+                }
+            })
+            .collect();
+        for (c, kept) in pruned {
+            let candidate = &mut self.candidates[c];
+            candidate.columns = kept.iter().map(|k| candidate.columns[*k]).collect();
+            candidate.positive = kept.iter().map(|k| candidate.positive[*k]).collect();
+            if let Origin::Proposed(_, numbers) = &mut self.origins[c] {
+                *numbers = kept;
+            }
+        }
+        let keep: Vec<bool> = self.candidates.iter().map(|c| !c.columns.is_empty()).collect();
+        let mut flags = keep.iter();
+        self.candidates.retain(|_| *flags.next().unwrap_or(&true));
+        let mut flags = keep.iter();
+        self.origins.retain(|_| *flags.next().unwrap_or(&true));
+    }
+
+    /// The orders of the motor's and the output's turn that explain most of what base and free functions leave.
+    fn strongest_orders(
+        &self,
+        dataset: &Dataset<'_>,
+        see: &Coordinates,
+        model: &Model,
+        peaks: &[f64],
+    ) -> Vec<(bool, f64)> {
+        let mut chosen = self.base.clone();
+        chosen.extend(self.free.iter().flat_map(|(_, c)| c.iter().copied()));
+        let gram = BlockGram::new(&self.columns, &dataset.spans, &self.counts);
+        let targets = gram.targets(&self.columns, std::slice::from_ref(&self.y), &self.counts);
+        let weights = gram.weights(&targets, &chosen, 1e-4);
+        let mut left = gram.residual(&self.columns, &self.y, &weights, &chosen);
+        left.iter_mut().zip(&self.counts).for_each(|(l, counts)| *l *= f64::from(u8::from(*counts)));
+        let rate = sampling_rate(dataset);
+        let mut wanted: Vec<(bool, f64)> = Vec::new();
+        for (motor, q) in [(true, &see.motor), (false, &see.output)] {
+            let Some(q) = q.as_deref() else { continue };
+            let turns = turns(q);
+            let fastest = usual_speed(q, dataset) * rate / std::f64::consts::TAU;
+            let possible = |order: f64| order * turns >= FEWEST_PERIODS && order * fastest < HIGHEST_RATE * rate;
+            let ratio = model.gear.ratio.map_or(1.0, f64::abs);
+            if motor || ratio == 1.0 || see.motor.is_none() {
+                wanted.extend(usual_orders().filter(|o| possible(*o)).map(|o| (motor, o)));
+                if motor {
+                    let new = |o: &f64| wanted.iter().all(|(_, known)| (known - o).abs() > 0.5 / turns);
+                    let new: Vec<f64> = peaks.iter().copied().filter(new).collect();
+                    wanted.extend(new.into_iter().map(|o| (motor, o)));
+                }
+            }
+            if !motor && see.motor.is_none() {
+                let lines = crate::numerics::spectrum::high_orders(q, &left, 420.0);
+                wanted.extend(lines.into_iter().filter(|o| possible(*o) && *o >= 2.5).map(|o| (motor, o)));
+            }
+        }
+        if see.motor.is_none() {
+            wanted.retain(|(_, o)| *o > 1.5);
+        }
+        let power = |(motor, order): &(bool, f64)| -> f64 {
+            let q = if *motor { see.motor.as_deref() } else { see.output.as_deref() };
+            q.map_or(0.0, |q| {
+                let [s, c] = q.iter().zip(&left).fold([0.0, 0.0], |[s, c], (q, l)| {
+                    let (sin, cos) = (order * q).sin_cos();
+                    [s + sin * l, c + cos * l]
+                });
+                s * s + c * c
+            })
+        };
+        let mut scored: Vec<(f64, (bool, f64))> = wanted.par_iter().map(|w| (power(w), *w)).collect();
+        scored.sort_by(|a, b| b.0.total_cmp(&a.0));
+        scored.into_iter().take(MOST_ORDERS).map(|s| s.1).collect()
+    }
+
+    /// A model with what a set says: proposals added, found terms that are not in it taken out.
+    pub fn applied(
+        &self,
+        model: &Model,
+        set: &super::search::Set,
+        weights: &std::collections::BTreeMap<usize, Vec<f64>>,
+    ) -> Model {
+        let mut result = model.clone();
+        let mut kept = Vec::new();
+        for c in set.values().flatten() {
+            match &self.origins[*c] {
+                Origin::Found(term) => kept.push(*term),
+                Origin::Proposed(index, numbers) => {
+                    let proposal = self.proposals[*index].only(numbers);
+                    result = proposal.applied(&result, &weights[c]);
+                    kept.extend(proposal.extends);
+                }
+            }
+        }
+        let found = self.origins.iter().filter_map(|o| if let Origin::Found(t) = o { Some(*t) } else { None });
+        let mut gone: Vec<usize> = found.filter(|t| !kept.contains(t)).collect();
+        gone.sort_unstable();
+        for term in gone.into_iter().rev() {
+            result.terms.remove(term);
+        }
+        merged(result)
+    }
+}
+
+/// Takes the part along a unit vector out of a line.
+fn subtract(line: &mut [f64], unit: &[f64]) {
+    let along = dot(line, unit);
+    line.iter_mut().zip(unit).for_each(|(x, u)| *x -= along * u);
+}
+
+/// A model in which lists of the same kind and choices are one term.
+fn merged(mut model: Model) -> Model {
+    let mut at = 0;
+    while at < model.terms.len() {
+        let own = model.terms[at].clone();
+        let same = |other: &crate::model::Term| {
+            other.kind == own.kind
+                && kinds::elements(&own) + kinds::elements(other) <= MOST_ORDERS_OF_A_TERM
+                && kinds::of_term(&own).is_some_and(Kind::elements_are_effects)
+                && own.values.iter().all(|(k, v)| matches!(v, TermValue::List(_)) || other.values.get(k) == Some(v))
+        };
+        match (at + 1..model.terms.len()).find(|o| same(&model.terms[*o])) {
+            Some(other) => {
+                let other = model.terms.remove(other);
+                for (key, value) in other.values {
+                    if let (Some(TermValue::List(own)), TermValue::List(new)) =
+                        (model.terms[at].values.get_mut(&key), value)
+                    {
+                        own.extend(new);
+                    }
+                }
+            }
+            None => at += 1,
+        }
+    }
+    model
+}
+
+fn sampling_rate(dataset: &Dataset<'_>) -> f64 {
+    let time = dataset.time_s();
+    let span = &dataset.spans[0];
+    (span.len() - 1) as f64 / (time[span.end - 1] - time[span.start]).max(f64::MIN_POSITIVE)
+}
+
+/// The speed of an angle that a quarter of the rows exceed, rad a row.
+fn usual_speed(q: &[f64], dataset: &Dataset<'_>) -> f64 {
+    let mut steps: Vec<f64> =
+        dataset.spans.iter().flat_map(|s| q[s.clone()].windows(2).map(|w| (w[1] - w[0]).abs())).collect();
+    if steps.is_empty() {
+        return 0.0;
+    }
+    let at = steps.len() * 3 / 4;
+    *steps.select_nth_unstable_by(at, f64::total_cmp).1
+}

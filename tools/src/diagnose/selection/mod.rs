@@ -1,0 +1,331 @@
+//! Joint selection of what a model leaves out, by what predicts rows that took no part.
+//!
+//! | file | what |
+//! |---|---|
+//! | [`free_functions`] | functions without physics over every coordinate |
+//! | [`dictionary`] | base, kinds and free functions as columns beside a fitted model |
+//! | [`search`] | the set of kinds of least held-out error and price |
+
+pub mod dictionary;
+pub mod free_functions;
+pub mod search;
+
+use std::collections::BTreeSet;
+
+use statrs::distribution::{ContinuousCDF, Normal};
+
+use crate::kinds;
+use crate::kinds::free_coordinate::FreeCoordinate;
+use crate::numerics::block_gram::{BLOCKS, BlockGram, NO_RIDGE, Targets, t_of_blocks};
+use dictionary::{Dictionary, Origin};
+use search::{Search, Set};
+
+use crate::diagnose::DiagnoseError;
+use crate::diagnose::explain;
+use crate::regression::dataset::Dataset;
+use crate::regression::error::DatasetError;
+use crate::regression::fit::Fitted;
+
+/// A kind that was selected.
+#[derive(Debug, Clone)]
+pub struct Selected {
+    /// The kind.
+    pub kind: &'static str,
+    /// Its term in the model.
+    pub term: usize,
+    /// The squares that it saves on held-out blocks in its place, as a share of what is predictable.
+    pub share: f64,
+    /// Its part of what a free function of its coordinates would save in its place; `None` where that is not significant.
+    pub fidelity: Option<f64>,
+    /// Kinds that save nearly as much in its place.
+    pub equivalents: Vec<&'static str>,
+    /// The squares that it saves in each block.
+    pub gains: Vec<f64>,
+    /// How sure it is that the kind or its equivalents predict better than any other kind in its place, by the scatter over blocks, 0 to 1.
+    pub confidence: f64,
+    /// What the best other kinds save in its place.
+    pub tried: Vec<(&'static str, f64)>,
+}
+
+/// What the joint selection found.
+#[derive(Clone)]
+pub struct Selection {
+    /// The model with what was selected, refitted.
+    pub fit: Fitted,
+    /// What was selected, the largest share first.
+    pub selected: Vec<Selected>,
+    /// Held-out squares of the refitted base.
+    pub base_squares: f64,
+    /// Held-out squares of the best free description.
+    pub free_squares: f64,
+    /// Held-out squares with what was selected.
+    pub selected_squares: f64,
+    /// What the free functions predict of the rest, largest first: a share of what is predictable.
+    pub unexplained: Vec<(FreeCoordinate, f64)>,
+    /// What Coulomb or viscous friction of the wrong sign would save beside what was selected, as a share of what is predictable.
+    pub friction_of_wrong_sign: f64,
+    /// Rows that counted.
+    pub rows: usize,
+}
+
+impl Selection {
+    /// The part of the base's squared error, held out, that any free description predicts, 0 to 1.
+    pub fn predictable(&self) -> f64 {
+        (1.0 - self.free_squares / self.base_squares.max(f64::MIN_POSITIVE)).clamp(0.0, 1.0)
+    }
+
+    /// The part that the selected kinds predict, 0 to 1.
+    pub fn named(&self) -> f64 {
+        (1.0 - self.selected_squares / self.base_squares.max(f64::MIN_POSITIVE)).clamp(0.0, 1.0)
+    }
+}
+
+/// Rounds of selection and refit.
+const ROUNDS: usize = 3;
+/// Steps of a refit.
+const STEPS: usize = 8;
+/// Ridges at which the free description is tried.
+const RIDGES: [f64; 5] = [1e-1, 1e-2, 1e-3, 1e-4, 1e-5];
+/// Friction that every joint has, and whose sign is known.
+const JOINT_FRICTION: [&str; 2] = ["coulomb_friction", "viscous_friction"];
+/// A kind that loses at most this part of what another saves in its place is not told from it.
+const EQUIVALENT: f64 = 0.1;
+
+impl Dataset<'_> {
+    /// Selects what a fitted base model leaves out.
+    ///
+    /// # Errors
+    /// A model that cannot be evaluated.
+    pub fn select(&self, base: &Fitted, search: explain::Search<'_>) -> Result<Selection, DiagnoseError> {
+        let mut fit = base.clone();
+        let mut reference: Option<(f64, f64, f64)> = None;
+        let mut result = None;
+        for round in 0..ROUNDS {
+            let mut dictionary = Dictionary::new(self, &fit, search)?;
+            let gram = BlockGram::new(&dictionary.columns, &self.spans, &dictionary.counts);
+            let targets = gram.targets(&dictionary.columns, std::slice::from_ref(&dictionary.y), &dictionary.counts);
+            dictionary.prune(&gram, &targets);
+            let plain = gram.error(&targets, &dictionary.base, NO_RIDGE).iter().sum::<f64>();
+            let (free, ridge, free_squares) = ceiling(&dictionary, &gram, &targets);
+            let finder_is_quiet =
+                reference.is_none() && !is_predictable(self, &dictionary, &gram, &targets, (&free, ridge), search.seed);
+            let (base_squares, best_free, scale) = *reference.get_or_insert_with(|| {
+                let best_free = if finder_is_quiet { plain } else { free_squares.min(plain) };
+                (plain, best_free, (plain - best_free).max(1e-12 * plain).max(f64::MIN_POSITIVE))
+            });
+            let in_base =
+                fit.model.terms[..search.base_terms].iter().filter_map(|t| t.info()).map(|i| i.name).collect();
+            let mut finder = Search::new(
+                &gram,
+                &dictionary.columns,
+                &dictionary.counts,
+                &self.spans,
+                &dictionary.y,
+                &targets,
+                dictionary.base.clone(),
+                in_base,
+                &dictionary.candidates,
+                (free, ridge),
+                scale,
+                search.seed,
+            );
+            let mut start = Set::new();
+            for (c, origin) in dictionary.origins.iter().enumerate() {
+                if matches!(origin, Origin::Found(_)) {
+                    start.entry(dictionary.candidates[c].kind).or_default().push(c);
+                }
+            }
+            finder.scale = scale.max(plain - finder.squares(&start)).max(finder.largest_gain());
+            let set = finder.run(start.clone());
+            let squares = finder.squares(&set);
+            let last = round + 1 == ROUNDS || set == start;
+            if last {
+                result = Some(self.summed_up(&dictionary, &finder, &set, (base_squares, best_free, squares), &fit));
+                if set == start {
+                    break;
+                }
+            }
+            let weights = finder.weights(&set);
+            let model = dictionary.applied(&fit.model, &set, &weights);
+            let refitted = self.plain_fit(&model, &self.places(&model, search), STEPS)?;
+            if let (true, Some(result)) = (last, result.as_mut()) {
+                result.fit = refitted.clone();
+            }
+            fit = refitted;
+        }
+        result.ok_or_else(|| DatasetError::NoRecording.into())
+    }
+
+    fn summed_up(
+        &self,
+        dictionary: &Dictionary,
+        finder: &Search<'_>,
+        set: &Set,
+        (base_squares, free_squares, selected_squares): (f64, f64, f64),
+        fit: &Fitted,
+    ) -> Selection {
+        let free_squares = free_squares.min(selected_squares);
+        let scale = (base_squares - free_squares).max(f64::MIN_POSITIVE);
+        let mut selected: Vec<Selected> = set
+            .keys()
+            .map(|kind| {
+                let gains = finder.gains(kind, set);
+                let term = match &dictionary.origins[set[kind][0]] {
+                    Origin::Found(term) => *term,
+                    Origin::Proposed(..) => usize::MAX,
+                };
+                let (equivalents, confidence, tried) = rivals(finder, set, kind);
+                Selected {
+                    kind,
+                    term,
+                    share: (gains.iter().sum::<f64>() / scale).clamp(0.0, 1.0),
+                    fidelity: fidelity(dictionary, finder, set, kind),
+                    equivalents,
+                    gains: gains.to_vec(),
+                    confidence,
+                    tried,
+                }
+            })
+            .collect();
+        selected.sort_by(|a, b| b.share.total_cmp(&a.share));
+        let chosen = finder.columns_of(set);
+        let mut unexplained: Vec<(FreeCoordinate, f64)> = dictionary
+            .free
+            .iter()
+            .map(|(over, columns)| {
+                let all: Vec<usize> =
+                    chosen.iter().chain(columns).copied().collect::<BTreeSet<_>>().into_iter().collect();
+                let left = [1e-4, 1e-3, 1e-2]
+                    .map(|r| finder.gram.error(finder.targets, &all, r).iter().sum::<f64>())
+                    .into_iter()
+                    .fold(f64::INFINITY, f64::min);
+                (*over, (selected_squares - left) / scale)
+            })
+            .collect();
+        unexplained.sort_by(|a, b| b.1.total_cmp(&a.1));
+        Selection {
+            fit: fit.clone(),
+            selected,
+            base_squares,
+            free_squares,
+            selected_squares,
+            unexplained,
+            friction_of_wrong_sign: finder.largest_unlawful_gain(set, &JOINT_FRICTION) / scale,
+            rows: finder.gram.rows(),
+        }
+    }
+}
+
+/// Whether a free description predicts more of the target than it does of noise with the same spectrum.
+fn is_predictable(
+    dataset: &Dataset<'_>,
+    dictionary: &Dictionary,
+    gram: &BlockGram,
+    targets: &Targets,
+    (free, ridge): (&[usize], f64),
+    seed: u64,
+) -> bool {
+    let mut all: Vec<usize> = dictionary.base.iter().chain(free).copied().collect();
+    all.sort_unstable();
+    all.dedup();
+    let part = |with: f64, without: f64| 1.0 - with / without.max(f64::MIN_POSITIVE);
+    let (plain, with) = (gram.error(targets, &dictionary.base, NO_RIDGE), gram.error(targets, &all, ridge));
+    let gains: [f64; BLOCKS] = std::array::from_fn(|b| plain[b] - with[b]);
+    if !search::repeats(&gains, search::T_OTHERS) {
+        return false;
+    }
+    let own = part(with.iter().sum(), plain.iter().sum());
+    let weights = gram.weights(targets, &dictionary.base, NO_RIDGE);
+    let residual = gram.residual(&dictionary.columns, &dictionary.y, &weights, &dictionary.base);
+    let noise = search::surrogates(&residual, &dataset.spans, seed);
+    let noise = gram.targets(&dictionary.columns, &noise, &dictionary.counts);
+    let sums = |columns: &[usize], ridge: f64| {
+        let blocks = gram.errors(&noise, columns, ridge);
+        (0..noise.count()).map(|k| blocks.iter().map(|b| b[k]).sum::<f64>()).collect::<Vec<f64>>()
+    };
+    let parts = sums(&all, ridge).into_iter().zip(sums(&dictionary.base, NO_RIDGE)).map(|(w, p)| part(w, p));
+    parts.filter(|p| *p >= own).count() == 0
+}
+
+/// The best free description: its columns, its ridge, its held-out squares.
+fn ceiling(dictionary: &Dictionary, gram: &BlockGram, targets: &Targets) -> (Vec<usize>, f64, f64) {
+    use rayon::prelude::*;
+    let without: Vec<usize> = dictionary
+        .free
+        .iter()
+        .filter(|(over, _)| *over != FreeCoordinate::Orders)
+        .flat_map(|(_, c)| c.iter().copied())
+        .collect();
+    let with: Vec<usize> = dictionary.free.iter().flat_map(|(_, c)| c.iter().copied()).collect();
+    let tries: Vec<(&Vec<usize>, f64)> = RIDGES.iter().flat_map(|r| [(&without, *r), (&with, *r)]).collect();
+    let best = tries
+        .par_iter()
+        .map(|(free, ridge)| {
+            let mut all: Vec<usize> = dictionary.base.iter().chain(*free).copied().collect();
+            all.sort_unstable();
+            all.dedup();
+            (gram.error(targets, &all, *ridge).iter().sum::<f64>(), *free, *ridge)
+        })
+        .min_by(|a, b| a.0.total_cmp(&b.0));
+    best.map_or((Vec::new(), NO_RIDGE, f64::INFINITY), |(squares, free, ridge)| (free.clone(), ridge, squares))
+}
+
+/// The reduction of the held-out error by the kinds that share a coordinate, over that by a free function of it in their place.
+fn fidelity(dictionary: &Dictionary, finder: &Search<'_>, set: &Set, kind: &'static str) -> Option<f64> {
+    let own = measured_by(kind);
+    let mut rest = set.clone();
+    rest.retain(|other, _| measured_by(other)[0] != own[0]);
+    let squares = finder.squares(set);
+    let without = finder.squares(&rest);
+    let base = finder.columns_of(&rest);
+    let free = dictionary.free.iter().filter(|(over, _)| own.contains(over)).flat_map(|(_, c)| c.iter().copied());
+    let all: Vec<usize> = base.iter().copied().chain(free).collect::<BTreeSet<_>>().into_iter().collect();
+    if all.len() == base.len() {
+        return None;
+    }
+    let plain = finder.blocks(&rest);
+    let (best, blocks) = [1e-5, 1e-4, 1e-3]
+        .map(|r| finder.gram.error(finder.targets, &all, r))
+        .into_iter()
+        .map(|blocks| (blocks.iter().sum::<f64>(), blocks))
+        .fold((f64::INFINITY, plain), |a, b| if b.0 < a.0 { b } else { a });
+    let gains: [f64; BLOCKS] = std::array::from_fn(|b| plain[b] - blocks[b]);
+    // A free function that does not gain itself measures nothing.
+    if !search::repeats(&gains, search::T_OTHERS) {
+        return None;
+    }
+    let (kinds, any) = (without - squares, without - best.min(squares));
+    (any > 0.0).then(|| (kinds / any).clamp(0.0, 1.0))
+}
+
+/// The free functions that a kind is measured by.
+fn measured_by(kind: &str) -> &'static [FreeCoordinate] {
+    kinds::of(kind).map_or(&[FreeCoordinate::Time], |k| k.measured_by())
+}
+
+/// In the place of a kind: those that save nearly as much, how sure the class is, and what the others save.
+fn rivals(finder: &Search<'_>, set: &Set, kind: &'static str) -> (Vec<&'static str>, f64, Vec<(&'static str, f64)>) {
+    let own = finder.blocks(set);
+    let squares: f64 = own.iter().sum();
+    let rest = finder.without(kind, set);
+    let without = finder.squares(&rest);
+    let mut others = finder.alternatives(&rest);
+    others.retain(|(other, _)| *other != kind && !set.contains_key(other));
+    others.sort_by(|a, b| finder.squares(&a.1).total_cmp(&finder.squares(&b.1)));
+    let mut class = Vec::new();
+    let mut confidence: f64 = 1.0;
+    let mut tried = Vec::new();
+    for (other, with) in others {
+        let left = finder.squares(&with);
+        tried.push((other, without - left));
+        if left - squares <= EQUIVALENT * (without - squares) {
+            class.push(other);
+        } else {
+            let theirs = finder.blocks(&with);
+            let t = t_of_blocks(&std::array::from_fn::<f64, BLOCKS, _>(|b| theirs[b] - own[b]));
+            confidence = confidence.min(Normal::standard().cdf(t));
+        }
+    }
+    tried.truncate(6);
+    (class, confidence, tried)
+}

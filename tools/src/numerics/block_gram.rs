@@ -1,0 +1,237 @@
+//! Held-out errors of any subset of columns, from one Gram matrix a block.
+//!
+//! Each recording is cut into contiguous blocks. The normal equations of a subset of columns without a block are a difference of Gram matrices, so its
+//! held-out error costs small linear algebra and no further pass over the rows. Between a block and the rows that predict it lies a gap, lest slow noise carry over.
+
+use std::ops::Range;
+
+use nalgebra::{Cholesky, DMatrix, DVector};
+
+/// Blocks that each recording is cut into.
+pub const BLOCKS: usize = 8;
+
+/// The part of a block at both ends that does not take part in predicting its neighbour.
+const GAP: f64 = 1.0 / 12.0;
+
+/// Ridge of a fit without a wish for smoothness: rounding only. Columns are scaled to a mean square of 1.
+pub const NO_RIDGE: f64 = 1e-9;
+
+/// Gram matrices of scaled columns and targets, block by block.
+pub struct BlockGram {
+    /// Number of rows that count.
+    rows: usize,
+    /// Root mean square of each column.
+    scale: Vec<f64>,
+    /// The columns' Gram matrix of each block.
+    held: Vec<DMatrix<f64>>,
+    /// The columns' Gram matrix of the rows that predict each block.
+    training: Vec<DMatrix<f64>>,
+    /// The whole.
+    total: DMatrix<f64>,
+    /// The segments of each block: leading gap, core, trailing gap; rows of all recordings.
+    segments: Vec<[Vec<Range<usize>>; 3]>,
+}
+
+/// Targets beside the columns of a [`BlockGram`]: one column or many.
+pub struct Targets {
+    held: Vec<DMatrix<f64>>,
+    training: Vec<DMatrix<f64>>,
+    total: DMatrix<f64>,
+    squares: Vec<Vec<f64>>,
+}
+
+impl Targets {
+    /// How many.
+    pub fn count(&self) -> usize {
+        self.total.ncols()
+    }
+
+    /// The squares of one target over all blocks.
+    pub fn power(&self, target: usize) -> f64 {
+        self.squares.iter().map(|s| s[target]).sum()
+    }
+}
+
+impl BlockGram {
+    /// The Gram matrices of columns over recordings whose rows are `spans`; rows where `counts` is false take no part.
+    pub fn new(columns: &[Vec<f64>], spans: &[Range<usize>], counts: &[bool]) -> Self {
+        let rows = counts.iter().filter(|c| **c).count();
+        let scale: Vec<f64> = columns
+            .iter()
+            .map(|c| {
+                let squares: f64 = c.iter().zip(counts).filter(|(_, k)| **k).map(|(x, _)| x * x).sum();
+                (squares / rows.max(1) as f64).sqrt().max(f64::MIN_POSITIVE)
+            })
+            .collect();
+        let segments = segments(spans);
+        let gram = |ranges: &[Range<usize>]| {
+            let part = gather(columns, Some(&scale), ranges, counts);
+            part.tr_mul(&part)
+        };
+        let parts: Vec<[DMatrix<f64>; 3]> = segments.iter().map(|s| [gram(&s[0]), gram(&s[1]), gram(&s[2])]).collect();
+        let held: Vec<DMatrix<f64>> = parts.iter().map(|[a, b, c]| a + b + c).collect();
+        let total = held.iter().fold(DMatrix::zeros(columns.len(), columns.len()), |sum, g| sum + g);
+        let training = (0..BLOCKS).map(|b| without(&total, &held, &parts, b)).collect();
+        Self { rows, scale, held, training, total, segments }
+    }
+
+    /// Rows that count.
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// The root mean square of a column.
+    pub fn scale_of(&self, column: usize) -> f64 {
+        self.scale[column]
+    }
+
+    /// Targets beside the columns.
+    pub fn targets(&self, columns: &[Vec<f64>], targets: &[Vec<f64>], counts: &[bool]) -> Targets {
+        let product = |ranges: &[Range<usize>]| {
+            gather(columns, Some(&self.scale), ranges, counts).tr_mul(&gather(targets, None, ranges, counts))
+        };
+        let parts: Vec<[DMatrix<f64>; 3]> =
+            self.segments.iter().map(|s| [product(&s[0]), product(&s[1]), product(&s[2])]).collect();
+        let held: Vec<DMatrix<f64>> = parts.iter().map(|[a, b, c]| a + b + c).collect();
+        let total = held.iter().fold(DMatrix::zeros(columns.len(), targets.len()), |sum, g| sum + g);
+        let training = (0..BLOCKS).map(|b| without(&total, &held, &parts, b)).collect();
+        let squares = self
+            .segments
+            .iter()
+            .map(|s| {
+                let of = |y: &Vec<f64>| {
+                    s.iter().flatten().flat_map(Clone::clone).filter(|r| counts[*r]).map(|r| y[r] * y[r]).sum()
+                };
+                targets.iter().map(of).collect()
+            })
+            .collect();
+        Targets { held, training, total, squares }
+    }
+
+    /// The squared error of each block (first index) and target, each block predicted by a ridge fit of the chosen columns to the other blocks.
+    pub fn errors(&self, targets: &Targets, chosen: &[usize], ridge: f64) -> Vec<Vec<f64>> {
+        let error = |block: usize| {
+            let h = rows_of(&targets.training[block], chosen);
+            let beta = solve(part(&self.training[block], chosen), &h, ridge * self.rows as f64);
+            let held = part(&self.held[block], chosen);
+            let own = rows_of(&targets.held[block], chosen);
+            let predicted = &held * &beta;
+            (0..targets.count())
+                .map(|k| {
+                    let b = beta.column(k);
+                    let error = targets.squares[block][k] - 2.0 * b.dot(&own.column(k)) + b.dot(&predicted.column(k));
+                    error.max(0.0)
+                })
+                .collect()
+        };
+        (0..BLOCKS).map(error).collect()
+    }
+
+    /// The squared error of one target in each block.
+    pub fn error(&self, targets: &Targets, chosen: &[usize], ridge: f64) -> [f64; BLOCKS] {
+        let h = |m: &DMatrix<f64>| DMatrix::from_fn(chosen.len(), 1, |i, _| m[(chosen[i], 0)]);
+        std::array::from_fn(|block| {
+            let beta =
+                solve(part(&self.training[block], chosen), &h(&targets.training[block]), ridge * self.rows as f64);
+            let held = part(&self.held[block], chosen);
+            let b = beta.column(0);
+            let own = h(&targets.held[block]);
+            (targets.squares[block][0] - 2.0 * b.dot(&own.column(0)) + b.dot(&(&held * b))).max(0.0)
+        })
+    }
+
+    /// The weights of the chosen columns over all rows, for the first target.
+    pub fn weights(&self, targets: &Targets, chosen: &[usize], ridge: f64) -> Vec<f64> {
+        let h = rows_of(&targets.total, chosen);
+        let beta = solve(part(&self.total, chosen), &h, ridge * self.rows as f64);
+        chosen.iter().enumerate().map(|(i, c)| beta[(i, 0)] / self.scale[*c]).collect()
+    }
+
+    /// What the chosen columns leave of a target over all rows.
+    pub fn residual(&self, columns: &[Vec<f64>], target: &[f64], weights: &[f64], chosen: &[usize]) -> Vec<f64> {
+        let mut left = target.to_vec();
+        for (c, w) in chosen.iter().zip(weights) {
+            left.iter_mut().zip(&columns[*c]).for_each(|(l, x)| *l -= w * x);
+        }
+        left
+    }
+
+    /// The part of each column's mean square that the chosen columns do not follow.
+    pub fn independent_part(&self, column: usize, chosen: &[usize]) -> f64 {
+        let g = DMatrix::from_fn(chosen.len(), 1, |i, _| self.total[(chosen[i], column)]);
+        let beta = solve(part(&self.total, chosen), &g, NO_RIDGE * self.rows as f64);
+        let own = self.total[(column, column)].max(f64::MIN_POSITIVE);
+        ((own - beta.column(0).dot(&g.column(0))) / own).clamp(0.0, 1.0)
+    }
+}
+
+fn without(total: &DMatrix<f64>, held: &[DMatrix<f64>], parts: &[[DMatrix<f64>; 3]], block: usize) -> DMatrix<f64> {
+    let mut rest = total - &held[block];
+    if block > 0 {
+        rest -= &parts[block - 1][2];
+    }
+    if block + 1 < BLOCKS {
+        rest -= &parts[block + 1][0];
+    }
+    rest
+}
+
+/// Leading gap, core and trailing gap of each block, of every recording.
+fn segments(spans: &[Range<usize>]) -> Vec<[Vec<Range<usize>>; 3]> {
+    let edge = |span: &Range<usize>, b: usize| span.start + span.len() * b / BLOCKS;
+    (0..BLOCKS)
+        .map(|b| {
+            let mut own = [Vec::new(), Vec::new(), Vec::new()];
+            for span in spans {
+                let (from, to) = (edge(span, b), edge(span, b + 1));
+                let gap = ((to - from) as f64 * GAP) as usize;
+                own[0].push(from..from + gap);
+                own[1].push(from + gap..to - gap);
+                own[2].push(to - gap..to);
+            }
+            own
+        })
+        .collect()
+}
+
+/// Rows of columns as a matrix; rows that do not count are left out.
+fn gather(columns: &[Vec<f64>], scale: Option<&[f64]>, ranges: &[Range<usize>], counts: &[bool]) -> DMatrix<f64> {
+    let rows: Vec<usize> = ranges.iter().flat_map(Clone::clone).filter(|r| counts[*r]).collect();
+    let mut data = Vec::with_capacity(rows.len() * columns.len());
+    for (k, column) in columns.iter().enumerate() {
+        let factor = scale.map_or(1.0, |s| 1.0 / s[k]);
+        data.extend(rows.iter().map(|r| column[*r] * factor));
+    }
+    DMatrix::from_vec(rows.len(), columns.len(), data)
+}
+
+fn part(gram: &DMatrix<f64>, chosen: &[usize]) -> DMatrix<f64> {
+    DMatrix::from_fn(chosen.len(), chosen.len(), |i, j| gram[(chosen[i], chosen[j])])
+}
+
+fn rows_of(product: &DMatrix<f64>, chosen: &[usize]) -> DMatrix<f64> {
+    DMatrix::from_fn(chosen.len(), product.ncols(), |i, j| product[(chosen[i], j)])
+}
+
+/// Solves (G + ridge) β = h; the ridge grows until the factor exists.
+fn solve(mut gram: DMatrix<f64>, h: &DMatrix<f64>, ridge: f64) -> DMatrix<f64> {
+    let mut added = 0.0;
+    let mut wanted = ridge.max(f64::MIN_POSITIVE);
+    for _ in 0..12 {
+        for i in 0..gram.nrows() {
+            gram[(i, i)] += wanted - added;
+        }
+        added = wanted;
+        if let Some(factor) = Cholesky::new(gram.clone()) {
+            return factor.solve(h);
+        }
+        wanted *= 100.0;
+    }
+    DMatrix::zeros(gram.nrows(), h.ncols())
+}
+
+/// Scatter of a gain over blocks: its sum over the root of the sum of its squares.
+pub fn t_of_blocks(gains: &[f64]) -> f64 {
+    let squares = DVector::from_column_slice(gains).norm();
+    if squares > 0.0 { gains.iter().sum::<f64>() / squares } else { 0.0 }
+}
