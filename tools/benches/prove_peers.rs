@@ -11,7 +11,7 @@ use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::sync::Mutex;
 
 use gmhm_tools::diagnose::candidates::{Proposal, proposals};
-use gmhm_tools::diagnose::diagnosis::{Diagnosis, Effect, Heldout, Location, Rms, Side, Unit};
+use gmhm_tools::diagnose::diagnosis::{Diagnosis, Effect, Heldout, Location, Naming, Rms, Side, Unit};
 use gmhm_tools::diagnose::explain::Search;
 use gmhm_tools::diagnose::naming;
 use gmhm_tools::numerics::autoregression::mark_outliers;
@@ -255,6 +255,10 @@ fn named(kinds: &[&str], key: &Key) -> Diagnosis {
             diagnosis.places.push(Location { coordinate, share: 0.0, detail: String::new(), seconds: Vec::new() });
         }
         diagnosis.effects.push(Effect {
+            verdict: Naming::Named,
+            fidelity: None,
+            family: String::new(),
+            closest: None,
             name: (*kind).to_owned(),
             equivalents: class(kind),
             confidence: 1.0,

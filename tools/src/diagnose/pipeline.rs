@@ -6,8 +6,8 @@ use gmhm::terms::{Form, Role, Side as TermSide};
 
 use crate::diagnose::DiagnoseError;
 use crate::diagnose::diagnosis::{
-    Closest, Diagnosis, Effect, FALSE_ALARM_RATE, Heldout, HeldoutFrom, Location, Parameter, ParameterValue, Rms, Side, UNKNOWN,
-    Unit,
+    Closest, Diagnosis, Effect, FALSE_ALARM_RATE, Heldout, HeldoutFrom, Location, Parameter, ParameterValue, Rms, Side,
+    UNKNOWN, Unit,
 };
 use crate::diagnose::explain::Search;
 use crate::diagnose::naming::{DiagnosisVerdict, EffectVerdict, coordinates};

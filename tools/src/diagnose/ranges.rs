@@ -137,7 +137,7 @@ mod tests {
         let (quiet, loud) = (noise(0.1, 0.01, 1), noise(2.0, 0.02, 2));
         for recordings in [[quiet.clone(), loud.clone()], [loud, quiet]] {
             let dataset = Dataset::new(&recordings, &model).unwrap();
-            let fit = dataset.fit(&model, &dataset.free_parameters(&model, false, 1), None, 4).unwrap();
+            let fit = dataset.fit(&model, &dataset.free_parameters(&model, false), None, 4).unwrap();
             let motor: Vec<f64> = (0..dataset.len()).map(|row| 0.05 * row as f64).collect();
             let lines = dataset.order_spectrum(&fit, &motor, &dataset.filtered_twice(&fit));
             let mean = lines.iter().map(|line| line.power).sum::<f64>() / lines.len() as f64;

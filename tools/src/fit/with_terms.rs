@@ -52,7 +52,7 @@ pub fn fit(
     let mut dataset = Dataset::new(&own, &model).map_err(refused)?;
     let check = || if progress.cancelled() { Err(EstimateError::Cancelled) } else { Ok(()) };
     let descend = |dataset: &Dataset<'_>, model: &Model, zero: bool| {
-        let free = dataset.free_parameters(model, zero, 0);
+        let free = dataset.free_parameters(model, zero);
         dataset.fit(model, &free, None, MOST_STEPS).map_err(refused)
     };
     progress.report("refitting gear and terms", 0.1);
