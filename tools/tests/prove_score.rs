@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashMap};
 
 use gmhm_tools::diagnose::diagnosis::{
-    Diagnosis, Effect, Heldout, Location, Parameter, ParameterValue, Rms, Side, Unit,
+    Diagnosis, Effect, Heldout, Location, Naming, Parameter, ParameterValue, Rms, Side, Unit,
 };
 use gmhm_tools::model::Model;
 use gmhm_tools::prove::generator::{Case, case, case_seed};
@@ -60,6 +60,10 @@ impl Detector for Oracle {
             });
             let name = if hidden.listed { (self.twist)(&hidden.kind) } else { "unknown".to_owned() };
             diagnosis.effects.push(Effect {
+                verdict: Naming::Named,
+                fidelity: None,
+                family: String::new(),
+                closest: None,
                 equivalents: hidden.class.iter().filter(|k| **k != name).cloned().collect(),
                 name,
                 confidence: 1.0,
@@ -167,6 +171,10 @@ fn a_name_that_stands_for_nothing_is_wrong() {
             let mut diagnosis = nothing();
             diagnosis.mismatch = true;
             diagnosis.effects.push(Effect {
+                verdict: Naming::Named,
+                fidelity: None,
+                family: String::new(),
+                closest: None,
                 name: "wear".to_owned(),
                 equivalents: Vec::new(),
                 confidence: 0.5,
