@@ -282,6 +282,9 @@ pub static ALL: [&dyn Kind; 28] = [
 /// The terms of the base model of a joint log, in the order of its file: gravity, inertia, Coulomb and viscous friction.
 pub const JOINT_BASE: [&str; 4] = ["gravity_load", "inertia", "coulomb_friction", "viscous_friction"];
 
+/// Friction that every joint has, and whose sign is known.
+pub const JOINT_FRICTION: [&str; 2] = ["coulomb_friction", "viscous_friction"];
+
 /// The kind of a name.
 pub fn of(name: &str) -> Option<&'static dyn Kind> {
     ALL.iter().copied().find(|kind| kind.name() == name)

@@ -86,8 +86,6 @@ const ROUNDS: usize = 3;
 const STEPS: usize = 8;
 /// Ridges at which the free description is tried.
 const RIDGES: [f64; 5] = [1e-1, 1e-2, 1e-3, 1e-4, 1e-5];
-/// Friction that every joint has, and whose sign is known.
-const JOINT_FRICTION: [&str; 2] = ["coulomb_friction", "viscous_friction"];
 /// A kind that loses at most this part of what another saves in its place is not told from it.
 const EQUIVALENT: f64 = 0.1;
 
@@ -210,7 +208,7 @@ impl Dataset<'_> {
             free_squares,
             selected_squares,
             unexplained,
-            friction_of_wrong_sign: finder.largest_unlawful_gain(set, &JOINT_FRICTION) / scale,
+            friction_of_wrong_sign: finder.largest_unlawful_gain(set, &kinds::JOINT_FRICTION) / scale,
             rows: finder.gram.rows(),
         }
     }

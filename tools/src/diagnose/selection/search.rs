@@ -75,9 +75,6 @@ pub const T_OTHERS: f64 = 1.5;
 /// A gain of this share of what is predictable, in seven blocks, needs no surrogates.
 const BEYOND_DOUBT: f64 = 0.05;
 
-/// What friction that is told by its size refines.
-const REFINED: &str = "coulomb_friction";
-
 /// Steps at most.
 const STEPS: usize = 24;
 
@@ -173,10 +170,9 @@ impl<'a> Search<'a> {
             Some(own.iter().flat_map(|c| &weights[c]).map(|w| w * w).sum::<f64>().sqrt())
         };
         let sizes = || {
-            set.keys().all(|kind| {
-                let most = kinds::of(kind).map_or(f64::INFINITY, |k| k.most_of_refined());
-                let refined = if most.is_finite() { size(REFINED) } else { None };
-                refined.zip(size(kind)).is_none_or(|(refined, own)| own <= most * refined)
+            set.keys().filter_map(|kind| kinds::of(kind)).all(|kind| {
+                let refined = kind.refines().iter().find_map(|refined| size(refined));
+                refined.zip(size(kind.name())).is_none_or(|(refined, own)| own <= kind.most_of_refined() * refined)
             })
         };
         signs && sizes()
