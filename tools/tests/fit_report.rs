@@ -11,8 +11,9 @@ use gmhm::Elastic;
 use gmhm_tools::fit::FitOptions;
 use gmhm_tools::fit::verdict::{Assessment, Grade, structure};
 use gmhm_tools::fit::{Fit, fit};
-use gmhm_tools::recording::Recording;
+use gmhm_tools::recording::{Recording, TorqueUnit};
 use gmhm_tools::report::fit::{loop_figure, page};
+use gmhm_tools::report::fit_words::worded;
 use gmhm_tools::report::page::Provenance;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -34,7 +35,8 @@ fn gear(rows: usize, cycles: f64, noise_nm: f64) -> Recording {
 
 fn says(assessment: &Assessment, grade: Grade, words: &str) {
     let verdict = &assessment.verdict;
-    assert!(verdict.reasons.iter().any(|r| r.grade == grade && r.words.contains(words)), "{words}: {verdict:#?}");
+    let worded = worded(verdict, TorqueUnit::NewtonMetre);
+    assert!(worded.reasons.iter().any(|r| r.grade == grade && r.words.contains(words)), "{words}: {verdict:#?}");
     assert!(verdict.grade >= grade);
 }
 
@@ -42,7 +44,8 @@ fn says(assessment: &Assessment, grade: Grade, words: &str) {
 fn a_gear_of_the_law_is_good_enough() {
     let (_, assessment) = assessed(&[gear(4000, 4.0, 0.1)], A);
     assert_eq!(assessment.verdict.grade, Grade::Good, "{:#?}", assessment.verdict);
-    assert!(assessment.verdict.sentence.starts_with("Good enough to flash: the error held out is 0."));
+    let sentence = worded(&assessment.verdict, TorqueUnit::NewtonMetre).sentence;
+    assert!(sentence.starts_with("Good enough to flash: the error held out is 0."));
 }
 
 #[test]

@@ -92,11 +92,12 @@ impl FitArgs {
         }
         fit.align(&mut recordings)?;
         let assessment = Assessment::of(&fit, &recordings, &progress)?;
+        let verdict = report::fit_words::worded(&assessment.verdict, fit.model.torque_unit);
         drop(progress);
         let mut outputs = Outputs::new();
         outputs.add_text(&self.output, &fit.model.to_toml())?;
         if let Some(path) = &self.json {
-            outputs.add_text(path, &json(&Everything { assessment: &assessment, fit: &fit })?)?;
+            outputs.add_text(path, &json(&Everything { verdict: &verdict, assessment: &assessment, fit: &fit })?)?;
         }
         if let Some(path) = &self.report {
             let provenance = provenance(recordings.iter().map(Into::into).collect(), Some(fit.seed));
@@ -105,7 +106,7 @@ impl FitArgs {
         let plot = self.plot.clone().unwrap_or_else(|| self.output.with_extension("svg"));
         outputs.add_text(&plot, &report::fit::loop_figure(&fit, &assessment, &recordings).to_file())?;
         outputs.commit()?;
-        say(format_args!("{}\n", assessment.verdict.sentence))?;
+        say(format_args!("{}\n", verdict.sentence))?;
         say(format_args!("{}", tables::fit(&fit)))?;
         say(format_args!("Model written to {}, plot to {}\n", self.output.display(), plot.display()))?;
         if let Some(path) = &self.report {
@@ -118,6 +119,7 @@ impl FitArgs {
 /// What `--json` writes.
 #[derive(serde::Serialize)]
 struct Everything<'a> {
+    verdict: &'a report::fit_words::WordedVerdict,
     #[serde(flatten)]
     assessment: &'a Assessment,
     #[serde(flatten)]

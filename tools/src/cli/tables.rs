@@ -7,6 +7,7 @@ use crate::fit::paper;
 use crate::health::Health;
 use crate::recording::TorqueUnit;
 use crate::regression::uncertainty::Estimated;
+use crate::report::fit_words::held_invertible;
 
 /// A fit: structure, parameters with standard deviations, what is left.
 pub(super) fn fit(fit: &Fit) -> String {
@@ -35,7 +36,7 @@ pub(super) fn fit(fit: &Fit) -> String {
             format!("  {:<24} {:>10} {:>12} {:>12}{said}", c.name, c.parameters, four(c.rms), four(c.heldout_rms))
         }));
     }
-    if let Some(words) = fit.said_of_the_inverse() {
+    if let Some(words) = fit.held_invertible_up_to_rated().map(held_invertible) {
         lines.push(format!("The parameters are {words}; the recordings do not contradict it"));
     }
     if fit.leaves_physics() {

@@ -157,14 +157,10 @@ impl Fit {
         !self.prewhitened && self.method == Method::Auto
     }
 
-    /// What there is to say where the parameters are held at the bound of an inverse.
-    pub fn said_of_the_inverse(&self) -> Option<&'static str> {
+    /// Where the parameters are held at the nearest that have an inverse: whether up to the rated deflection, or else up to half of it.
+    pub fn held_invertible_up_to_rated(&self) -> Option<bool> {
         let whole = self.model.memory.is_none_or(|memory| invertible::reach(&memory) == 1.0);
-        self.held_invertible.then_some(if whole {
-            "held at the bound where feed-forward has an inverse up to the rated deflection"
-        } else {
-            "held at the bound where feed-forward has an inverse up to half the rated deflection"
-        })
+        self.held_invertible.then_some(whole)
     }
 
     /// A parameter by name.

@@ -1,8 +1,8 @@
-//! Whether a fit is good enough for the drive, in one sentence with its reasons.
+//! Whether a fit is good enough for the drive, with the reasons. `report` puts them into words.
 
 use std::borrow::Cow;
 
-use gmhm::inverse::invertible_range;
+use gmhm::inverse::{InverseError, invertible_range};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -14,6 +14,7 @@ use crate::fit::rated::BetterRated;
 use crate::fit::thresholds::THRESHOLDS;
 use crate::fit::units::{DoubtfulUnit, doubtful};
 use crate::numerics::extremes::range;
+use crate::numerics::particle_swarm::Stop;
 use crate::physics::{PredictError, Prediction};
 use crate::progress::Progress;
 use crate::recording::Recording;
@@ -35,29 +36,103 @@ pub enum Grade {
 }
 
 /// The verdict.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct FitVerdict {
     /// The grade: that of the gravest reason.
     pub grade: Grade,
-    /// One sentence.
-    pub sentence: String,
+    /// The error held out.
+    pub error: Cause,
     /// Every reason, the gravest first.
     pub reasons: Vec<Reason>,
 }
 
 /// A reason.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Reason {
     /// What it does to the grade.
     pub grade: Grade,
-    /// What it is, as a clause.
-    pub words: String,
+    /// What it is.
+    pub cause: Cause,
+}
+
+/// What speaks against a fit.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Cause {
+    /// The error on rows held out, N·m or A, and as a share of the peak torque.
+    Error {
+        /// Root mean square.
+        heldout_rms: f64,
+        /// Over the peak.
+        share: f64,
+    },
+    /// Held-out rows are predicted worse than fitted ones.
+    Overfit {
+        /// Held-out rms over that of the rows fitted.
+        ratio: f64,
+    },
+    /// The torque falls while the deflection rises.
+    TorqueFalls,
+    /// Another rated deflection predicts better.
+    BetterRated(BetterRated),
+    /// A quantity that no gear reaches.
+    DoubtfulUnit(DoubtfulUnit),
+    /// A sensor was driven beyond its range.
+    Clipped(Clipped),
+    /// The deflection never turns back.
+    SingleStroke,
+    /// Feed-forward has an inverse up to this share of the rated deflection only.
+    InverseRange {
+        /// Over the rated deflection.
+        share: f64,
+    },
+    /// The core refuses feed-forward with this gear.
+    FeedForwardRefused(InverseError),
+    /// The parameters are held where feed-forward has an inverse.
+    HeldInvertible {
+        /// Up to the rated deflection; else up to half of it.
+        up_to_rated: bool,
+    },
+    /// A parameter is at its bound.
+    AtBound {
+        /// Its name.
+        name: String,
+        /// The bound.
+        value: f64,
+    },
+    /// Only one load direction was recorded.
+    OneLoadDirection,
+    /// Only a part of ±A was recorded in both load directions.
+    Reach {
+        /// Over A.
+        share: f64,
+    },
+    /// What is left repeats.
+    Repeats {
+        /// Of its power.
+        share: f64,
+    },
+    /// What is left is physics more than noise.
+    PhysicsLeft,
+    /// Another model predicts better.
+    BetterModel {
+        /// Its name.
+        model: String,
+        /// Its held-out rms over the gear's.
+        ratio: f64,
+    },
+    /// A linear spring predicts as well.
+    NoHysteresis,
+    /// Parameters that the recordings do not determine.
+    Undetermined(Vec<String>),
+    /// The search used up its evaluations.
+    Unfinished,
 }
 
 /// A fit beside its recordings: what the verdict rests on, and the verdict.
 #[derive(Debug, Clone, serde::Serialize)]
 pub struct Assessment {
-    /// The verdict.
+    /// The verdict. Files have it in words.
+    #[serde(skip)]
     pub verdict: FitVerdict,
     /// What the recordings exercise; absent for a joint log.
     pub coverage: Option<Coverage>,
@@ -131,7 +206,7 @@ impl Assessment {
             torque.iter().fold(0.0, |size: f64, t| size.max((t - mean).abs()))
         };
         let mut assessment = Self {
-            verdict: FitVerdict { grade: Grade::Good, sentence: String::new(), reasons: Vec::new() },
+            verdict: FitVerdict { grade: Grade::Good, error: Cause::Unfinished, reasons: Vec::new() },
             coverage: rated.map(|rated| Coverage::of(recordings, gear.deflection_zero_rad, rated)),
             joint_coverage: fit.model.elastic.is_none().then(|| JointCoverage::of(recordings)),
             structure: structure(recordings, &residuals, fit.seed),
@@ -157,138 +232,85 @@ impl Assessment {
     }
 }
 
-/// Judges a fit.
+/// Decides whether a fit is good enough for the drive.
 fn decide(fit: &Fit, evidence: &Assessment) -> FitVerdict {
-    let unit = fit.model.torque_unit.symbol();
     let mut reasons = Vec::new();
-    let mut say = |grade: Grade, words: String| reasons.push(Reason { grade, words });
-    let relative = fit.heldout_rms / evidence.torque_peak;
-    let percent = |share: f64| format!("{:.2} %", 100.0 * share);
-    let error = format!(
-        "the error held out is {:.3} {unit} rms, {} of the peak {}",
-        fit.heldout_rms,
-        percent(relative),
-        fit.model.torque_unit.quantity()
-    );
-    match relative {
-        r if r > THRESHOLDS.error_shares[1] || r.is_nan() => say(Grade::Bad, error.clone()),
-        r if r > THRESHOLDS.error_shares[0] => say(Grade::Caution, error.clone()),
+    let mut add = |grade: Grade, cause: Cause| reasons.push(Reason { grade, cause });
+    let share = fit.heldout_rms / evidence.torque_peak;
+    let error = Cause::Error { heldout_rms: fit.heldout_rms, share };
+    let [careful, bad] = THRESHOLDS.error_shares;
+    match share {
+        share if share > bad || share.is_nan() => add(Grade::Bad, error.clone()),
+        share if share > careful => add(Grade::Caution, error.clone()),
         _ => {}
     }
     let (rms, floor) = (fit.rms, 1e-9 * evidence.torque_peak);
-    if fit.heldout_rms > THRESHOLDS.overfit_ratios[0] * rms + floor {
-        let grade =
-            if fit.heldout_rms > THRESHOLDS.overfit_ratios[1] * rms + floor { Grade::Bad } else { Grade::Caution };
-        let times = fit.heldout_rms / rms;
-        say(grade, format!("rows that took no part are predicted {times:.1} times worse than those fitted"));
+    let [careful, bad] = THRESHOLDS.overfit_ratios;
+    if fit.heldout_rms > careful * rms + floor {
+        let grade = if fit.heldout_rms > bad * rms + floor { Grade::Bad } else { Grade::Caution };
+        add(grade, Cause::Overfit { ratio: fit.heldout_rms / rms });
     }
     let rated = evidence.coverage.as_ref().map_or(f64::NAN, |c| c.rated_deflection_rad);
     if fit.model.elastic.is_some_and(|elastic| elastic.torque_nm(rated) < 0.0) {
-        let words = "the torque falls while the deflection rises, so one of them is counted backwards: flip it with --map deflection_rad=-COLUMN";
-        say(Grade::Bad, words.to_owned());
+        add(Grade::Bad, Cause::TorqueFalls);
     }
-    if let Some(better) = &evidence.better_rated {
-        let BetterRated { rated_deflection_rad: seen, heldout_rms, given_heldout_rms } = better;
-        let words = format!(
-            "a rated deflection of {:.4} mrad, the largest seen, would leave {heldout_rms:.3} instead of {given_heldout_rms:.3} {unit} of rows held out, and e and c1–c3 depend on it: set --rated-deflection {seen:e}",
-            1e3 * seen
-        );
-        say(Grade::Caution, words);
+    if let Some(better) = evidence.better_rated {
+        add(Grade::Caution, Cause::BetterRated(better));
     }
-    for DoubtfulUnit { column, size, limit, unit, grade } in &evidence.doubtful_units {
-        let words = format!(
-            "{column} reaches ±{size:.3} {unit}, strain wave gears at most about {limit} {unit}: check its unit, --map {column}=COLUMN*1e-3 scales it"
-        );
-        say(*grade, words);
-    }
-    for clipped in &evidence.clipped {
-        say(Grade::Bad, format!("{clipped}: repeat with a larger range, or less load"));
-    }
+    evidence.doubtful_units.iter().for_each(|doubtful| add(doubtful.grade, Cause::DoubtfulUnit(*doubtful)));
+    evidence.clipped.iter().for_each(|clipped| add(Grade::Bad, Cause::Clipped(clipped.clone())));
     if evidence.coverage.as_ref().is_some_and(|coverage| coverage.strokes <= 1) {
-        let words = "the deflection never turns back, so that the hysteresis is only what the law makes of one branch: record a closed cycle";
-        say(Grade::Caution, words.to_owned());
+        add(Grade::Caution, Cause::SingleStroke);
     }
     if let Some(Ok(params)) = fit.model.params(rated) {
+        let [whole, half] = THRESHOLDS.inverse_shares;
         match invertible_range(&params, THRESHOLDS.drive_period_s) {
-            Ok(range) if range > THRESHOLDS.inverse_shares[0] => {}
-            Ok(range) => {
-                let grade = if range < THRESHOLDS.inverse_shares[1] { Grade::Bad } else { Grade::Caution };
-                let percent = 100.0 * range;
-                say(
-                    grade,
-                    format!(
-                        "feed-forward has an inverse up to {percent:.0} % of the rated deflection only: beyond, the torque can fall while the deflection rises"
-                    ),
-                );
+            Ok(share) if share > whole => {}
+            Ok(share) => {
+                add(if share < half { Grade::Bad } else { Grade::Caution }, Cause::InverseRange { share });
             }
-            Err(refusal) => say(Grade::Bad, format!("feed-forward: {refusal}")),
+            Err(refusal) => add(Grade::Bad, Cause::FeedForwardRefused(refusal)),
         }
     }
-    if let Some(words) = fit.said_of_the_inverse() {
-        say(Grade::Caution, format!("the parameters are {words}"));
+    if let Some(up_to_rated) = fit.held_invertible_up_to_rated() {
+        add(Grade::Caution, Cause::HeldInvertible { up_to_rated });
     }
     for p in fit.uncertainty.parameters.iter().filter(|p| p.at_bound) {
-        say(Grade::Caution, format!("{} is at its bound {}", p.name, p.value));
+        add(Grade::Caution, Cause::AtBound { name: p.name.to_string(), value: p.value });
     }
-    if let Some(reach) = evidence.coverage.as_ref().map(Coverage::reach).filter(|reach| *reach < THRESHOLDS.reach_share)
-    {
-        let words = if reach < THRESHOLDS.one_sided_share {
-            "only one load direction was recorded, and nothing is known of the other".to_owned()
-        } else {
-            let percent = 100.0 * reach;
-            format!(
-                "only {percent:.0} % of the rated deflection was recorded in both load directions, and nothing is known beyond"
-            )
-        };
-        say(Grade::Caution, words);
+    match evidence.coverage.as_ref().map(Coverage::reach) {
+        Some(share) if share < THRESHOLDS.one_sided_share => add(Grade::Caution, Cause::OneLoadDirection),
+        Some(share) if share < THRESHOLDS.reach_share => add(Grade::Caution, Cause::Reach { share }),
+        _ => {}
     }
-    if let Some(structure) = evidence.structure.filter(|s| s.significant && s.share > THRESHOLDS.repeated_share) {
-        let percent = 100.0 * structure.share;
-        say(
-            Grade::Caution,
-            format!(
-                "{percent:.0} % of what is left repeats at the same place and direction, so physics is left out: run gmhm diagnose"
-            ),
-        );
-    } else if fit.leaves_physics() {
-        let words =
-            "what is left is physics more than noise, as a fit against it as noise predicts worse: run gmhm diagnose";
-        say(Grade::Caution, words.to_owned());
+    match evidence.structure {
+        Some(Structure { share, significant: true }) if share > THRESHOLDS.repeated_share => {
+            add(Grade::Caution, Cause::Repeats { share });
+        }
+        _ if fit.leaves_physics() => add(Grade::Caution, Cause::PhysicsLeft),
+        _ => {}
     }
     let better = evidence.comparison.iter().skip(1).min_by(|a, b| a.heldout_rms.total_cmp(&b.heldout_rms));
     if let (Some(own), Some(best)) = (evidence.comparison.first(), better) {
         if best.heldout_rms < THRESHOLDS.better_model_share * own.heldout_rms {
-            let (name, ratio) = (&best.model, best.heldout_rms / own.heldout_rms);
-            say(Grade::Caution, format!("another model, {name}, predicts with {ratio:.2} times the error"));
+            let ratio = best.heldout_rms / own.heldout_rms;
+            add(Grade::Caution, Cause::BetterModel { model: best.model.clone(), ratio });
         }
         let spring = evidence.comparison.iter().find(|r| r.model == "linear spring");
         if spring.is_some_and(|s| s.heldout_rms < THRESHOLDS.spring_ratio * own.heldout_rms) {
-            say(Grade::Bad, "a linear spring predicts as well: these recordings show no hysteresis".to_owned());
+            add(Grade::Bad, Cause::NoHysteresis);
         }
     }
     let vague = fit.uncertainty.parameters.iter().filter(|p| p.undetermined && p.sd.is_some() && !p.at_bound);
-    let vague: Vec<&str> = vague.map(|p| p.name.as_ref()).collect();
+    let vague: Vec<String> = vague.map(|p| p.name.to_string()).collect();
     if !vague.is_empty() {
-        let (are, them) = if vague.len() == 1 { ("is", "it") } else { ("are", "them") };
-        let names = vague.join(", ");
-        say(
-            Grade::Caution,
-            format!(
-                "{names} {are} not determined by these recordings: within the motion recorded that does no harm, beyond it do not rely on {them}"
-            ),
-        );
+        add(Grade::Caution, Cause::Undetermined(vague));
     }
-    if fit.stop == crate::numerics::particle_swarm::Stop::Evaluations {
-        say(Grade::Caution, "the search used up its evaluations before it settled".to_owned());
+    if fit.stop == Stop::Evaluations {
+        add(Grade::Caution, Cause::Unfinished);
     }
     reasons.sort_by_key(|reason| std::cmp::Reverse(reason.grade));
-    let grade = reasons.first().map_or(Grade::Good, |r| r.grade);
-    let sentence = match (grade, reasons.first()) {
-        (Grade::Bad, Some(reason)) => format!("Not good enough to flash: {}.", reason.words),
-        (Grade::Caution, Some(reason)) => format!("Good enough to flash, with care: {}.", reason.words),
-        _ => format!("Good enough to flash: {error}, and nothing in the recordings speaks against it."),
-    };
-    FitVerdict { grade, sentence, reasons }
+    FitVerdict { grade: reasons.first().map_or(Grade::Good, |r| r.grade), error, reasons }
 }
 
 /// What of a residual comes back at the same deflection (angle of a joint log) and direction.

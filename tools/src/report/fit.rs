@@ -1,6 +1,7 @@
 //! The report of a fit: good enough to flash or not, and why.
 
 use super::figures::{self, Abscissa, symbol};
+use super::fit_words::worded;
 use super::number::{estimate, number};
 use super::page::{Page, Provenance, Section, Table, TableRow, Tone, Verdict};
 use super::plot::{Drawing, Role};
@@ -19,7 +20,7 @@ pub fn page(fit: &Fit, assessment: &Assessment, recordings: &[Recording], proven
     let unit = fit.model.torque_unit;
     Page {
         title: format!("Fit of {}", fit.model.name),
-        verdict: verdict(&assessment.verdict),
+        verdict: verdict(&assessment.verdict, unit),
         sections: [
             Some(if fit.model.elastic.is_some() { the_loop(&rows, fit, unit) } else { the_joint(&rows, fit, unit) }),
             Some(left_over(fit, assessment, &rows, unit)),
@@ -38,15 +39,16 @@ pub fn page(fit: &Fit, assessment: &Assessment, recordings: &[Recording], proven
 }
 
 /// A verdict as the head of a page.
-pub fn verdict(verdict: &FitVerdict) -> Verdict {
-    let tone = match verdict.grade {
+fn verdict(verdict: &FitVerdict, unit: TorqueUnit) -> Verdict {
+    let worded = worded(verdict, unit);
+    let tone = match worded.grade {
         Grade::Good => Tone::Good,
         Grade::Caution => Tone::Caution,
         Grade::Bad => Tone::Bad,
     };
     // The sentence holds the first reason.
-    let reasons = verdict.reasons.iter().skip(1).map(|reason| capitalised(&reason.words) + ".").collect();
-    Verdict { tone, sentence: verdict.sentence.clone(), reasons }
+    let reasons = worded.reasons.iter().skip(1).map(|reason| capitalised(&reason.words) + ".").collect();
+    Verdict { tone, sentence: worded.sentence, reasons }
 }
 
 fn capitalised(words: &str) -> String {

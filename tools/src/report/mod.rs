@@ -12,6 +12,7 @@ mod bins;
 pub mod diagnosis;
 pub mod figures;
 pub mod fit;
+pub mod fit_words;
 pub mod health;
 pub mod health_words;
 pub mod number;
