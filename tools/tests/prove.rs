@@ -21,7 +21,7 @@ fn answers_from_files_score_as_the_same_diagnosis_from_memory() {
     let fixed = gmhm_tools::prove::key::sha256(dir.read("direct.sha256").as_bytes());
     let told = done.stdout.find(&fixed).unwrap_or_else(|| panic!("{fixed} in {}", done.stdout));
     assert!(told < done.stdout.find("false alarms").unwrap(), "the keys are fixed before the diagnosis");
-    assert!(done.stdout.contains("a full run, --cases 1500 with 500 nulls, takes about"), "{}", done.stdout);
+    assert!(done.stdout.contains("a full run, --cases 1875 with 500 nulls, takes about"), "{}", done.stdout);
 
     dir.succeed(&format!("{common} --export cases"));
     assert_eq!(dir.read("direct.sha256"), dir.read("cases/keys.sha256"));
@@ -60,6 +60,19 @@ fn what_cannot_be_proved_is_refused() {
     let unknown = dir.gmhm("prove --only nulls");
     assert!(unknown.status == Some(2) && unknown.stderr.contains("real-noise"), "{}", unknown.stderr);
     dir.refuse("prove --only real-noise --recordings nowhere", &["nowhere", "--recordings"]);
+}
+
+#[test]
+fn a_joint_log_beside_a_simulation_is_exported_with_the_simulation() {
+    let dir = WorkDir::new();
+    dir.succeed("prove --only simulation --cases 2 --seed 7 --export cases");
+    for case in ["case_100000", "case_100002"] {
+        let header = dir.read(&format!("cases/{case}/recording_1.csv")).lines().next().unwrap_or_default().to_owned();
+        assert!(header.contains("torque_nm") && header.contains("torque_sim_nm"), "{header}");
+        let unseen = dir.read(&format!("cases/{case}/unseen_1.csv")).lines().next().unwrap_or_default().to_owned();
+        assert!(!unseen.contains("torque_nm") && unseen.contains("torque_sim_nm"), "{unseen}");
+        assert!(dir.read(&format!("cases/keys/{case}.toml")).contains("share = "));
+    }
 }
 
 #[test]

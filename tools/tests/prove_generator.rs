@@ -1,7 +1,8 @@
 //! The concealed cases: every kind can be hidden at the size asked for, from any seed, and the key is honest about it.
 
 use gmhm_tools::prove::generator::{CaseSpec, Colour, KINDS, OUTSIDE, PlantKind, case, fits_a_joint, real_residuals};
-use gmhm_tools::prove::key::{INDISTINGUISHABLE, Key, Role};
+use gmhm_tools::prove::key::{INDISTINGUISHABLE, Key, LARGE_SHARE, Role};
+use gmhm_tools::prove::mix;
 
 fn spec(plant_model: PlantKind, effects: &[(&str, f64)]) -> CaseSpec {
     CaseSpec {
@@ -11,6 +12,7 @@ fn spec(plant_model: PlantKind, effects: &[(&str, f64)]) -> CaseSpec {
         colour: Colour::Any,
         removed: Vec::new(),
         real: None,
+        loud: false,
     }
 }
 
@@ -133,4 +135,56 @@ fn the_true_base_model_predicts_a_null_through_the_core() {
         }
     }
     assert!(met >= 3);
+}
+
+fn rms(x: &[f64]) -> f64 {
+    let mean = x.iter().sum::<f64>() / x.len() as f64;
+    (x.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / x.len() as f64).sqrt()
+}
+
+fn loud_cases(block: &'static str, cases: usize) -> Vec<gmhm_tools::prove::generator::Case> {
+    mix::only(&[block], 5, cases, &[]).into_iter().map(|(index, spec)| case(index as u64, &spec)).collect()
+}
+
+#[test]
+fn a_simulation_leaves_out_what_its_key_says() {
+    for case in loud_cases("simulation", 8) {
+        assert!((2..=4).contains(&case.key.effects.len()), "{:?}", case.key.effects.len());
+        let (bare, noisy) = (&case.noise_free[0], &case.recordings[0]);
+        let simulated = bare.torque_sim_nm.as_ref().unwrap();
+        let left_out: Vec<f64> = bare.torque.as_ref().unwrap().iter().zip(simulated).map(|(t, s)| t - s).collect();
+        let noise: Vec<f64> =
+            noisy.torque.as_ref().unwrap().iter().zip(bare.torque.as_ref().unwrap()).map(|(a, b)| a - b).collect();
+        let loudness = rms(&left_out) / rms(&noise);
+        assert!((20.0..140.0).contains(&loudness), "{loudness}");
+        for effect in &case.key.effects {
+            let share = effect.share.unwrap();
+            assert!((share - effect.before_nm / rms(&left_out)).abs() < 1e-9);
+            assert_eq!(effect.visible, share >= LARGE_SHARE && effect.evidence >= INDISTINGUISHABLE);
+            assert!(effect.size_nm <= effect.before_nm);
+        }
+        // The second motion is another one, with a simulation of its own and what that leaves out.
+        let unseen = &case.unseen[0];
+        let simulated = unseen.recording.torque_sim_nm.as_ref().unwrap();
+        let left_out: Vec<f64> = unseen.torque_nm.iter().zip(simulated).map(|(t, s)| t - s).collect();
+        assert!((rms(&left_out) - unseen.base_leaves_nm).abs() < 1e-9);
+        assert_ne!(unseen.recording.theta_out_rad, bare.theta_out_rad);
+    }
+}
+
+#[test]
+fn loud_cases_cover_rates_plants_and_nulls() {
+    let cases = loud_cases("loud", 16);
+    let periods: Vec<f64> = cases.iter().map(|c| c.recordings[0].time_s[1] - c.recordings[0].time_s[0]).collect();
+    assert!(periods.iter().any(|p| *p >= 0.008) && periods.iter().any(|p| *p <= 0.001), "{periods:?}");
+    for plant in ["gmhm", "maxwell", "butterfly", "joint"] {
+        assert!(cases.iter().any(|c| c.key.plant_model == plant), "{plant}");
+    }
+    assert!(cases.iter().any(|c| c.key.effects.is_empty()));
+    for case in &cases {
+        for plant in case.key.effects.iter().filter(|e| e.role == Role::PlantModel) {
+            // The gear's own departure from the base is far from small.
+            assert!(plant.size_nm > 5.0 * case.key.noise_rms_nm, "{} {}", plant.kind, plant.size_nm);
+        }
+    }
 }

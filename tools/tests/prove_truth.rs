@@ -20,6 +20,7 @@ fn hidden(seed: u64, plant_model: PlantKind, kind: &str) -> Case {
         colour: Colour::Any,
         removed: Vec::new(),
         real: None,
+        loud: false,
     };
     case(seed, &spec)
 }

@@ -11,6 +11,9 @@ use crate::diagnose::diagnosis::ParameterValue;
 /// repeats: with λ the squared deviations of noise that it leaves unexplained, Φ(−√λ/2) > 0.01, so λ < 21.6.
 pub const INDISTINGUISHABLE: f64 = 21.6;
 
+/// From this share (rms) of all that a simulation leaves out, an effect counts as large, and has to be named.
+pub const LARGE_SHARE: f64 = 0.08;
+
 /// What a case holds. Written, and its hash published, before the detector sees the recording.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Key {
@@ -18,7 +21,7 @@ pub struct Key {
     pub block: String,
     /// The seed that remakes it.
     pub seed: u64,
-    /// `gmhm`, `maxwell` or `joint`.
+    /// `gmhm`, `maxwell`, `butterfly`, `joint` or `simulation`.
     #[serde(rename = "nature")]
     pub plant_model: String,
     /// The experiment.
@@ -64,6 +67,9 @@ pub struct HiddenEffect {
     pub size_nm: f64,
     /// Its rms before that refit, N·m.
     pub before_nm: f64,
+    /// Its rms over that of all that is left out together, where several loud effects are.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub share: Option<f64>,
     /// λ of the effect itself: squared deviations of noise that it leaves. Below [`INDISTINGUISHABLE`] nobody can see it.
     pub evidence: f64,
     /// Could anybody see it?

@@ -34,6 +34,9 @@ pub struct CaseScore {
     pub exact: bool,
     /// Visible hidden effects whose kind is in the class of an effect found.
     pub class_hits: usize,
+    /// Whether the plant model was named, where it is not the base model's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub plant_named: Option<bool>,
     /// For each of them: kinds in that class, and in the theoretical one.
     pub class_sizes: Vec<[usize; 2]>,
     /// Names given that stand for nothing hidden.
@@ -97,6 +100,8 @@ impl CaseScore {
                 self.parameters.extend(parameters(hidden, found));
             }
         }
+        let plant = key.effects.iter().find(|e| e.role == Role::PlantModel);
+        self.plant_named = plant.map(|n| pairs.iter().any(|(hidden, _)| std::ptr::eq(*hidden, n)));
         self.wrong_names = diagnosis
             .effects
             .iter()
@@ -127,6 +132,7 @@ impl CaseScore {
         let kinds = |visible: bool| key.hidden().filter(|e| e.visible == visible).map(|e| e.kind.clone()).collect();
         (self.hidden, self.invisible) = (kinds(true), kinds(false));
         self.listed = key.hidden().all(|e| e.listed);
+        self.plant_named = key.effects.iter().any(|e| e.role == Role::PlantModel).then_some(false);
     }
 
     /// Judges the prediction of the recordings that nobody saw, against the torque without noise.

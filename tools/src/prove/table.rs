@@ -65,6 +65,8 @@ pub struct BlockRow {
     pub exact: Rate,
     /// Visible effects of the library whose kind is in a class found.
     pub class_hits: Rate,
+    /// Plants other than the base model whose own nature was named.
+    pub plant_named: Rate,
     /// Kinds in those classes over kinds in the theoretical ones.
     pub class_size_ratio: Option<f64>,
     /// Names that stand for nothing hidden.
@@ -120,6 +122,7 @@ impl BlockRow {
             found: Rate::new(count(&|s| !s.hidden.is_empty() && s.mismatch), seen),
             exact: Rate::new(count(&|s| named(s) && s.exact), count(&named)),
             class_hits: Rate::new(hits, effects),
+            plant_named: Rate::new(count(&|s| s.plant_named == Some(true)), count(&|s| s.plant_named.is_some())),
             class_size_ratio: (sizes(1) > 0).then(|| sizes(0) as f64 / sizes(1) as f64),
             wrong_names: wrong,
             misnamed: Rate::new(count(&|s| !s.wrong_names.is_empty()), scores.len()),
@@ -270,6 +273,7 @@ impl Display for ProveReport {
                 ("mismatch seen", b.found.to_string()),
                 ("named exactly", b.exact.to_string()),
                 ("class hits", b.class_hits.to_string()),
+                ("plant model named", b.plant_named.to_string()),
                 ("class size over theory", number(b.class_size_ratio)),
                 ("wrong names", wrong),
                 ("cases misnamed", b.misnamed.to_string()),

@@ -1,17 +1,22 @@
 //! Concealed cases from a generator that shares nothing with the detector.
 
+mod arm;
 mod families;
 mod kinds;
 mod linear;
 mod motion;
 mod noise;
+mod odd;
+mod omitted;
 mod physics;
 mod plant_model;
 mod rng;
+mod simulated;
 mod truth;
 
 pub use kinds::{KINDS, OUTSIDE, coordinates, fits_a_joint};
 pub use noise::{Colour, real_residuals};
+pub use omitted::kinds as omitted_kinds;
 pub use rng::{Rng, case_seed};
 
 use kinds::Hidden;
@@ -31,8 +36,14 @@ pub enum PlantKind {
     Gmhm,
     /// A gear of Maxwell-slip sliders.
     Maxwell,
+    /// A gear of sliders whose torque grows with the load: its loop is a butterfly.
+    Butterfly,
     /// A joint log.
     Joint,
+    /// A joint log beside a rigid-body simulation.
+    Arm,
+    /// A joint log whose base has gravity and inertia only.
+    ArmTerms,
 }
 
 /// What a case is to hold; everything else is drawn from its seed.
@@ -42,7 +53,8 @@ pub struct CaseSpec {
     pub block: String,
     /// The plant model.
     pub plant_model: PlantKind,
-    /// Kinds to hide (of [`KINDS`] or [`OUTSIDE`]) and the rms each leaves, N·m. Empty for a null.
+    /// Kinds to hide (of [`KINDS`] or [`OUTSIDE`]) and the rms each leaves, N·m; on an arm, kinds of [`omitted_kinds`] and
+    /// each one's rms beside the others'. Empty for a null.
     pub effects: Vec<(String, f64)>,
     /// The colours that the noise may have.
     pub colour: Colour,
@@ -50,6 +62,8 @@ pub struct CaseSpec {
     pub removed: Vec<String>,
     /// Residual of a real recording, unit variance, to be used as noise.
     pub real: Option<Vec<f64>>,
+    /// Effects 30 to 100 times the noise, of shapes that are some percent off every textbook, at 0.1 to 5 kHz.
+    pub loud: bool,
 }
 
 /// A recording that the detector never sees, free of noise.
@@ -82,6 +96,11 @@ pub struct Case {
 
 /// How often a motion and its effects are drawn anew until the effects can be seen and have a sane size.
 const ATTEMPTS: u64 = 12;
+/// Least and largest rms of the noise beside loud effects, N·m.
+const LOUD_NOISE_NM: [f64; 2] = [0.01, 0.1];
+/// Rows of a loud case, at least and at most, and the time that it should last, s.
+const LOUD_ROWS: [f64; 2] = [3000.0, 20_000.0];
+const LOUD_SECONDS: f64 = 15.0;
 
 struct Draft {
     experiment: Experiment,
@@ -92,8 +111,16 @@ struct Draft {
 
 /// Makes the case of `seed`.
 pub fn case(seed: u64, spec: &CaseSpec) -> Case {
+    if matches!(spec.plant_model, PlantKind::Arm | PlantKind::ArmTerms) {
+        return simulated::case(seed, spec);
+    }
     let rng = Rng::new(seed);
     let mut noise = Noise::draw(&mut rng.stream(1), spec.colour);
+    if spec.loud && spec.plant_model == PlantKind::Gmhm && !spec.effects.is_empty() {
+        let all_nm = spec.effects.iter().map(|e| e.1 * e.1).sum::<f64>().sqrt();
+        noise.rms_nm = (all_nm / rng.stream(5).log_uniform(30.0, 100.0)).clamp(LOUD_NOISE_NM[0], LOUD_NOISE_NM[1]);
+        noise.torque_step_nm = noise.torque_step_nm.min(noise.rms_nm);
+    }
     if let Some(real) = &spec.real {
         noise = Noise { name: "real".to_owned(), real: Some(real.clone()), torque_step_nm: 0.0, ..noise };
     }
@@ -117,12 +144,15 @@ fn draft(rng: &Rng, attempt: u64, spec: &CaseSpec) -> Option<Draft> {
     let kind = motion_for(&mut choose, spec.plant_model, &names);
     let plant_model = match spec.plant_model {
         PlantKind::Joint => PlantModel::Joint(Joint::draw(&mut choose)),
-        other => PlantModel::Bench(Gear::draw(&mut choose, other == PlantKind::Maxwell)),
+        other => PlantModel::Bench(Gear::draw(&mut choose, other, spec.loud)),
     };
     let rated = if let PlantModel::Bench(gear) = &plant_model { gear.rated } else { 1.0 };
     let slow = names.iter().any(|k| kinds::slow(k));
     let mut plan = Plan::draw(&mut choose, kind, rated, slow);
     names.iter().for_each(|k| kinds::prepare(k, &mut choose, &mut plan));
+    if spec.loud && !slow {
+        plan.period_s = choose.pick(&[0.01, 0.004, 0.002, 0.001, 0.001, 0.0005, 0.0002]);
+    }
     let side = match kind {
         MotionKind::Joint => TorqueSide::Motor,
         k if k.turns() && choose.chance(0.3) => TorqueSide::Motor,
@@ -133,18 +163,25 @@ fn draft(rng: &Rng, attempt: u64, spec: &CaseSpec) -> Option<Draft> {
     let extra = (kind != MotionKind::Joint && wanted && !bare).then(|| {
         [choose.uniform(0.5, 3.0), plan.speed * choose.uniform(0.02, 0.05), choose.uniform(0.1, 0.5) / plan.speed]
     });
-    let rows = if slow { 5000 } else { choose.pick(&[3000, 4000, 5000]) };
+    let rows = match spec.loud {
+        true if !slow => (LOUD_SECONDS / plan.period_s).clamp(LOUD_ROWS[0], LOUD_ROWS[1]) as usize,
+        _ if slow => 5000,
+        _ => choose.pick(&[3000, 4000, 5000]),
+    };
     let recordings = if choose.chance(0.15) { 2 } else { 1 };
     let motions = (0..recordings).map(|i| plan.motion(&mut rng.stream(200 + 8 * attempt + i), rows, false)).collect();
     let experiment = Experiment { plant_model, plan, side, extra, motions };
     let world = experiment.truth(&[]).swap_remove(0).world;
-    let hidden: Vec<Hidden> = names.iter().map(|k| kinds::draw(k, &mut choose, &world)).collect();
+    let mut hidden: Vec<Hidden> = names.iter().map(|k| kinds::draw(k, &mut choose, &world)).collect();
+    if spec.loud {
+        hidden.iter_mut().for_each(|h| odd::bend(h, &mut choose, &world));
+    }
     let (mut scales, mut before) = (Vec::new(), Vec::new());
     for (hidden, (_, size_nm)) in hidden.iter().zip(&spec.effects) {
         let (scale, rms_nm) = experiment.scale(hidden, *size_nm)?;
-        // An effect larger than a sixth of the rated torque would be no secret.
+        // An effect larger than a sixth of the rated torque would be no secret, unless it is meant to be loud.
         let rated_nm = rms(&world.base);
-        if rms_nm > 0.17 * rated_nm.max(5.0) {
+        if rms_nm > if spec.loud { 0.6 } else { 0.17 } * rated_nm.max(5.0) {
             return None;
         }
         scales.push(scale);
@@ -183,9 +220,11 @@ fn record(seed: u64, rng: &Rng, spec: &CaseSpec, noise: &Noise, draft: &Draft) -
     let (base, handed) = handed(&mut rng.stream(3), experiment, &effects, noise, spec.plant_model);
     let mut entries: Vec<HiddenEffect> = (0..effects.len())
         .map(|i| {
-            let leaves = experiment.unexplained(&effects, i, &realised);
+            let leaves = experiment.unexplained(&effects, i, &realised, !spec.loud);
             let (hidden, size) = (&draft.hidden[i], spec.effects[i].1);
-            entry(hidden, draft.scales[i], size, draft.before[i], leaves, &spec.removed)
+            let entry = entry(hidden, draft.scales[i], size, draft.before[i], leaves, &spec.removed);
+            let share = spec.loud.then(|| size / experiment.leaves(&effects));
+            HiddenEffect { share, ..entry }
         })
         .collect();
     entries.extend(nature_entry(experiment, noise));
@@ -290,7 +329,7 @@ fn handed(
 ) -> (Model, &'static str) {
     let refitted = experiment.refitted(effects);
     let how = match rng.uniform(0.0, 1.0) {
-        _ if plant_model == PlantKind::Maxwell => "refitted",
+        _ if matches!(plant_model, PlantKind::Maxwell | PlantKind::Butterfly) => "refitted",
         x if x < 0.4 => "refitted",
         x if x < 0.8 => "perturbed",
         _ => "true",
@@ -342,6 +381,7 @@ fn entry(
         shape: hidden.shape.clone(),
         size_nm,
         before_nm,
+        share: None,
         evidence,
         visible: evidence >= INDISTINGUISHABLE,
         coordinates: coordinates(&hidden.kind).iter().map(|c| (*c).to_owned()).collect(),
@@ -354,24 +394,27 @@ fn entry(
 
 /// A Maxwell-slip gear's own departure from the base model.
 fn nature_entry(experiment: &Experiment, noise: &Noise) -> Option<HiddenEffect> {
-    let PlantModel::Bench(Gear { hysteresis: Hysteresis::MaxwellSlip { radius, .. }, .. }) = &experiment.plant_model
+    let PlantModel::Bench(Gear { hysteresis: Hysteresis::MaxwellSlip { radius, load, .. }, .. }) =
+        &experiment.plant_model
     else {
         return None;
     };
+    let kind = if *load == [0.0; 2] { "nonlocal_memory" } else { "load_dependent_memory" };
     let truths = experiment.truth(&[]);
     let torque: Vec<f64> = truths.iter().flat_map(|t| t.torque.iter().copied()).collect();
     let size_nm = rms(&linear::residual(&experiment.base_columns(&truths, true), &torque));
     Some(HiddenEffect {
-        kind: "nonlocal_memory".to_owned(),
+        kind: kind.to_owned(),
         listed: true,
         role: Role::PlantModel,
         shape: format!("{} sliders", radius.len()),
         size_nm,
         before_nm: size_nm,
+        share: None,
         evidence: torque.len() as f64 * (size_nm / noise.rms_nm).powi(2),
         visible: true,
-        coordinates: coordinates("nonlocal_memory").iter().map(|c| (*c).to_owned()).collect(),
-        class: vec!["nonlocal_memory".to_owned()],
+        coordinates: coordinates(kind).iter().map(|c| (*c).to_owned()).collect(),
+        class: vec![kind.to_owned()],
         unexplained: Default::default(),
         parameters: Default::default(),
         pieces: Vec::new(),

@@ -3,8 +3,9 @@
 //! The hysteresis is a Preisach memory kept as the profile of a continuum of play operators, exact for any path: another
 //! route to the same loop than turning points, and no code in common with them.
 
+use super::PlantKind;
+use super::rng::Rng;
 use crate::model::{GearSection, Model, Term, TermValue, TorqueSide};
-use crate::prove::generator::rng::Rng;
 
 /// The profile r ↦ play_r\[θ\] for 0 ≤ r ≤ `radius_max`, piecewise linear between its corners.
 #[derive(Debug, Clone)]
@@ -62,8 +63,10 @@ pub enum Hysteresis {
     MaxwellSlip {
         /// Slip radii, rad.
         radius: Vec<f64>,
-        /// Stiffnesses, N·m/rad.
+        /// Stiffnesses at θ = ±A, N·m/rad.
         stiffness: Vec<f64>,
+        /// λ1 and λ2 of the factor 1 − λ1 − λ2 + λ1·abs(θ/A) + λ2·(θ/A)²; zeros where the load does nothing.
+        load: [f64; 2],
     },
 }
 
@@ -80,7 +83,7 @@ pub struct Gear {
 
 impl Gear {
     /// A gear near those of catalogues: 15–60 N·m at 0.6–2 mrad, loop width and waist as drawn.
-    pub fn draw(rng: &mut Rng, maxwell: bool) -> Self {
+    pub fn draw(rng: &mut Rng, kind: PlantKind, loud: bool) -> Self {
         let rated = rng.uniform(0.6e-3, 2.0e-3);
         let torque = rng.log_uniform(15.0, 60.0);
         let (cubic, quintic) = (rng.uniform(0.02, 0.15), rng.uniform(-0.03, 0.03));
@@ -88,14 +91,25 @@ impl Gear {
         let k = torque / rated;
         let elastic = [k * linear, k * cubic / rated.powi(2), k * quintic / rated.powi(4)];
         let width = rng.uniform(0.03, 0.12);
-        let hysteresis = if maxwell {
-            let count = rng.pick(&[5_usize, 7, 9]);
+        let hysteresis = if matches!(kind, PlantKind::Maxwell | PlantKind::Butterfly) {
+            let count = if loud { 24 } else { rng.pick(&[5_usize, 9, 24, 24]) };
+            let many = count == 24;
             let radius: Vec<f64> = (0..count)
-                .map(|i| rated * 0.9 * ((i as f64 + rng.uniform(0.6, 1.0)) / count as f64).powf(1.6))
+                .map(|i| {
+                    let place = (i as f64 + rng.uniform(0.6, 1.0)) / count as f64;
+                    // Slip from the first hundredth of the deflection on makes corners that no uniform density has.
+                    rated * if many { 0.4 * 0.01_f64.powf(1.0 - place) } else { 0.9 * place.powf(1.6) }
+                })
                 .collect();
             let weight: Vec<f64> = (0..count).map(|_| rng.uniform(0.3, 1.0)).collect();
             let spread: f64 = radius.iter().zip(&weight).map(|(r, w)| r * w).sum();
-            Hysteresis::MaxwellSlip { stiffness: weight.iter().map(|w| w * width * torque / spread).collect(), radius }
+            let width = if many { rng.uniform(0.2, 0.45) } else { width };
+            let load = match kind {
+                PlantKind::Butterfly => [rng.uniform(0.0, 0.4), rng.uniform(0.3, 0.6)],
+                _ => [0.0; 2],
+            };
+            let stiffness = weight.iter().map(|w| w * width * torque / spread).collect();
+            Hysteresis::MaxwellSlip { stiffness, radius, load }
         } else {
             Hysteresis::Uniform { h: width * k, e: rng.uniform(0.0, 0.2) * k }
         };
@@ -129,10 +143,13 @@ impl Gear {
         }
         let mut torque: Vec<f64> =
             (0..path.len()).map(|i| columns.iter().zip(weights).map(|(c, w)| w * c[i]).sum()).collect();
-        if let Hysteresis::MaxwellSlip { radius, stiffness } = &self.hysteresis {
+        if let Hysteresis::MaxwellSlip { radius, stiffness, load: [linear, square] } = &self.hysteresis {
             for (&r, &k) in radius.iter().zip(stiffness) {
                 let slip = stop(r, history, path);
-                torque.iter_mut().zip(&slip).for_each(|(t, s)| *t += k * s);
+                torque.iter_mut().zip(path.iter().zip(&slip)).for_each(|(t, (x, s))| {
+                    let u = (x / self.rated).abs();
+                    *t += k * (1.0 - linear - square + linear * u + square * u * u) * s;
+                });
             }
         }
         torque

@@ -118,6 +118,13 @@ impl Experiment {
         rms(&Span::new(&self.base_columns(&truths, true)).residual(&joined(&truths)))
     }
 
+    /// The rms that the refitted base model leaves of the whole torque, N·m: `effects`, and a gear of another nature.
+    pub fn leaves(&self, effects: &[Scaled]) -> f64 {
+        let truths = self.truth(effects);
+        let torque: Vec<f64> = truths.iter().flat_map(|t| t.torque.iter().copied()).collect();
+        rms(&Span::new(&self.base_columns(&truths, true)).residual(&torque))
+    }
+
     /// The factor on `hidden`'s weights that makes it leave `size_nm`, with the rms it has before the refit; nothing
     /// where the base model swallows it, or no factor does.
     pub fn scale(&self, hidden: &Hidden, size_nm: f64) -> Option<(f64, f64)> {
@@ -150,8 +157,14 @@ impl Experiment {
     /// [`BASE`], what the base model alone leaves; under [`OWN`], what first-order columns of the truth itself leave. The other effects are taken as known.
     ///
     /// Families with more than one free parameter beyond the truth's are not tried: a model that can be anything
-    /// explains everything.
-    pub fn unexplained(&self, effects: &[Scaled], target: usize, noise: &[Vec<f64>]) -> BTreeMap<String, f64> {
+    /// explains everything. Without `families`, of the base and the truth only.
+    pub fn unexplained(
+        &self,
+        effects: &[Scaled],
+        target: usize,
+        noise: &[Vec<f64>],
+        families: bool,
+    ) -> BTreeMap<String, f64> {
         let whiteners: Vec<Whitener> = noise.iter().map(|n| Whitener::fit(n, 12)).collect();
         let whiten = |x: &[f64]| -> Vec<f64> {
             let mut from = 0;
@@ -175,7 +188,7 @@ impl Experiment {
         let base_nm = rms(&truths.iter().flat_map(|t| t.torque.iter().copied()).collect::<Vec<f64>>());
         let mut least = BTreeMap::from([(BASE.to_owned(), energy)]);
         let allowed = parameters(&hidden.pieces) + 1;
-        let mut tried = families::all(&truths[0].world, &orders(&hidden.pieces));
+        let mut tried = if families { families::all(&truths[0].world, &orders(&hidden.pieces)) } else { Vec::new() };
         tried.retain(|f| f.kind == hidden.kind || f.pieces.len() + f.tuned <= allowed);
         // The truth's own pieces: what they leave is only what a first-order column cannot follow.
         let own: Vec<Piece> = hidden.pieces.iter().map(|(p, _)| p.clone()).collect();
