@@ -16,6 +16,7 @@ use crate::model::ModelError;
 use crate::output::OutputError;
 use crate::physics::PredictError;
 use crate::physics::invert::InvertError;
+use crate::prove::real::RealError;
 use crate::recording::{CopyError, RecordingError};
 use crate::regression::error::DatasetError;
 use crate::regression::error::EstimateError;
@@ -68,6 +69,15 @@ pub enum Failure {
         /// The folder that was looked into.
         folder: PathBuf,
     },
+    /// A real recording that is known and cannot be read.
+    #[error(transparent)]
+    RealRecording(#[from] RealError),
+    /// A folder without any real recording that is known.
+    #[error("{}: holds none of the real recordings whose answers are known", folder.display())]
+    NoRealRecordings {
+        /// The folder that was looked into.
+        folder: PathBuf,
+    },
     /// No block got into a drive.
     #[error(transparent)]
     Device(#[from] DeviceError),
@@ -95,7 +105,14 @@ impl Failure {
             Failure::NoRealNoise { .. } => {
                 Some("name their folder with --recordings FOLDER, or prove other blocks".to_owned())
             }
-            Failure::Bench(_) | Failure::Copy(_) | Failure::Discover(_) | Failure::System(_) => None,
+            Failure::NoRealRecordings { .. } => {
+                Some("name the folder that holds them with --real FOLDER; docs/proof.md lists their files".to_owned())
+            }
+            Failure::Bench(_)
+            | Failure::RealRecording(_)
+            | Failure::Copy(_)
+            | Failure::Discover(_)
+            | Failure::System(_) => None,
         }
     }
 

@@ -1,6 +1,6 @@
 //! `gmhm prove`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::Args;
@@ -13,6 +13,7 @@ use super::progress::Progress;
 use crate::output::Outputs;
 use crate::prove::Diagnostician;
 use crate::prove::mix::{self, BLOCKS};
+use crate::prove::real::{self, Part, RealReport, Split};
 use crate::prove::{FULL_CASES, QUICK_CASES, Sealed, answers, export, generator};
 
 /// Prove the diagnosis on recordings whose missing physics only a key knows
@@ -28,6 +29,7 @@ use crate::prove::{FULL_CASES, QUICK_CASES, Sealed, answers, export, generator};
   gmhm prove --only left-out --cases 22                 every kind once, taken out of the library
   gmhm prove --only simulation --cases 12               torque beside a rigid-body simulation
   gmhm prove --seed 7 --cases 150 --export cases        the same cases for another program
+  gmhm prove --real recordings --split development      known answers of real recordings
   gmhm prove --seed 7 --cases 150 --answers answers     the score of what that program said")]
 pub struct ProveArgs {
     /// Number of cases
@@ -51,6 +53,15 @@ pub struct ProveArgs {
     /// Score the answers of another program: case_0007.json as diagnose --json writes it, case_0007_unseen_1.csv as predict writes it
     #[arg(long, value_name = "FOLDER")]
     answers: Option<PathBuf>,
+    /// Ask about real recordings in this folder instead of synthetic cases: what is known of each is kept with this program
+    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["cases", "only", "keys", "recordings", "export", "answers", "seed"])]
+    real: Option<PathBuf>,
+    /// Only machines of one half: the diagnosis is developed with development, heldout is reported
+    #[arg(long, value_name = "HALF", requires = "real", value_parser = half)]
+    split: Option<Split>,
+    /// What is asked of real recordings: answers that are known, terms dropped from a textbook base, effects added
+    #[arg(long, value_name = "PART,...", requires = "real", value_delimiter = ',', value_parser = part)]
+    ask: Vec<Part>,
     #[command(flatten)]
     seed: SeedArgs,
 }
@@ -59,6 +70,9 @@ impl ProveArgs {
     pub(super) fn run(&self, session: &Session) -> Result<(), Failure> {
         for output in [self.json.as_ref(), self.keys.as_ref()].into_iter().flatten() {
             Outputs::check(output)?;
+        }
+        if let Some(folder) = &self.real {
+            return self.ask_real(folder, session);
         }
         let seed = self.seed.seed;
         let blocks = if self.only.is_empty() { &BLOCKS } else { &self.only[..] };
@@ -106,12 +120,41 @@ impl ProveArgs {
         }
         Ok(())
     }
+
+    fn ask_real(&self, folder: &Path, session: &Session) -> Result<(), Failure> {
+        let parts = if self.ask.is_empty() { &Part::ALL[..] } else { &self.ask };
+        let (questions, missing) = real::questions(folder, self.split, parts)?;
+        if questions.is_empty() {
+            return Err(Failure::NoRealRecordings { folder: folder.to_owned() });
+        }
+        let progress = Progress::new("Asking", questions.len() as u64, session.quiet);
+        let scores = real::run(&questions, &Diagnostician, &|done| progress.at(done as u64));
+        drop(progress);
+        let report = RealReport::new(scores, missing);
+        if let Some(path) = &self.json {
+            write(path, &json(&report)?)?;
+        }
+        say(format_args!("{report}"))
+    }
 }
 
-fn write(path: &std::path::Path, text: &str) -> Result<(), Failure> {
+fn write(path: &Path, text: &str) -> Result<(), Failure> {
     let mut outputs = Outputs::new();
     outputs.add_text(path, text)?;
     Ok(outputs.commit()?)
+}
+
+fn half(text: &str) -> Result<Split, String> {
+    match text {
+        "development" => Ok(Split::Development),
+        "heldout" => Ok(Split::Heldout),
+        _ => Err("must be development or heldout".to_owned()),
+    }
+}
+
+fn part(text: &str) -> Result<Part, String> {
+    let known = Part::ALL.map(Part::name).join(", ");
+    Part::ALL.into_iter().find(|p| p.name() == text).ok_or_else(|| format!("must be one of {known}"))
 }
 
 fn at_least_one(text: &str) -> Result<usize, String> {

@@ -31,6 +31,7 @@ pub mod export;
 pub mod generator;
 pub mod key;
 pub mod mix;
+pub mod real;
 pub mod score;
 mod sealed;
 pub mod table;

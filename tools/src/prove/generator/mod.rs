@@ -19,10 +19,12 @@ pub use noise::{Colour, real_residuals};
 pub use omitted::kinds as omitted_kinds;
 pub use rng::{Rng, case_seed};
 
+pub(in crate::prove) use plant_model::{Gear, Hysteresis, PlantModel, stop};
+
 use kinds::Hidden;
 use motion::{MotionKind, Plan};
 use noise::{Noise, quantise, rms};
-use plant_model::{Gear, Hysteresis, Joint, PlantModel};
+use plant_model::Joint;
 use truth::{Experiment, Scaled, Truth};
 
 use super::key::{HiddenEffect, INDISTINGUISHABLE, Key, Role};

@@ -1,0 +1,342 @@
+//! Questions about one real recording: what does the base lack?
+
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::entry::{Entry, KnownAnswer, RealError, Split};
+use super::report::RealScore;
+use super::textbook::{Channels, Fit};
+use crate::diagnose::diagnosis::{Diagnosis, UNKNOWN};
+use crate::model::{GearSection, Model, Term, TermValue};
+use crate::prove::generator::{PlantModel, Rng};
+use crate::prove::key::sha256;
+use crate::recording::Recording;
+
+/// A dropped term is asked for if it makes the squared error of the others so much larger.
+const WORTH_ASKING: f64 = 0.2;
+/// An added effect that textbook terms take less than this of the squared error by is not asked for.
+const VISIBLE_SHARE: f64 = 0.03;
+/// Rms of an added effect over that of the torque.
+const ADDED: [f64; 3] = [0.01, 0.03, 0.10];
+/// Kinds that can stand in a base as terms.
+const TERMS: [&str; 5] = ["gravity_load", "inertia", "coulomb_friction", "viscous_friction", "torque_ripple"];
+
+/// What kind of question.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Part {
+    /// The base lacks what is known of the recording.
+    Answers,
+    /// One term of the full textbook base is dropped.
+    Dropped,
+    /// An effect is added to the torque.
+    Added,
+}
+
+impl Part {
+    /// Every part, in the order of the report.
+    pub const ALL: [Self; 3] = [Self::Answers, Self::Dropped, Self::Added];
+
+    /// Its name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Answers => "answers",
+            Self::Dropped => "dropped",
+            Self::Added => "added",
+        }
+    }
+}
+
+/// One recording, a base, and what has to be named.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Question {
+    /// What kind of question.
+    pub part: Part,
+    /// The recording's file.
+    pub file: String,
+    /// The machine.
+    pub machine: String,
+    /// The half that the machine is in.
+    pub split: Split,
+    /// What was dropped or added, in words; empty for answers.
+    pub detail: String,
+    /// What the detector sees.
+    pub recording: Recording,
+    /// The base handed over.
+    pub base: Model,
+    /// What has to be named: one of each.
+    pub asked: Vec<Vec<String>>,
+    /// Kinds that are no wrong names.
+    pub may_also: Vec<String>,
+    /// Error of the base by plain least squares, held out, in the unit of the recording.
+    pub base_error: f64,
+    /// The same with the true textbook terms.
+    pub textbook_error: f64,
+}
+
+/// All questions of `parts` about `entry`.
+///
+/// # Errors
+/// The recording cannot be read.
+pub fn of(entry: &Entry, folder: &Path, parts: &[Part]) -> Result<Vec<Question>, RealError> {
+    let recording = entry.read(folder)?;
+    let subject = Subject { entry, channels: Channels::of(&recording), recording };
+    let mut questions = Vec::new();
+    for part in parts {
+        match part {
+            Part::Answers => questions.push(subject.answers()),
+            Part::Dropped => questions.extend(subject.dropped()),
+            Part::Added => questions.extend(subject.added()),
+        }
+    }
+    Ok(questions)
+}
+
+struct Subject<'a> {
+    entry: &'a Entry,
+    channels: Channels,
+    recording: Recording,
+}
+
+/// A kind of a base, with the orders of a ripple.
+type Kind = (String, Vec<f64>);
+
+impl Subject<'_> {
+    /// The torque to be explained by terms.
+    fn torque(&self, recording: &Recording) -> Vec<f64> {
+        let torque = recording.torque.clone().unwrap_or_default();
+        match &recording.torque_sim_nm {
+            Some(simulated) => torque.iter().zip(simulated).map(|(t, s)| t - s).collect(),
+            None => torque,
+        }
+    }
+
+    /// A textbook fit with `kinds`, and the shape chosen for each.
+    fn fit(&self, torque: &[f64], kinds: &[Kind]) -> (Fit, Vec<Option<usize>>) {
+        let mut fit = Fit::new(torque);
+        let chosen = kinds.iter().map(|(kind, orders)| fit.add(&self.channels.shapes(kind, orders))).collect();
+        (fit, chosen)
+    }
+
+    fn kinds(names: &[String]) -> Vec<Kind> {
+        names.iter().filter(|n| *n != super::entry::SIMULATION).map(|n| (n.clone(), Vec::new())).collect()
+    }
+
+    fn base(&self) -> Vec<Kind> {
+        Self::kinds(&self.entry.base)
+    }
+
+    fn true_kinds(&self) -> Vec<Kind> {
+        self.entry.answer.iter().map(|a: &KnownAnswer| (a.kinds[0].clone(), a.orders.clone())).collect()
+    }
+
+    /// The base and every answer that can stand in one as a term.
+    fn full(&self) -> Vec<Kind> {
+        let mut full = self.base();
+        if !self.entry.simulated() && !self.entry.gear() {
+            let answers = self.true_kinds().into_iter().filter(|(k, _)| TERMS.contains(&k.as_str()));
+            full.extend(answers.filter(|(k, _)| !self.entry.base.contains(k)));
+        }
+        full
+    }
+
+    fn question(
+        &self,
+        part: Part,
+        recording: Recording,
+        base: &[Kind],
+        truth: &[Kind],
+        asked: Vec<Vec<String>>,
+    ) -> Question {
+        let torque = self.torque(&recording);
+        let (fit, chosen) = self.fit(&torque, base);
+        let model = self.model(base, &fit.weights(), &chosen);
+        let (with, _) = self.fit(&torque, &[base, truth].concat());
+        Question {
+            part,
+            file: self.entry.file.clone(),
+            machine: self.entry.machine.clone(),
+            split: self.entry.split,
+            detail: String::new(),
+            recording,
+            base: model,
+            asked,
+            may_also: self.entry.may_also.clone(),
+            base_error: fit.error(),
+            textbook_error: with.error(),
+        }
+    }
+
+    fn answers(&self) -> Question {
+        let asked = self.entry.answer.iter().map(|a| a.kinds.clone()).collect();
+        self.question(Part::Answers, self.recording.clone(), &self.base(), &self.true_kinds(), asked)
+    }
+
+    fn dropped(&self) -> Vec<Question> {
+        let full = self.full();
+        let only_answer = |kind: &Kind| self.entry.answer.len() == 1 && self.entry.answer[0].kinds.contains(&kind.0);
+        if full.iter().any(|(k, _)| !TERMS.contains(&k.as_str())) {
+            return Vec::new();
+        }
+        full.iter()
+            .filter(|kind| !only_answer(kind))
+            .filter_map(|dropped| {
+                let rest: Vec<Kind> = full.iter().filter(|k| *k != dropped).cloned().collect();
+                let asked = vec![vec![dropped.0.clone()]];
+                let question =
+                    self.question(Part::Dropped, self.recording.clone(), &rest, std::slice::from_ref(dropped), asked);
+                let worth = (question.base_error / question.textbook_error).powi(2) - 1.0;
+                (worth >= WORTH_ASKING).then(|| Question { detail: format!("without {}", dropped.0), ..question })
+            })
+            .collect()
+    }
+
+    fn added(&self) -> Vec<Question> {
+        let digest = sha256(self.entry.file.as_bytes());
+        let seed = u64::from_str_radix(&digest[..16], 16).unwrap_or(0);
+        let Some((kind, unit)) = self.addition(&mut Rng::new(seed)) else { return Vec::new() };
+        let full = self.full();
+        let torque = self.recording.torque.clone().unwrap_or_default();
+        let size = crate::prove::generator::deviation(&torque);
+        let norm = crate::prove::generator::deviation(&unit).max(1e-12);
+        // The answers that the base does not hold are still there to be named.
+        let known: Vec<String> = self.entry.answer.iter().flat_map(|a| a.kinds.clone()).collect();
+        ADDED
+            .iter()
+            .filter_map(|share| {
+                let added = torque.iter().zip(&unit).map(|(t, u)| t + share * size / norm * u).collect();
+                let recording = Recording { torque: Some(added), ..self.recording.clone() };
+                let asked = vec![vec![kind.0.clone()]];
+                let question = self.question(Part::Added, recording, &full, std::slice::from_ref(&kind), asked);
+                let visible = 1.0 - (question.textbook_error / question.base_error).powi(2) >= VISIBLE_SHARE;
+                let may_also = [&question.may_also[..], &known[..]].concat();
+                let detail = format!("{} of {} % of the torque", kind.0, 100.0 * share);
+                visible.then_some(Question { detail, may_also, ..question })
+            })
+            .collect()
+    }
+
+    /// A kind that neither the base nor the answers hold, and its torque along the recording, of any size.
+    fn addition(&self, rng: &mut Rng) -> Option<(Kind, Vec<f64>)> {
+        if self.entry.gear() {
+            return Some((("sensor_drift".to_owned(), Vec::new()), self.recording.time_s.clone()));
+        }
+        let angle = self.recording.theta_out_rad.as_ref()?;
+        let (low, high) = angle.iter().fold((f64::MAX, f64::MIN), |(a, b), q| (a.min(*q), b.max(*q)));
+        let has = |kind: &str| {
+            let answered = self.entry.answer.iter().any(|a| a.kinds.iter().any(|k| k == kind));
+            answered || self.entry.base.iter().any(|b| b == kind)
+        };
+        let friction = self.channels.shapes("position_dependent_friction", &[]);
+        if high - low > 1.0 && rng.chance(0.5) && !friction.is_empty() {
+            let (cos, sin) = (&friction[0][0], &friction[0][1]);
+            let phase = rng.phase();
+            let torque = cos.iter().zip(sin).map(|(c, s)| phase.cos() * c + phase.sin() * s).collect();
+            return Some((("position_dependent_friction".to_owned(), Vec::new()), torque));
+        }
+        if has("torque_ripple") {
+            return None;
+        }
+        // Six periods over the range, or a whole order above.
+        let order = (6.0 * std::f64::consts::TAU / (high - low)).ceil().max(7.0);
+        let phase = rng.phase();
+        let torque = angle.iter().map(|q| (order * q + phase).sin()).collect();
+        Some((("torque_ripple".to_owned(), vec![order]), torque))
+    }
+
+    /// The model file of a base with these textbook weights, the constant's first.
+    fn model(&self, base: &[Kind], weights: &[f64], chosen: &[Option<usize>]) -> Model {
+        let (ratio, side) = (self.entry.ratio, self.entry.side());
+        if self.entry.gear()
+            && let Some(gear) = self.channels.gear()
+        {
+            return PlantModel::Bench(gear).model(&weights[1..], None, ratio.unwrap_or(1.0), side, 0.0);
+        }
+        let sigma = if self.entry.torque_side == "output" { -1.0 } else { 1.0 };
+        let mut left = &weights[1..];
+        let mut terms = Vec::new();
+        for ((kind, orders), chosen) in base.iter().zip(chosen) {
+            let Some(chosen) = chosen else { continue };
+            let count = if kind == "gravity_load" { 2 } else { 2 * orders.len() }.max(1);
+            let (own, rest) = left.split_at(count);
+            left = rest;
+            // A friction or an inertia of the wrong sign is none; it starts from next to nothing.
+            let positive = (sigma * own[0]).max(1e-3 * own[0].abs()).max(1e-9);
+            let number = |key: &str, x: f64| (key.to_owned(), TermValue::Number(x));
+            let list = |key: &str, x: Vec<f64>| (key.to_owned(), TermValue::List(x));
+            let ratio = ratio.unwrap_or(1.0);
+            let values = match kind.as_str() {
+                "gravity_load" => vec![number("cos_nm", own[0]), number("sin_nm", own[1])],
+                "inertia" => vec![number("inertia_kgm2", positive)],
+                "coulomb_friction" => {
+                    let smoothing = self.channels.smoothing(*chosen);
+                    vec![number("torque_nm", positive), number("smoothing_rad_per_s", smoothing)]
+                }
+                "viscous_friction" => vec![number("damping_nms_per_rad", positive)],
+                _ => vec![
+                    list("orders", orders.iter().map(|k| k / ratio).collect()),
+                    list("cos_nm", own.iter().copied().step_by(2).collect()),
+                    list("sin_nm", own.iter().copied().skip(1).step_by(2).collect()),
+                ],
+            };
+            terms.push(Term { kind: kind.clone(), values: values.into_iter().collect() });
+        }
+        Model {
+            name: self.entry.file.clone(),
+            torque_unit: self.recording.torque_unit,
+            gear: GearSection { ratio, torque_side: side, ..GearSection::default() },
+            terms,
+            ..Model::default()
+        }
+    }
+}
+
+impl Question {
+    /// The share of the base's squared error, held out, that the true textbook terms take.
+    pub fn textbook_share(&self) -> f64 {
+        1.0 - (self.textbook_error / self.base_error).powi(2)
+    }
+
+    /// Scores an answer.
+    pub fn score(&self, answer: Result<Diagnosis, String>) -> RealScore {
+        let mut score = RealScore {
+            part: self.part,
+            file: self.file.clone(),
+            machine: self.machine.clone(),
+            split: self.split,
+            detail: self.detail.clone(),
+            asked: self.asked.iter().map(|kinds| kinds.join(" or ")).collect(),
+            base_error: self.base_error,
+            textbook_error: self.textbook_error,
+            ..RealScore::default()
+        };
+        let diagnosis = match answer {
+            Ok(diagnosis) => diagnosis,
+            Err(why) => {
+                score.missed = score.asked.clone();
+                score.failed = Some(why);
+                return score;
+            }
+        };
+        let found = &diagnosis.effects;
+        let stands_for = |kinds: &[String]| found.iter().any(|e| e.class().any(|k| kinds.iter().any(|a| a == k)));
+        score.missed = self.asked.iter().filter(|kinds| !stands_for(kinds)).map(|kinds| kinds.join(" or ")).collect();
+        score.named = found.iter().map(|e| e.name.clone()).collect();
+        let right = |name: &String| self.asked.iter().flatten().chain(&self.may_also).any(|k| k == name);
+        score.wrong_names = score.named.iter().filter(|n| *n != UNKNOWN && !right(n)).cloned().collect();
+        score.mismatch = diagnosis.mismatch;
+        let rms = &diagnosis.heldout.rms;
+        score.refitted = Some(rms.refitted);
+        score.extended = Some(rms.extended);
+        if self.textbook_share() > 0.02 && rms.refitted > 0.0 {
+            score.taken = Some((1.0 - (rms.extended / rms.refitted).powi(2)) / self.textbook_share());
+        }
+        // Keys that a later diagnosis states and an earlier one does not.
+        let stated = serde_json::to_value(&diagnosis).unwrap_or_default();
+        score.predictable = stated.get("predictable").and_then(serde_json::Value::as_f64);
+        let effects = stated.get("effects").and_then(|e| e.as_array().cloned()).unwrap_or_default();
+        score.verdicts = effects.iter().filter_map(|e| Some(e.get("verdict")?.as_str()?.to_owned())).collect();
+        score
+    }
+}
