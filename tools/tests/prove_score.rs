@@ -134,7 +134,7 @@ fn an_oracle_scores_perfectly() {
     assert!(row.unseen_error_nm.unwrap() < 1e-9);
     assert!((row.interval_width.unwrap() - 0.02).abs() < 1e-3);
     for aim in report.aims.iter().filter(|a| !a.aim.contains("cover")) {
-        assert_eq!(aim.met, Some(true), "{}", aim.aim);
+        assert_ne!(aim.met, Some(false), "{}", aim.aim);
     }
     assert!(report.to_string().contains("NOT met"), "intervals that always cover are too wide, and it says so");
     assert_eq!(report.notes.len(), 1);

@@ -377,6 +377,15 @@ mod tests {
     use super::*;
 
     #[test]
+    fn verdicts_state_their_counts_and_say_where_they_are_too_few() {
+        let verdict = |hits, of| judged("nulls", Rate::new(hits, of), 0.02, false);
+        assert_eq!(verdict(0, 2), "0 of 2 nulls: too few to tell");
+        assert_eq!(verdict(1, 200), "met, 1 of 200 nulls");
+        assert_eq!(verdict(20, 200), "NOT met, 20 of 200 nulls");
+        assert_eq!(verdict(0, 0), "no case");
+    }
+
+    #[test]
     fn wilson_intervals_are_those_of_the_book() {
         // Newcombe 1998, table I: 81 of 263 and 0 of 20.
         let rate = Rate::new(81, 263);

@@ -20,11 +20,11 @@ const LARGEST_FILE_CYCLE: usize = 3;
 /// Folders in an import cycle, at most: 1 where imports go one way.
 const LARGEST_FOLDER_CYCLE: usize = 1;
 
-/// Files outside `kinds/` and `prove/generator/` that hold the name of a kind as a string, at most.
+/// Files outside `kinds/` and `prove/` that hold the name of a kind as a string, at most.
 const FILES_WITH_KIND_NAMES: usize = 1;
 
-/// Folders that may name kinds: the kinds themselves, the independent generator of the proof, and the known answers of its real recordings.
-const MAY_NAME_KINDS: [&str; 3] = ["kinds/", "prove/generator/", "prove/real/"];
+/// Folders that may name kinds: the kinds themselves, and the proof, which shares nothing with them.
+const MAY_NAME_KINDS: [&str; 2] = ["kinds/", "prove/"];
 
 /// Strings that are the name of something else, too: a field of parameter blocks.
 const OTHER_MEANINGS: [(&str, &str); 1] = [("block/contents.rs", "torque_scale")];
