@@ -136,7 +136,8 @@ fn an_oracle_scores_perfectly() {
     for aim in report.aims.iter().filter(|a| !a.aim.contains("cover")) {
         assert_ne!(aim.met, Some(false), "{}", aim.aim);
     }
-    assert!(report.to_string().contains("NOT met"), "intervals that always cover are too wide, and it says so");
+    // Intervals that always cover are too wide; so few of them say nothing of that.
+    assert!(report.to_string().contains("intervals: too few to tell"), "{report}");
     assert_eq!(report.notes.len(), 1);
 }
 
