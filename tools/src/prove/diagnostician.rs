@@ -19,8 +19,8 @@ impl Detector for Diagnostician {
 
     fn predict(&self, model: &Model, recording: &Recording) -> Result<Vec<f64>, String> {
         let mut torque = predict(model, None, recording).map_err(|e| e.to_string())?.torque;
-        // A model of what a simulation leaves out holds the terms alone.
-        if let Some(simulated) = &recording.torque_sim_nm {
+        // A gear's model beside a simulation, as older ones are, predicts what the simulation leaves out.
+        if let (false, Some(simulated)) = (model.is_simulation(), &recording.torque_sim_nm) {
             torque.iter_mut().zip(simulated).for_each(|(t, s)| *t += s);
         }
         Ok(torque)

@@ -6,7 +6,7 @@ use super::noise::{Noise, quantise, rms};
 use super::omitted::{self, Omitted, Sum};
 use super::rng::Rng;
 use super::{Case, CaseSpec, PlantKind, Unseen, coordinates, deviation};
-use crate::model::{GearSection, Model, Term, TermValue, TorqueSide};
+use crate::model::{Base, GearSection, Model, Term, TermValue, TorqueSide};
 use crate::prove::key::{HiddenEffect, INDISTINGUISHABLE, Key, LARGE_SHARE, Role};
 use crate::recording::Recording;
 
@@ -167,7 +167,12 @@ fn base(arm: &Arm, simulated: bool, ratio: Option<f64>) -> Model {
     let inertia = term("inertia", &[("inertia_kgm2", arm.inertia)]);
     Model {
         name: "concealed case".to_owned(),
-        gear: GearSection { ratio, torque_side: TorqueSide::Motor, ..GearSection::default() },
+        gear: GearSection {
+            base: if simulated { Base::Simulation } else { Base::default() },
+            ratio,
+            torque_side: TorqueSide::Motor,
+            ..GearSection::default()
+        },
         terms: if simulated { Vec::new() } else { vec![gravity, inertia] },
         ..Model::default()
     }

@@ -8,7 +8,7 @@ use super::entry::{Entry, KnownAnswer, RealError, Split};
 use super::report::RealScore;
 use super::textbook::{Channels, Fit};
 use crate::diagnose::diagnosis::{Diagnosis, UNKNOWN};
-use crate::model::{GearSection, Model, Term, TermValue};
+use crate::model::{Base, GearSection, Model, Term, TermValue};
 use crate::prove::generator::{PlantModel, Rng};
 use crate::prove::key::sha256;
 use crate::recording::Recording;
@@ -285,7 +285,12 @@ impl Subject<'_> {
         Model {
             name: self.entry.file.clone(),
             torque_unit: self.recording.torque_unit,
-            gear: GearSection { ratio, torque_side: side, ..GearSection::default() },
+            gear: GearSection {
+                base: if self.entry.simulated() { Base::Simulation } else { Base::default() },
+                ratio,
+                torque_side: side,
+                ..GearSection::default()
+            },
             terms,
             ..Model::default()
         }
