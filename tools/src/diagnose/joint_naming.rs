@@ -14,7 +14,7 @@ use crate::regression::dataset::Dataset;
 use crate::regression::fit::Fitted;
 
 /// A kind is reported from this share of what is predictable, saved in its place; less is a trace of its neighbours' shapes. It stays in the model.
-const LEAST_NAMED_SHARE: f64 = 0.01;
+const LEAST_NAMED_SHARE: f64 = 0.02;
 /// The same of a kind that almost every machine has.
 const LEAST_COMMON_SHARE: f64 = 0.004;
 /// A kind below the fidelity of a name is reported as an effect only from this share of what is predictable; less is a trace of its neighbours.
@@ -53,7 +53,7 @@ impl Dataset<'_> {
                 (search.base_terms..extended.model.terms.len()).find(|t| extended.model.terms[*t].kind == found.kind);
             let common = kinds::of(found.kind).is_some_and(|k| k.is_common());
             let least = match naming {
-                Naming::Unknown => LEAST_UNNAMED_SHARE,
+                Naming::Unknown | Naming::Approximate => LEAST_UNNAMED_SHARE,
                 _ if common => LEAST_COMMON_SHARE,
                 _ => LEAST_NAMED_SHARE,
             };

@@ -174,7 +174,8 @@ pub fn diagnose(
             from: HeldoutFrom::Recordings,
         }
     };
-    suggestions.extend(suggestion::of_model(&verdict.extended.model, search.base_terms));
+    let reported = |kind: &str| verdict.effects.iter().any(|e| e.name == kind && e.share >= suggestion::LEAST_SHARE);
+    suggestions.extend(suggestion::of_model(&verdict.extended.model, search.base_terms, reported));
     let unit = match dataset.torque_unit() {
         TorqueUnit::NewtonMetre => Unit::NewtonMetre,
         TorqueUnit::Ampere => Unit::Ampere,
@@ -276,9 +277,10 @@ impl Dataset<'_> {
         let selection = self.confirmed(&base, selection.clone(), search)?;
         let better = left(&selection.fit) < CLEARLY_BETTER * left(&verdict.extended);
         let loud = selection.named() >= LARGE;
-        if !selection.selected.is_empty() && (better || (loud && !verdict.mismatch)) {
+        let nameless = verdict.effects.iter().all(|e| e.name == UNKNOWN);
+        if !selection.selected.is_empty() && (better || (loud && nameless)) {
             let joint = self.joint_verdict(&base, &selection, search)?;
-            if joint.mismatch {
+            if joint.mismatch && (better || joint.effects.iter().any(|e| e.name != UNKNOWN)) {
                 return Ok((joint, search));
             }
         }

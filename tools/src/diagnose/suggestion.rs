@@ -25,9 +25,12 @@ const RATIOS: std::ops::RangeInclusive<f64> = 30.0..=320.0;
 /// A line belongs to a whole ratio within this.
 const NEAR_WHOLE: f64 = 0.15;
 
+/// A suggestion rests on an effect of at least this share of the structure.
+pub const LEAST_SHARE: f64 = 0.1;
+
 /// What the terms that were found beside a base say of its settings.
-pub fn of_model(model: &Model, base_terms: usize) -> Vec<Suggestion> {
-    let found = model.terms.iter().skip(base_terms);
+pub fn of_model(model: &Model, base_terms: usize, reported: impl Fn(&str) -> bool) -> Vec<Suggestion> {
+    let found = model.terms.iter().skip(base_terms).filter(|term| reported(&term.kind));
     let lines = found.clone().filter(|_| model.gear.ratio.is_none()).filter_map(|term| {
         let on_output = matches!(term.values.get("angle"), Some(TermValue::Text(angle)) if angle == "output");
         match term.values.get("orders") {

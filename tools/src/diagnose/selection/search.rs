@@ -75,6 +75,9 @@ pub const T_OTHERS: f64 = 1.5;
 /// A gain of this share of what is predictable, in seven blocks, needs no surrogates.
 const BEYOND_DOUBT: f64 = 0.05;
 
+/// Kinds that are tried two at a time.
+const PAIRED: usize = 10;
+
 /// Steps at most.
 const STEPS: usize = 24;
 
@@ -270,9 +273,16 @@ impl<'a> Search<'a> {
         }
         let mut order: Vec<(f64, &'static str, &Set)> = best.into_iter().map(|(k, (s, w))| (s, k, w)).collect();
         order.sort_by(|a, b| a.0.total_cmp(&b.0));
+        order.truncate(PAIRED);
         let mut pairs = Vec::new();
-        for (_, _, with) in order.iter().take(6) {
-            pairs.extend(self.larger(with, banned));
+        for (at, (_, kind, with)) in order.iter().enumerate() {
+            for (_, other, also) in &order[at + 1..] {
+                let mut both: Set = (*with).clone();
+                both.insert(other, also[other].clone());
+                if self.is_allowed(&both) {
+                    pairs.push((*kind, both));
+                }
+            }
         }
         self.best_lawful(set, pairs)
     }

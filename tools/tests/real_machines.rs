@@ -1,0 +1,109 @@
+//! `gmhm diagnose` on recordings of real machines whose missing terms are known, where the folder `shared/recordings` lies beside the checkout.
+
+mod common;
+
+use std::path::Path;
+
+use common::WorkDir;
+use serde_json::Value;
+
+/// Gravity and inertia on the motor side.
+const ARM: &str = "format = 1\nname = \"arm\"\n[gear]\ntorque_side = \"motor\"\n[[term]]\nkind = \"gravity_load\"\ncos_nm = 0.0\nsin_nm = 0.0\n\
+                   [[term]]\nkind = \"inertia\"\ninertia_kgm2 = 0.0\n";
+/// Inertia on the motor side.
+const AXIS: &str =
+    "format = 1\nname = \"axis\"\n[gear]\ntorque_side = \"motor\"\n[[term]]\nkind = \"inertia\"\ninertia_kgm2 = 0.0\n";
+/// Friction of a motor without a gear.
+const MOTOR: &str = "format = 1\nname = \"motor\"\n[gear]\nratio = 1.0\ntorque_side = \"motor\"\n[[term]]\nkind = \"coulomb_friction\"\ntorque_nm = 0.1\n\
+                     smoothing_rad_per_s = 0.01\n";
+
+/// A recording without some of its columns in the work folder, or `None` with the reason printed where it is not on this machine.
+fn recording(dir: &WorkDir, name: &str, without: &[&str]) -> Option<()> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/recordings").join(name);
+    let Ok(text) = std::fs::read_to_string(&path) else {
+        println!("skipped: no recordings ({} is not on this machine)", path.display());
+        return None;
+    };
+    let header: Vec<&str> = text.lines().next()?.split(',').collect();
+    let kept = |line: &str| -> String {
+        let cells = line.split(',').zip(&header).filter(|(_, column)| !without.contains(column)).map(|(cell, _)| cell);
+        cells.collect::<Vec<&str>>().join(",")
+    };
+    dir.write("rec.csv", &text.lines().map(kept).collect::<Vec<String>>().join("\n"));
+    Some(())
+}
+
+fn diagnosed(dir: &WorkDir, base: &str, rest: &str) -> Value {
+    dir.write("base.toml", base);
+    dir.succeed(&format!("diagnose base.toml rec.csv -o extended.toml --json found.json {rest}"));
+    serde_json::from_str(&dir.read("found.json")).unwrap()
+}
+
+/// The effects that are named, with their fidelity checked against their verdict.
+fn named(found: &Value) -> Vec<String> {
+    let effects = found["effects"].as_array().unwrap();
+    for effect in effects {
+        match (effect["verdict"].as_str().unwrap(), effect["fidelity"].as_f64()) {
+            ("named", Some(fidelity)) => assert!(fidelity >= 0.9, "{effect}"),
+            ("approximate", fidelity) => assert!((0.7..0.9).contains(&fidelity.unwrap()), "{effect}"),
+            ("unknown", _) => assert_eq!(effect["name"], "unknown", "{effect}"),
+            _ => {}
+        }
+    }
+    let known = effects.iter().filter(|e| e["verdict"] != "unknown");
+    known.map(|e| e["name"].as_str().unwrap().to_owned()).collect()
+}
+
+fn held_out(found: &Value, of: &str) -> f64 {
+    found["heldout"][of].as_f64().unwrap()
+}
+
+#[test]
+fn an_industrial_arm_lacks_coulomb_friction() {
+    let dir = WorkDir::new();
+    if recording(&dir, "tx40_j5.csv", &[]).is_none() {
+        return;
+    }
+    let found = diagnosed(&dir, ARM, "");
+    assert!(named(&found).contains(&"coulomb_friction".to_owned()), "{}", found["effects"]);
+    assert!(found["predictable"].as_f64().unwrap() > 0.5, "{found}");
+    // Textbook least squares leave 4.7 of 8.3 N·m.
+    assert!(held_out(&found, "extended") < 0.65 * held_out(&found, "refitted"), "{}", found["heldout"]);
+}
+
+#[test]
+fn the_wrong_side_of_the_torque_is_suggested() {
+    let dir = WorkDir::new();
+    if recording(&dir, "tx40_j5.csv", &[]).is_none() {
+        return;
+    }
+    let found = diagnosed(&dir, &ARM.replace("\"motor\"", "\"output\""), "");
+    let suggested = found["suggestions"].as_array().unwrap();
+    assert!(suggested.iter().any(|s| s.as_str().unwrap().starts_with("torque_side = \"motor\"")), "{suggested:?}");
+}
+
+#[test]
+fn a_ball_screw_lacks_coulomb_and_viscous_friction() {
+    let dir = WorkDir::new();
+    if recording(&dir, "emps_normal.csv", &["torque_sim_nm"]).is_none() {
+        return;
+    }
+    let found = diagnosed(&dir, AXIS, "");
+    let names = named(&found);
+    for kind in ["coulomb_friction", "viscous_friction"] {
+        assert!(names.contains(&kind.to_owned()), "{kind}: {}", found["effects"]);
+    }
+    // Textbook least squares leave 2.55 N.
+    assert!(held_out(&found, "extended") < 2.8, "{}", found["heldout"]);
+}
+
+#[test]
+fn a_motor_lacks_its_cogging() {
+    let dir = WorkDir::new();
+    if recording(&dir, "cogging_slow_nocomp_1.csv", &[]).is_none() {
+        return;
+    }
+    let found = diagnosed(&dir, MOTOR, "--map theta_out_rad=theta_in_rad");
+    assert!(named(&found).contains(&"torque_ripple".to_owned()), "{}", found["effects"]);
+    assert!(held_out(&found, "extended") < 0.3 * held_out(&found, "refitted"), "{}", found["heldout"]);
+}
