@@ -29,7 +29,7 @@ fn recording(dir: &WorkDir, name: &str, without: &[&str]) -> Option<()> {
         let cells = line.split(',').zip(&header).filter(|(_, column)| !without.contains(column)).map(|(cell, _)| cell);
         cells.collect::<Vec<&str>>().join(",")
     };
-    dir.write("rec.csv", &text.lines().map(kept).collect::<Vec<String>>().join("\n"));
+    dir.write("rec.csv", text.lines().map(kept).collect::<Vec<String>>().join("\n"));
     Some(())
 }
 

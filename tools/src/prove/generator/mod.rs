@@ -19,7 +19,8 @@ pub use noise::{Colour, real_residuals};
 pub use omitted::kinds as omitted_kinds;
 pub use rng::{Rng, case_seed};
 
-pub(in crate::prove) use plant_model::{Gear, Hysteresis, PlantModel, stop};
+pub use plant_model::PlantKind;
+pub(crate) use plant_model::{Gear, Hysteresis, PlantModel, stop};
 
 use kinds::Hidden;
 use motion::{MotionKind, Plan};
@@ -30,23 +31,6 @@ use truth::{Experiment, Scaled, Truth};
 use super::key::{HiddenEffect, INDISTINGUISHABLE, Key, Role};
 use crate::model::{Model, TorqueSide};
 use crate::recording::Recording;
-
-/// Which gear a case is about.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum PlantKind {
-    /// A plant of the base model's structure.
-    Gmhm,
-    /// A gear of Maxwell-slip sliders.
-    Maxwell,
-    /// A gear of sliders whose torque grows with the load: its loop is a butterfly.
-    Butterfly,
-    /// A joint log.
-    Joint,
-    /// A joint log beside a rigid-body simulation.
-    Arm,
-    /// A joint log whose base has gravity and inertia only.
-    ArmTerms,
-}
 
 /// What a case is to hold; everything else is drawn from its seed.
 #[derive(Debug, Clone, PartialEq)]

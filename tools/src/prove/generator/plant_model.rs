@@ -3,9 +3,25 @@
 //! The hysteresis is a Preisach memory kept as the profile of a continuum of play operators, exact for any path: another
 //! route to the same loop than turning points, and no code in common with them.
 
-use super::PlantKind;
 use super::rng::Rng;
 use crate::model::{GearSection, Model, Term, TermValue, TorqueSide};
+
+/// Which gear a case is about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PlantKind {
+    /// A plant of the base model's structure.
+    Gmhm,
+    /// A gear of Maxwell-slip sliders.
+    Maxwell,
+    /// A gear of sliders whose torque grows with the load: its loop is a butterfly.
+    Butterfly,
+    /// A joint log.
+    Joint,
+    /// A joint log beside a rigid-body simulation.
+    Arm,
+    /// A joint log whose base has gravity and inertia only.
+    ArmTerms,
+}
 
 /// The profile r ↦ play_r\[θ\] for 0 ≤ r ≤ `radius_max`, piecewise linear between its corners.
 #[derive(Debug, Clone)]

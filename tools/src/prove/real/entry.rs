@@ -79,7 +79,7 @@ pub struct Entry {
     pub torque_side: String,
     /// Reduction ratio.
     pub ratio: Option<f64>,
-    /// Kinds of the base's terms; or [`SIMULATION`], or [`GEAR`].
+    /// Kinds of the base's terms; or `simulation`, or `gear`.
     pub base: Vec<String>,
     /// What is known to be there beside the base.
     #[serde(default)]

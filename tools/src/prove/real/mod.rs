@@ -2,7 +2,7 @@
 //! a recording, and pairs of recordings of one machine.
 //!
 //! The recordings stay outside the repository; what is known of each stands in `recordings/*.toml`. A diagnosis is
-//! measured by [`textbook`] least squares with the true terms: the share of the base's squared error, held out in eight
+//! measured by textbook least squares with the true terms: the share of the base's squared error, held out in eight
 //! blocks, that it takes, over the share that those terms take.
 
 mod entry;
