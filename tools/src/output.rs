@@ -1,14 +1,17 @@
 //! Outputs that appear whole or not at all.
 //!
 //! Each output is written to a temporary file beside its target; [`Outputs::commit`] renames them all once every one is complete.
-//! Dropping the value, a failure or Ctrl-C before that removes the temporary files and leaves the targets as they were.
+//! The path `-` is standard output. Dropping the value, a failure or Ctrl-C before that removes the temporary files and leaves the targets as they were.
 
 use std::fs::File;
 use std::io::{self, BufWriter, Seek, Write};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use tempfile::NamedTempFile;
+
+use crate::recording::RecordingFile;
 
 /// An output could not be written.
 #[derive(Debug, thiserror::Error)]
@@ -75,6 +78,16 @@ pub fn clean_up_on_interrupt() {
     });
 }
 
+/// The path that stands for standard output.
+const STANDARD: &str = "-";
+
+/// Whether an output goes to standard output, so that nothing else may.
+pub fn takes_standard_output() -> bool {
+    STANDARD_TAKEN.load(Ordering::Relaxed)
+}
+
+static STANDARD_TAKEN: AtomicBool = AtomicBool::new(false);
+
 /// Outputs of one command, complete together.
 #[derive(Debug, Default)]
 pub struct Outputs {
@@ -89,6 +102,10 @@ impl Outputs {
 
     /// Checks that an output could appear at `path`, before long work is begun for it.
     pub fn check(path: &Path) -> Result<(), OutputError> {
+        if path == Path::new(STANDARD) {
+            STANDARD_TAKEN.store(true, Ordering::Relaxed);
+            return Ok(());
+        }
         let folder = folder_of(path);
         if !folder.is_dir() {
             return Err(OutputError::NoFolder { path: path.to_owned(), folder });
@@ -101,9 +118,9 @@ impl Outputs {
     }
 
     /// [`check`](Self::check), and that a path is none of the recordings that are read.
-    pub fn check_beside(path: &Path, recordings: &[PathBuf]) -> Result<(), OutputError> {
+    pub fn check_beside(path: &Path, recordings: &[RecordingFile]) -> Result<(), OutputError> {
         let target = resolved(path);
-        if !is_device(&target) && recordings.iter().any(|recording| resolved(recording) == target) {
+        if !is_device(&target) && recordings.iter().any(|recording| resolved(&recording.path) == target) {
             return Err(OutputError::OverRecording { path: path.to_owned() });
         }
         Self::check(path)
@@ -156,7 +173,15 @@ impl Outputs {
         for (target, file) in self.files.drain(..) {
             let system = |source| OutputError::System { path: target.clone(), source };
             pending.retain(|path| path != file.path());
-            if is_device(&target) {
+            if target == Path::new(STANDARD) {
+                let mut from = file.into_file();
+                from.rewind().map_err(system)?;
+                // A reader that has had enough, as `head`, is no failure.
+                match io::copy(&mut from, &mut io::stdout().lock()) {
+                    Err(e) if e.kind() != io::ErrorKind::BrokenPipe => return Err(system(e)),
+                    _ => {}
+                }
+            } else if is_device(&target) {
                 let mut from = file.into_file();
                 from.rewind().map_err(system)?;
                 let mut to = File::options().write(true).open(&target).map_err(system)?;
@@ -189,6 +214,9 @@ impl From<io::Error> for TextError {
 
 /// The file itself: a link stays a link, and what it points to is replaced.
 fn resolved(path: &Path) -> PathBuf {
+    if path == Path::new(STANDARD) {
+        return path.to_owned();
+    }
     let beside = || Some(folder_of(path).canonicalize().ok()?.join(path.file_name()?));
     path.canonicalize().ok().or_else(beside).unwrap_or_else(|| path.to_owned())
 }
@@ -202,7 +230,7 @@ fn folder_of(path: &Path) -> PathBuf {
 
 /// A terminal, pipe or the like, which is written through and never replaced.
 fn is_device(path: &Path) -> bool {
-    path.exists() && !path.is_file()
+    path == Path::new(STANDARD) || path.exists() && !path.is_file()
 }
 
 fn temporary() -> tempfile::Builder<'static, 'static> {

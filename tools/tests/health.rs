@@ -137,7 +137,11 @@ fn the_same_gear_raises_false_alarms_at_the_stated_rate() {
     // One in a hundred is meant; six would be met once in 1900 runs.
     assert!(alarms <= 5, "{alarms} of 100");
     let health = followed(&[state(1.0, 0.1, 1), state(1.0, 0.1, 2)]);
-    assert!(health.sentence().starts_with("Nothing moved beyond its uncertainty; a change"), "{}", health.sentence());
+    assert!(
+        health.sentence().starts_with("No change: nothing moved beyond its uncertainty; a change"),
+        "{}",
+        health.sentence()
+    );
     let k2 = health.changes.iter().find(|c| c.name == "K2").unwrap();
     assert!(k2.detectable.unwrap() > 3.0 * k2.sd.unwrap());
 }
@@ -219,7 +223,7 @@ fn the_command_reports_recordings_and_fits() {
 
     dir.succeed("health a.csv b.csv --json same.json");
     let done = dir.succeed("health a.csv b.csv");
-    assert!(done.stdout.starts_with("Nothing moved beyond its uncertainty"), "{}", done.stdout);
+    assert!(done.stdout.starts_with("No change: nothing moved beyond its uncertainty"), "{}", done.stdout);
 
     dir.write("start.toml", common::PUBLISHED);
     dir.succeed("fit a.csv --model start.toml -o a.toml --json a.json");
@@ -236,6 +240,23 @@ fn the_command_reports_recordings_and_fits() {
 }
 
 #[test]
+fn one_recording_has_catalogue_figures() {
+    let dir = WorkDir::new();
+    dir.write("a.csv", csv(&state(1.0, 0.1, 1)));
+    let text = dir.succeed("health a.csv --json a.json --report a.html").stdout;
+    for part in ["a.csv: K1 ", "K3", "hysteresis loss", "lost motion", "± two standard deviations", "a.json"] {
+        assert!(text.contains(part), "{text}\nshould say {part}");
+    }
+    let found: serde_json::Value = serde_json::from_str(&dir.read("a.json")).unwrap();
+    assert!(found["changes"].as_array().unwrap().is_empty());
+    assert_self_contained(&dir.read("a.html"));
+    dir.succeed("fit a.csv -o gear.toml --json fit.json");
+    let fit: serde_json::Value = serde_json::from_str(&dir.read("fit.json")).unwrap();
+    let figures = fit["catalogue"]["quantities"].as_array().unwrap();
+    assert!(figures.iter().any(|figure| figure["name"] == "K2" && figure["value"].as_f64().unwrap() > 0.0));
+}
+
+#[test]
 fn what_does_not_compare_is_refused() {
     let dir = WorkDir::new();
     dir.write("a.csv", csv(&state(1.0, 0.1, 1))).write("b.csv", csv(&state(1.0, 0.1, 2)));
@@ -244,7 +265,6 @@ fn what_does_not_compare_is_refused() {
     dir.write("smaller.toml", common::PUBLISHED.replace("1.168e-3", "1.1e-3"));
     dir.write("broken.toml", common::PUBLISHED).write("broken.json", "{}");
     dir.write("service.csv", "gear,hours\na,0\n").write("words.csv", "gear,hours\na,0\nb,new\n");
-    dir.refuse("health a.csv", &["only 1 given", "at least two"]);
     dir.refuse("health --models a.toml time.toml", &["time.toml", "law, kernel or gate"]);
     dir.refuse("health --models a.toml smaller.toml", &["smaller.toml", "rated deflection"]);
     dir.refuse("health --models a.toml broken.toml", &["broken.json", "gmhm fit --json"]);

@@ -9,8 +9,23 @@ fn help_of_every_command() {
     let dir = WorkDir::new();
     insta::assert_snapshot!("gmhm", dir.succeed("--help").stdout);
     for command in [
-        "compare", "demo", "diagnose", "drive", "fit", "flash", "health", "inspect", "invert", "pack", "predict",
-        "prove", "simulate",
+        "columns",
+        "compare",
+        "completions",
+        "demo",
+        "diagnose",
+        "drive",
+        "fit",
+        "flash",
+        "health",
+        "inspect",
+        "invert",
+        "man",
+        "pack",
+        "plot",
+        "predict",
+        "prove",
+        "simulate",
     ] {
         insta::assert_snapshot!(command, dir.succeed(&format!("{command} --help")).stdout);
     }

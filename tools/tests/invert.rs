@@ -119,7 +119,7 @@ fn what_cannot_be_inverted_is_refused_with_the_reason() {
         (PUBLISHED.replace("alpha = 2.6532e6", "alpha = 2.6532e7"), "torque.csv", &["no inverse", "alpha"]),
         (PUBLISHED.to_owned(), "current.csv", &["current_a", "newton-metre", "--map"]),
         (PUBLISHED.to_owned(), "none.csv", &["torque_nm"]),
-        (PUBLISHED.to_owned(), "bad.csv", &["line 3", "`nan`"]),
+        (PUBLISHED.to_owned(), "bad.csv", &["line 3", "`NaN`"]),
         (with("law = \"time\"", ""), "untimed.csv", &["`time_s`"]),
     ];
     for (model, file, parts) in models {

@@ -2,7 +2,9 @@
 
 use std::path::PathBuf;
 
-use gmhm_tools::recording::{ColumnMap, Needs, Recording, RecordingError, TorqueUnit, copy_with_columns, read};
+use gmhm_tools::recording::{
+    ColumnMap, Needs, Reading, Recording, RecordingError, TorqueUnit, copy_with_columns, read,
+};
 use proptest::prelude::*;
 
 struct Folder(tempfile::TempDir);
@@ -48,6 +50,13 @@ fn every_dialect_reads_the_same() {
         plain.replace(",1\n", " , +1 \n"),
         plain.replace("time_s", "note,time_s").replace("\n0", "\nup, 0"),
         millis.replace("-3.5\n", "-3500\n"),
+        plain.replace("time_s,deflection_rad,torque_nm", "Time [s],Deflection (rad),TORQUE_NM"),
+        plain.replace("time_s,deflection_rad,torque_nm", "Time,Deflection,Torque\n[s],[rad],[N·m]"),
+        plain.replace("time_s,deflection_rad,torque_nm", "log.time_s,log.deflection_rad,log.torque_nm"),
+        plain.replace(',', "  ").replace("\n0", "\n   0").replace('\n', " \r\n"),
+        format!("# NumPy\n# {}", plain.replace(',', " ")),
+        format!("# {plain}"),
+        plain.replace("time_s,deflection_rad,torque_nm", "Time [s]  Deflection (rad) Torque [Nm]").replace(',', "  "),
     ];
     for text in dialects {
         let rec = good(&text);
@@ -99,6 +108,8 @@ fn each_malformed_file_is_refused_at_its_place() {
         (with("0,0,0\n"), "a single row"),
         (b"0,0,0\n1,0,0\n".to_vec(), "line 1: starts with numbers"),
         (b"time_s,torque_nm\n0,0\n1,1\n".to_vec(), "line 1: has no column `deflection_rad`"),
+        (b"zeit,kraft\n0,0\n1,1\n".to_vec(), "no column `time_s`, `torque_nm` (or `current_a`), `deflection_rad`"),
+        (b"time_s,deflection_rad,torque_nm\nms,rad,Nm\n0,0,0\n1,0,0\n".to_vec(), "says s, the unit beside it ms"),
         (b"t_s,deflection_rad,torque_nm\n0,0,0\n".to_vec(), "has no column `time_s`; its columns are `t_s`"),
         (b"time_s,deflection_rad\n0,0\n1,0\n".to_vec(), "has no column `torque_nm`"),
         (b"time_s,deflection_mm,torque_nm\n0,0,0\n".to_vec(), "line 1, column 2 `deflection_mm`: `_mm` is no unit"),
@@ -120,6 +131,9 @@ fn each_malformed_file_is_refused_at_its_place() {
         (semicolons("0;0;1.234,5\n"), "thousands"),
         (b"\xff\xfet\0i\0".to_vec(), "UTF-16"),
         (b"PK\x03\x04zip".to_vec(), "Excel"),
+        (b"TDSm\0".to_vec(), "a TDMS file of LabVIEW, which is not read"),
+        (b"\x89HDF\r\n\x1a\n\0".to_vec(), "HDF5 file without MATLAB's header"),
+        (b"#ROSBAG V2.0\n".to_vec(), "ROS 1"),
         (b"time_s\0".to_vec(), "binary"),
         (b"time_s,torque_nm\r0,0\r1,0\r".to_vec(), "carriage return alone"),
     ];
@@ -134,7 +148,12 @@ fn each_malformed_file_is_refused_at_its_place() {
 #[test]
 fn a_near_name_is_offered_as_a_map() {
     let error = read_bytes(b"t_s,disp_m,force_kN\n0,0,0\n1,1,1\n", "").unwrap_err();
-    assert!(error.mend().unwrap().contains("--map time_s=t_s"), "{error}");
+    assert!(error.mend().unwrap().contains("--map time_s=t_s,torque_nm=force_kN,deflection_rad=disp_m"), "{error:?}");
+    let error = read_bytes(b"Time,Motor torque [mNm],Twist [arcmin]\n0,0,0\n1,1,1\n", "").unwrap_err();
+    let map = "--map 'time_s=Time,torque_mnm=Motor torque [mNm],deflection_arcmin=Twist [arcmin]'";
+    assert!(error.mend().unwrap().contains(map), "{:?}", error.mend());
+    let error = read_bytes(b"time,deflection_rad,torque_nm\n0,0,0\n", "").unwrap_err();
+    assert_eq!(error.mend().unwrap(), "if it is in s, add --map time_s=time");
     let error = read_bytes(b"t_s,disp_m,force_kN\n0,0,0\n1,1,1\n", "time_s=t,torque_nm=force_kN").unwrap_err();
     assert!(error.to_string().contains("no column for `--map time_s=t`"), "{error}");
 }
@@ -154,7 +173,8 @@ fn copied_rows_keep_their_text_and_their_decimal_mark() {
     let path = folder.file(format!("\u{feff}note;time_s;deflection_rad;\r\n{rows}").as_bytes());
     let added: [(&str, &[f64]); 1] = [("torque_model_nm", &[0.1, -1e-300])];
     let mut out = Vec::new();
-    copy_with_columns(&path, &ColumnMap::default(), &Needs::PREDICT, &added, &mut out).unwrap();
+    copy_with_columns(&path.as_path().into(), &Reading::new(ColumnMap::default(), Needs::PREDICT), &added, &mut out)
+        .unwrap();
     let expected = "note;time_s;deflection_rad;torque_model_nm\n\"a;b\";0,10;1,5E-3;0,1\nv1.5;0,20;-0;-1e-300\n";
     assert_eq!(String::from_utf8(out).unwrap(), expected);
 }

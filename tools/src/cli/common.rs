@@ -1,14 +1,33 @@
 //! Options that several commands share.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 
 use super::Session;
 use super::failure::Failure;
 use super::progress::Progress;
-use crate::recording::{self, ColumnMap, Mapping, Needs, Recording};
+use crate::model::{Model, TorqueSide};
+use crate::recording::{self, ColumnMap, Mapping, Needs, Reading, Recording, RecordingFile};
 use crate::report::page::{Input, Provenance};
+
+/// Which recordings.
+#[derive(Debug, Args)]
+pub struct RecordingArgs {
+    /// Recordings of one gear or joint: CSV (.gz, .zst), Parquet, MAT, MDF4 or MCAP; a folder stands for those in it, - for standard input
+    #[arg(required_unless_present = "files_from", value_name = "RECORDING")]
+    recordings: Vec<PathBuf>,
+    /// A list of more recordings, a path a line; - for standard input
+    #[arg(long, value_name = "FILE")]
+    files_from: Option<PathBuf>,
+}
+
+impl RecordingArgs {
+    /// The files, folders opened.
+    pub fn files(&self) -> Result<Vec<RecordingFile>, Failure> {
+        Ok(recording::files_and_listed(&self.recordings, self.files_from.as_deref())?)
+    }
+}
 
 /// How recordings are read.
 #[derive(Debug, Args)]
@@ -17,38 +36,75 @@ pub struct ReadingArgs {
     ///
     /// The value is the number of the file, scaled and shifted as written, in the unit that the name on the left ends in. Known names:
     /// time_s, torque_nm, current_a, deflection_rad, theta_in_rad, theta_out_rad, velocity_out_rad_per_s, temperature_c,
-    /// torque_sim_nm, each in any unit of its kind (_ms, _nmm, _mrad, _deg, _arcmin, ...).
+    /// torque_sim_nm, each in any unit of its kind (_ms, _nmm, _mrad, _deg, _arcmin, ...). gmhm columns lists the columns of a file.
     #[arg(long, value_name = "NAME=COLUMN,...", value_delimiter = ',', action = clap::ArgAction::Append)]
     map: Vec<Mapping>,
 
-    /// Rated deflection in rad (else the model's, else the largest seen)
+    /// Rated deflection in rad (else the model's, else the largest recorded)
     #[arg(long, value_name = "RAD", value_parser = positive)]
     pub rated_deflection: Option<f64>,
+
+    /// Reduction ratio, negative where the gear reverses (else the model's): for recordings of two angles
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = ratio)]
+    pub ratio: Option<f64>,
+
+    /// Where the torque is taken (else where the model says, else output; motor for a current)
+    #[arg(long, value_enum, value_name = "SIDE")]
+    pub torque_side: Option<TorqueSide>,
+
+    /// Leave out the rows before this time, in seconds of the time column
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = finite)]
+    from: Option<f64>,
+
+    /// Leave out the rows after this time, in seconds of the time column
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = finite)]
+    to: Option<f64>,
 }
 
 impl ReadingArgs {
-    /// The whole of `--map`; two entries for one quantity are wrong usage.
-    pub fn map(&self) -> ColumnMap {
-        ColumnMap::new(self.map.clone()).unwrap_or_else(|e| super::wrong_usage(&format!("--map: {e}")))
+    /// How they are read for what is needed of them; two entries of `--map` for one quantity are wrong usage.
+    pub fn reading(&self, needs: &Needs) -> Reading {
+        let map = ColumnMap::new(self.map.clone()).unwrap_or_else(|e| super::wrong_usage(&format!("--map: {e}")));
+        if let (Some(from), Some(to)) = (self.from, self.to)
+            && from >= to
+        {
+            super::wrong_usage("--from must be before --to");
+        }
+        Reading { from_s: self.from, to_s: self.to, ..Reading::new(map, *needs) }
     }
 
     /// Reads a recording under a progress bar.
-    pub fn read(&self, path: &Path, needs: &Needs, quiet: bool) -> Result<Recording, Failure> {
-        let bytes = path.metadata().map_or(0, |m| m.len());
-        let progress = Progress::new(&format!("Reading {}", path.display()), bytes, quiet);
-        Ok(recording::read(path, &self.map(), needs, &|done| progress.at(done))?)
+    pub fn read(&self, file: &RecordingFile, needs: &Needs, session: &Session) -> Result<Recording, Failure> {
+        let bytes = file.path.metadata().map_or(0, |m| m.len());
+        let progress = Progress::new(&format!("Reading {}", file.name), bytes, session.quiet);
+        Ok(self.reading(needs).read(file, &|done| progress.at(done))?)
     }
-}
 
-impl ReadingArgs {
-    /// Reads several recordings to identify from, one after the other; dropouts of their angles are bridged, and told.
-    pub fn read_all(&self, paths: &[PathBuf], session: &Session) -> Result<Vec<Recording>, Failure> {
-        let read = |path: &PathBuf| {
-            let mut recording = self.read(path, &Needs::FIT, session.quiet)?;
+    /// A model's gear section, with what the options say of it instead.
+    pub fn of_gear(&self, mut model: Model) -> Model {
+        model.gear.ratio = self.ratio.or(model.gear.ratio);
+        model.gear.torque_side = self.torque_side.unwrap_or(model.gear.torque_side);
+        model
+    }
+
+    /// Reads several recordings to identify from, one after the other; dropouts of their angles are interpolated and reported. The ratio is that of the options, else the model's.
+    pub fn read_all(
+        &self,
+        files: &[RecordingFile],
+        model: Option<&Model>,
+        session: &Session,
+    ) -> Result<Vec<Recording>, Failure> {
+        let known = self.ratio.or(model.and_then(|model| model.gear.ratio));
+        let read = |file: &RecordingFile| {
+            let mut recording = self.read(file, &Needs::FIT, session)?;
+            recording::ratio::check(&recording, known)?;
+            if self.ratio.is_some() {
+                recording.derive_deflection(self.ratio)?;
+            }
             recording.bridge_dropouts().iter().for_each(|bridged| session.note(&bridged.to_string()));
             Ok(recording)
         };
-        paths.iter().map(read).collect()
+        files.iter().map(read).collect()
     }
 }
 
@@ -66,19 +122,6 @@ impl Default for SeedArgs {
     }
 }
 
-/// Results to standard output. A reader that has had enough of them, as `head`, is no failure: the files are written by then.
-///
-/// # Errors
-/// The system refuses.
-pub fn say(results: std::fmt::Arguments<'_>) -> Result<(), Failure> {
-    use std::io::{ErrorKind, Write};
-    let mut out = std::io::stdout().lock();
-    match out.write_fmt(results).and_then(|()| out.flush()) {
-        Err(refusal) if refusal.kind() != ErrorKind::BrokenPipe => Err(refusal.into()),
-        _ => Ok(()),
-    }
-}
-
 /// Results as indented JSON with a line break at the end.
 pub fn json(results: &impl serde::Serialize) -> Result<String, Failure> {
     Ok(serde_json::to_string_pretty(results).map_err(std::io::Error::other)? + "\n")
@@ -92,6 +135,19 @@ pub fn positive(text: &str) -> Result<f64, String> {
     }
 }
 
+/// A ratio: no less than one to one.
+fn ratio(text: &str) -> Result<f64, String> {
+    finite(text)
+        .ok()
+        .filter(|n| n.abs() >= 1.0)
+        .ok_or_else(|| "must be a number of 1 or more, or -1 or less".to_owned())
+}
+
+/// A finite number.
+pub fn finite(text: &str) -> Result<f64, String> {
+    text.parse::<f64>().ok().filter(|x| x.is_finite()).ok_or_else(|| "must be a finite number".to_owned())
+}
+
 /// An address in the memory of a chip.
 pub fn address(text: &str) -> Result<u32, String> {
     let number = match text.strip_prefix("0x").or_else(|| text.strip_prefix("0X")) {
@@ -103,17 +159,7 @@ pub fn address(text: &str) -> Result<u32, String> {
 
 /// What a report says of where it comes from.
 pub fn provenance(inputs: Vec<Input>, seed: Option<u64>) -> Provenance {
-    let words = std::env::args().skip(1).map(|word| quoted(&word));
+    let words = std::env::args().skip(1).map(|word| recording::shell_word(&word));
     let command = std::iter::once("gmhm".to_owned()).chain(words).collect::<Vec<_>>().join(" ");
     Provenance { command, inputs, seed }
-}
-
-/// A word as a shell takes it.
-fn quoted(word: &str) -> String {
-    let plain = |c: char| c.is_alphanumeric() || "-_./=,:+@%".contains(c);
-    if !word.is_empty() && word.chars().all(plain) {
-        word.to_owned()
-    } else {
-        format!("'{}'", word.replace('\'', "'\\''"))
-    }
 }

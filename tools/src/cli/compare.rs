@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::Session;
-use super::common::{ReadingArgs, SeedArgs, json, say};
+use super::common::{ReadingArgs, RecordingArgs, SeedArgs, json};
 use super::failure::Failure;
 use super::progress::Progress;
 use super::tables;
@@ -22,15 +22,14 @@ use crate::report::figures;
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  gmhm compare small-amplitude.csv large-amplitude.csv --json compared.json")]
 pub struct CompareArgs {
-    /// Recordings of one gear
-    #[arg(required = true, value_name = "RECORDING")]
-    recordings: Vec<PathBuf>,
+    #[command(flatten)]
+    files: RecordingArgs,
     /// Where to write the table as JSON
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
     /// Where to write the plot of the errors
-    #[arg(long, value_name = "FILE.svg", default_value = "gmhm-compare.svg")]
-    plot: PathBuf,
+    #[arg(long, value_name = "FILE.svg")]
+    plot: Option<PathBuf>,
     #[command(flatten)]
     reading: ReadingArgs,
     #[command(flatten)]
@@ -39,20 +38,25 @@ pub struct CompareArgs {
 
 impl CompareArgs {
     pub(super) fn run(&self, session: &Session) -> Result<(), Failure> {
-        for output in [Some(&self.plot), self.json.as_ref()].into_iter().flatten() {
-            Outputs::check_beside(output, &self.recordings)?;
+        let files = self.files.files()?;
+        for output in [self.plot.as_ref(), self.json.as_ref()].into_iter().flatten() {
+            Outputs::check_beside(output, &files)?;
         }
-        let recordings = self.reading.read_all(&self.recordings, session)?;
+        let recordings = self.reading.read_all(&files, None, session)?;
         let options = FitOptions {
             seed: self.seed.seed,
             rated_deflection_rad: self.reading.rated_deflection,
+            ratio: self.reading.ratio,
+            torque_side: self.reading.torque_side,
             ..FitOptions::default()
         };
         let progress = Progress::new("Comparing", Progress::WHOLE, session.quiet);
         let lines = compare(&recordings, &options, &progress)?;
         drop(progress);
         let mut outputs = Outputs::new();
-        outputs.add_text(&self.plot, &figures::comparison(&lines, recordings[0].torque_unit).to_file())?;
+        if let Some(path) = &self.plot {
+            outputs.add_text(path, &figures::comparison(&lines, recordings[0].torque_unit).to_file())?;
+        }
         if let Some(path) = &self.json {
             let unit = recordings[0].torque_unit.suffix();
             let page = serde_json::json!({
@@ -66,8 +70,7 @@ impl CompareArgs {
             outputs.add_text(path, &json(&page)?)?;
         }
         outputs.commit()?;
-        say(format_args!("{}", tables::comparison(&lines, recordings[0].torque_unit, self.seed.seed)))?;
-        say(format_args!("Plot written to {}\n", self.plot.display()))?;
-        Ok(())
+        session.say(format_args!("{}", tables::comparison(&lines, recordings[0].torque_unit, self.seed.seed)))?;
+        session.written(&[("Plot", self.plot.as_ref()), ("JSON", self.json.as_ref())])
     }
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::Session;
-use super::common::{SeedArgs, say};
+use super::common::SeedArgs;
 use super::failure::Failure;
 use super::progress::Progress;
 use crate::demo;
@@ -42,8 +42,8 @@ impl DemoArgs {
             outputs.add_text(&self.out.join(name), &svg.to_file())?;
         }
         outputs.commit()?;
-        say(format_args!("{demo}"))?;
-        say(format_args!(
+        session.say(format_args!("{demo}"))?;
+        session.say(format_args!(
             "\nRecording, model and plots (loop.svg, decomposition.svg, residual.svg) are in {}.\n",
             self.out.display()
         ))?;

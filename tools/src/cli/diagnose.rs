@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::Session;
-use super::common::{ReadingArgs, SeedArgs, json, provenance, say};
+use super::common::{ReadingArgs, RecordingArgs, SeedArgs, json, provenance};
 use super::failure::Failure;
 use super::progress::Progress;
 use super::tables;
@@ -13,7 +13,7 @@ use crate::diagnose::{Options, diagnose};
 use crate::fit::zeros;
 use crate::model;
 use crate::output::Outputs;
-use crate::recording::Recording;
+use crate::recording::{self, Recording};
 use crate::report;
 use crate::report::page::Input;
 use crate::signal::encoder_zeros;
@@ -31,9 +31,8 @@ pub struct DiagnoseArgs {
     /// Model file: the base model, perhaps with terms
     #[arg(value_name = "M.toml")]
     model: PathBuf,
-    /// Recordings of one gear or joint
-    #[arg(required = true, value_name = "RECORDING")]
-    recordings: Vec<PathBuf>,
+    #[command(flatten)]
+    files: RecordingArgs,
     /// Recordings that take no part and are predicted
     #[arg(long, value_name = "RECORDING", num_args = 1..)]
     holdout: Vec<PathBuf>,
@@ -51,6 +50,9 @@ pub struct DiagnoseArgs {
     /// Where to write the report: one HTML page, the finding first
     #[arg(long, value_name = "F.html")]
     report: Option<PathBuf>,
+    /// Name of the gear in the extended model [default: the model's]
+    #[arg(long, value_name = "TEXT")]
+    name: Option<String>,
     #[command(flatten)]
     reading: ReadingArgs,
     #[command(flatten)]
@@ -59,12 +61,17 @@ pub struct DiagnoseArgs {
 
 impl DiagnoseArgs {
     pub(super) fn run(&self, session: &Session) -> Result<(), Failure> {
+        let files = self.files.files()?;
+        let held_out = recording::files_and_listed(&self.holdout, None)?;
         for output in [Some(&self.output), self.json.as_ref(), self.report.as_ref()].into_iter().flatten() {
-            Outputs::check_beside(output, &[&self.recordings[..], &self.holdout].concat())?;
+            Outputs::check_beside(output, &[&files[..], &held_out].concat())?;
         }
-        let model = model::load(&self.model)?;
-        let mut recordings = self.reading.read_all(&self.recordings, session)?;
-        let mut holdout = self.reading.read_all(&self.holdout, session)?;
+        let mut model = self.reading.of_gear(model::load(&self.model)?);
+        if let Some(name) = &self.name {
+            model.name.clone_from(name);
+        }
+        let mut recordings = self.reading.read_all(&files, Some(&model), session)?;
+        let mut holdout = self.reading.read_all(&held_out, Some(&model), session)?;
         let options =
             Options { rated_deflection_rad: self.reading.rated_deflection, seed: self.seed.seed, ..Options::default() };
         if self.own_zeros {
@@ -93,8 +100,12 @@ impl DiagnoseArgs {
             outputs.add_text(path, &report::diagnosis::page(&finding, provenance).to_html())?;
         }
         outputs.commit()?;
-        say(format_args!("{}", tables::diagnosis(&finding.diagnosis)))?;
-        say(format_args!("Model written to {}; seed {}\n", self.output.display(), self.seed.seed))?;
-        Ok(())
+        session.say(format_args!("{}", tables::diagnosis(&finding.diagnosis)))?;
+        session.say(format_args!("Seed {}\n", self.seed.seed))?;
+        session.written(&[
+            ("Model", Some(&self.output)),
+            ("JSON", self.json.as_ref()),
+            ("Report", self.report.as_ref()),
+        ])
     }
 }

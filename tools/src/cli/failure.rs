@@ -87,6 +87,11 @@ pub enum Failure {
 }
 
 impl Failure {
+    /// Whether the command line is to blame, whatever the files hold.
+    pub fn is_wrong_usage(&self) -> bool {
+        matches!(self, Failure::Bench(BenchError::NotInExperiment { .. }) | Failure::Output(OutputError::Twice { .. }))
+    }
+
     fn mend(&self) -> Option<String> {
         match self {
             Failure::Recording(e) | Failure::Copy(CopyError::Recording(e)) => e.mend(),

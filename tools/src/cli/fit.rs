@@ -5,14 +5,15 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use super::Session;
-use super::common::{ReadingArgs, SeedArgs, json, provenance, say};
+use super::common::{ReadingArgs, RecordingArgs, SeedArgs, json, provenance};
 use super::failure::Failure;
 use super::progress::Progress;
 use super::tables;
 use crate::fit;
 use crate::fit::Fit;
 use crate::fit::FitOptions;
-use crate::fit::verdict::Assessment;
+use crate::fit::verdict::{Assessment, Grade};
+use crate::health::{self, condition::Condition};
 use crate::model;
 use crate::output::Outputs;
 use crate::report;
@@ -27,9 +28,8 @@ use crate::signal::plausible;
   gmhm fit recording.csv -o gear.toml
   gmhm fit slow.csv fast.csv --map deflection_rad=-twist -o gear.toml --json fit.json --report fit.html")]
 pub struct FitArgs {
-    /// Recordings of one gear
-    #[arg(required = true, value_name = "RECORDING")]
-    recordings: Vec<PathBuf>,
+    #[command(flatten)]
+    files: RecordingArgs,
     /// Model file that gives ratio, law, kernel, gate and play
     #[arg(long, value_name = "M.toml")]
     model: Option<PathBuf>,
@@ -48,6 +48,9 @@ pub struct FitArgs {
     /// Where to write the plot of the loop [default: beside the model, with the ending svg]
     #[arg(long, value_name = "FILE.svg")]
     plot: Option<PathBuf>,
+    /// Name of the gear in the model file [default: that of the first recording]
+    #[arg(long, value_name = "TEXT")]
+    name: Option<String>,
     #[command(flatten)]
     reading: ReadingArgs,
     #[command(flatten)]
@@ -64,13 +67,14 @@ enum Method {
 
 impl FitArgs {
     pub(super) fn run(&self, session: &Session) -> Result<(), Failure> {
+        let files = self.files.files()?;
         for output in
             [Some(&self.output), self.json.as_ref(), self.report.as_ref(), self.plot.as_ref()].into_iter().flatten()
         {
-            Outputs::check_beside(output, &self.recordings)?;
+            Outputs::check_beside(output, &files)?;
         }
-        let start = self.model.as_deref().map(model::load).transpose()?;
-        let mut recordings = self.reading.read_all(&self.recordings, session)?;
+        let start = self.model.as_deref().map(model::load).transpose()?.map(|model| self.reading.of_gear(model));
+        let mut recordings = self.reading.read_all(&files, start.as_ref(), session)?;
         let options = FitOptions {
             method: match self.method {
                 Method::Auto => fit::Method::Auto,
@@ -80,12 +84,16 @@ impl FitArgs {
             start,
             rated_deflection_rad: self.reading.rated_deflection,
             evaluations: None,
+            ratio: self.reading.ratio,
+            torque_side: self.reading.torque_side,
         };
         plausible::repeated(&recordings, &[]).iter().for_each(|remark| session.note(&remark.to_string()));
         let progress = Progress::new("Fitting", Progress::WHOLE, session.quiet);
         let mut fit = fit::fit(&recordings, &options, &progress)?;
-        if self.model.is_none() {
-            fit.model.name = self.recordings[0].file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        if let Some(name) = &self.name {
+            fit.model.name.clone_from(name);
+        } else if self.model.is_none() {
+            fit.model.name = files[0].stem();
         }
         for recording in &mut recordings {
             recording.derive_deflection(fit.model.gear.ratio)?;
@@ -97,22 +105,36 @@ impl FitArgs {
         let mut outputs = Outputs::new();
         outputs.add_text(&self.output, &fit.model.to_toml())?;
         if let Some(path) = &self.json {
-            outputs.add_text(path, &json(&Everything { verdict: &verdict, assessment: &assessment, fit: &fit })?)?;
+            outputs.add_text(
+                path,
+                &json(&Everything {
+                    verdict: &verdict,
+                    assessment: &assessment,
+                    fit: &fit,
+                    catalogue: health::catalogue_figures(&recordings, &fit),
+                })?,
+            )?;
         }
         if let Some(path) = &self.report {
             let provenance = provenance(recordings.iter().map(Into::into).collect(), Some(fit.seed));
             outputs.add_text(path, &report::fit::page(&fit, &assessment, &recordings, provenance).to_html())?;
         }
-        let plot = self.plot.clone().unwrap_or_else(|| self.output.with_extension("svg"));
-        outputs.add_text(&plot, &report::fit::loop_figure(&fit, &assessment, &recordings).to_file())?;
-        outputs.commit()?;
-        say(format_args!("{}\n", verdict.sentence))?;
-        say(format_args!("{}", tables::fit(&fit)))?;
-        say(format_args!("Model written to {}, plot to {}\n", self.output.display(), plot.display()))?;
-        if let Some(path) = &self.report {
-            say(format_args!("Report written to {}\n", path.display()))?;
+        let plot = self.plot.clone().or_else(|| session.side_file(&self.output.with_extension("svg"), "--plot"));
+        if let Some(path) = &plot {
+            outputs.add_text(path, &report::fit::loop_figure(&fit, &assessment, &recordings).to_file())?;
         }
-        Ok(())
+        outputs.commit()?;
+        session.say(format_args!("{}\n", verdict.sentence))?;
+        for reason in verdict.reasons.iter().skip(1).filter(|reason| reason.grade != Grade::Good) {
+            session.say(format_args!("  {}\n", reason.words))?;
+        }
+        session.say(format_args!("{}", tables::fit(&fit)))?;
+        session.written(&[
+            ("Model", Some(&self.output)),
+            ("Plot", plot.as_ref()),
+            ("JSON", self.json.as_ref()),
+            ("Report", self.report.as_ref()),
+        ])
     }
 }
 
@@ -124,4 +146,6 @@ struct Everything<'a> {
     assessment: &'a Assessment,
     #[serde(flatten)]
     fit: &'a Fit,
+    /// K1, K2, K3, hysteresis loss and lost motion; none of a joint log.
+    catalogue: Option<Condition>,
 }

@@ -6,7 +6,7 @@ use clap::Args;
 use gmhm::block::verify;
 
 use super::Session;
-use super::common::{address, say};
+use super::common::address;
 use super::failure::Failure;
 use super::progress::Progress;
 use crate::block::read;
@@ -62,7 +62,7 @@ impl FlashArgs {
             outputs.commit()?;
         }
         let gear = verify(&flashed.bytes).map_err(DeviceError::from)?.header().identity;
-        say(format_args!(
+        session.say(format_args!(
             "{}: stored and read back {} bytes for gear \"{}\", sequence {}, CRC-32 {:#010x}\n",
             self.to,
             flashed.bytes.len(),

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::Session;
-use super::common::{ReadingArgs, SeedArgs, json, positive, provenance, say};
+use super::common::{ReadingArgs, SeedArgs, json, positive, provenance};
 use super::failure::Failure;
 use super::progress::Progress;
 use super::tables;
@@ -13,22 +13,27 @@ use crate::health::catalogue::Asked;
 use crate::health::{self, Health, HealthOptions};
 use crate::model;
 use crate::output::Outputs;
+use crate::recording::{self, RecordingFile};
 use crate::report;
 use crate::report::page::Input;
 
-/// Follow the condition of a gear: what changed between recordings or fits, against its uncertainty
+/// Follow the condition of a gear: what changed between recordings or fits, against its uncertainty; of one, its catalogue figures
 ///
 /// Fits every recording with one law and rated deflection and tells which parameters moved, and the stiffness K1, K2, K3, the hysteresis loss and
-/// the lost motion as catalogues quote them. Says plainly when nothing moved.
+/// the lost motion as catalogues quote them. Of a single one, the figures with their uncertainty.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
+  gmhm health today.csv
   gmhm health 2024.csv 2025.csv 2026.csv --report health.html
   gmhm health cold.csv warm.csv hot.csv --against temperature_c --json health.json
   gmhm health --models 2024.toml 2026.toml --against service.csv:hours")]
 pub struct HealthArgs {
-    /// Recordings of one gear, in order
-    #[arg(required_unless_present = "models", value_name = "RECORDING")]
+    /// Recordings of one gear, in order: CSV (.gz, .zst), Parquet, MAT, MDF4 or MCAP; a folder stands for those in it, - for standard input
+    #[arg(required_unless_present_any = ["models", "files_from"], value_name = "RECORDING")]
     recordings: Vec<PathBuf>,
+    /// A list of more recordings, a path a line; - for standard input
+    #[arg(long, value_name = "FILE", conflicts_with = "models")]
+    files_from: Option<PathBuf>,
     /// Model files of one gear, in order; with what fit --json wrote beside each (gear.toml, gear.json) they have uncertainty too
     #[arg(long, num_args = 1.., value_name = "M.toml", conflicts_with_all = ["recordings", "model", "rated_deflection"])]
     models: Vec<PathBuf>,
@@ -63,18 +68,24 @@ pub struct HealthArgs {
 
 impl HealthArgs {
     pub(super) fn run(&self, session: &Session) -> Result<(), Failure> {
+        let files = recording::files_and_listed(&self.recordings, self.files_from.as_deref())?;
         for output in [self.json.as_ref(), self.report.as_ref()].into_iter().flatten() {
-            Outputs::check_beside(output, &self.recordings)?;
+            Outputs::check_beside(output, &files)?;
         }
         let options = HealthOptions {
             seed: self.seed.seed,
-            start: self.model.as_deref().map(model::load).transpose()?,
+            start: self.model.as_deref().map(model::load).transpose()?.map(|model| self.reading.of_gear(model)),
+            ratio: self.reading.ratio,
+            torque_side: self.reading.torque_side,
             rated_deflection_rad: self.reading.rated_deflection,
             rating: Asked { rated_torque: self.rated_torque, t1: self.t1, t2: self.t2 },
             against: self.against.clone(),
         };
-        let (found, inputs) =
-            if self.models.is_empty() { self.of_recordings(&options, session)? } else { self.of_models(&options)? };
+        let (found, inputs) = if self.models.is_empty() {
+            self.of_recordings(&files, &options, session)?
+        } else {
+            self.of_models(&options)?
+        };
         let mut outputs = Outputs::new();
         if let Some(path) = &self.json {
             outputs.add_text(path, &json(&found)?)?;
@@ -84,15 +95,17 @@ impl HealthArgs {
             outputs.add_text(path, &report::health::page(&found, provenance).to_html())?;
         }
         outputs.commit()?;
-        say(format_args!("{}", tables::health(&found)))?;
-        if let Some(path) = &self.report {
-            say(format_args!("Report written to {}\n", path.display()))?;
-        }
-        Ok(())
+        session.say(format_args!("{}", tables::health(&found)))?;
+        session.written(&[("JSON", self.json.as_ref()), ("Report", self.report.as_ref())])
     }
 
-    fn of_recordings(&self, options: &HealthOptions, session: &Session) -> Result<(Health, Vec<Input>), Failure> {
-        let recordings = self.reading.read_all(&self.recordings, session)?;
+    fn of_recordings(
+        &self,
+        files: &[RecordingFile],
+        options: &HealthOptions,
+        session: &Session,
+    ) -> Result<(Health, Vec<Input>), Failure> {
+        let recordings = self.reading.read_all(files, options.start.as_ref(), session)?;
         let progress = Progress::new("Fitting", Progress::WHOLE, session.quiet);
         let found = health::of_recordings(&recordings, options, &progress)?;
         Ok((found, recordings.iter().map(Into::into).collect()))

@@ -1,11 +1,11 @@
 //! `gmhm inspect`.
 
-use std::io::Write as _;
 use std::path::PathBuf;
 
 use clap::Args;
 use gmhm::block::verify;
 
+use super::Session;
 use super::common::json;
 use super::failure::Failure;
 use crate::block::{Contents, FileError, read};
@@ -26,7 +26,7 @@ pub struct InspectArgs {
 }
 
 impl InspectArgs {
-    pub(super) fn run(&self) -> Result<(), Failure> {
+    pub(super) fn run(&self, session: &Session) -> Result<(), Failure> {
         if let Some(path) = &self.json {
             Outputs::check(path)?;
         }
@@ -38,7 +38,7 @@ impl InspectArgs {
             outputs.add_text(path, &json(&contents.json())?)?;
             outputs.commit()?;
         }
-        write!(std::io::stdout().lock(), "{contents}")?;
-        Ok(())
+        session.say(format_args!("{contents}"))?;
+        session.written(&[("JSON", self.json.as_ref())])
     }
 }

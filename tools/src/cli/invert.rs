@@ -10,7 +10,7 @@ use super::failure::Failure;
 use crate::model;
 use crate::output::Outputs;
 use crate::physics::invert;
-use crate::recording::copy_with_columns;
+use crate::recording::{self, copy_with_columns};
 
 /// Find the deflection that each torque takes, row by row
 ///
@@ -37,17 +37,18 @@ pub struct InvertArgs {
 
 impl InvertArgs {
     pub(super) fn run(&self, session: &Session) -> Result<(), Failure> {
-        Outputs::check_beside(&self.output, std::slice::from_ref(&self.torque))?;
-        let model = model::load(&self.model)?;
+        let file = recording::file(&self.torque)?;
+        Outputs::check_beside(&self.output, std::slice::from_ref(&file))?;
+        let model = self.reading.of_gear(model::load(&self.model)?);
         let needs = invert::needs(&model);
-        let recording = self.reading.read(&self.torque, &needs, session.quiet)?;
+        let recording = self.reading.read(&file, &needs, session)?;
         let found = invert::invert(&model, self.reading.rated_deflection, &recording)?;
         let saturated: Vec<f64> = found.saturated.iter().map(|&saturated| f64::from(u8::from(saturated))).collect();
         let columns = [("deflection_rad", found.deflection_rad.as_slice()), ("saturated", saturated.as_slice())];
 
         let mut outputs = Outputs::new();
         outputs.add(&self.output, |out| -> Result<(), Failure> {
-            Ok(copy_with_columns(&self.torque, &self.reading.map(), &needs, &columns, out)?)
+            Ok(copy_with_columns(&file, &self.reading.reading(&needs), &columns, out)?)
         })?;
         outputs.commit()?;
         let beyond = found.saturated.iter().filter(|&&saturated| saturated).count();
@@ -64,6 +65,6 @@ impl InvertArgs {
                 found.merged_pairs
             ));
         }
-        Ok(())
+        session.written(&[("Rows", Some(&self.output))])
     }
 }

@@ -1,5 +1,6 @@
 //! The commands, one small file each; no mathematics here.
 
+mod columns;
 mod common;
 mod compare;
 mod demo;
@@ -12,32 +13,39 @@ mod health;
 mod inspect;
 mod invert;
 mod pack;
+mod plot;
 mod predict;
 mod progress;
 mod prove;
+mod shell;
 mod simulate;
 mod tables;
 
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser, Subcommand};
 
 pub use failure::Failure;
 
+const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (", env!("GMHM_BUILD"), ")");
+
 /// Hysteresis torque of harmonic drives: identify it from recordings, predict it, put it on the drive
 #[derive(Debug, Parser)]
-#[command(name = "gmhm", version, max_term_width = 100)]
+#[command(name = "gmhm", version = VERSION, max_term_width = 100)]
 struct Cli {
     #[command(subcommand)]
     command: Option<Command>,
-    /// No progress, no notes: errors only
+    /// Print errors only
     #[arg(short, long, global = true)]
     quiet: bool,
 }
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    Columns(columns::ColumnsArgs),
     Compare(compare::CompareArgs),
+    Completions(shell::CompletionsArgs),
     Demo(demo::DemoArgs),
     Diagnose(diagnose::DiagnoseArgs),
     Drive(drive::DriveArgs),
@@ -46,7 +54,9 @@ enum Command {
     Health(health::HealthArgs),
     Inspect(inspect::InspectArgs),
     Invert(invert::InvertArgs),
+    Man(shell::ManArgs),
     Pack(pack::PackArgs),
+    Plot(plot::PlotArgs),
     Predict(predict::PredictArgs),
     Prove(prove::ProveArgs),
     Simulate(simulate::SimulateArgs),
@@ -58,6 +68,48 @@ pub(crate) struct Session {
 }
 
 impl Session {
+    /// Results to standard output, or to standard error where an output takes that. A reader that has had enough of them, as `head`, is no failure: the files are
+    /// written by then.
+    ///
+    /// # Errors
+    /// The system refuses.
+    fn say(&self, results: std::fmt::Arguments<'_>) -> Result<(), Failure> {
+        use std::io::{ErrorKind, Write, stderr, stdout};
+        if self.quiet {
+            return Ok(());
+        }
+        let mut out: Box<dyn Write> = match crate::output::takes_standard_output() {
+            true => Box::new(stderr().lock()),
+            false => Box::new(stdout().lock()),
+        };
+        match out.write_fmt(results).and_then(|()| out.flush()) {
+            Err(refusal) if refusal.kind() != ErrorKind::BrokenPipe => Err(refusal.into()),
+            _ => Ok(()),
+        }
+    }
+
+    /// Says which outputs were written.
+    fn written(&self, outputs: &[(&str, Option<&PathBuf>)]) -> Result<(), Failure> {
+        for (what, path) in outputs {
+            if let Some(path) = path.filter(|path| path.as_path() != Path::new("-")) {
+                self.say(format_args!("{what} written to {}\n", path.display()))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// A file that nobody named, beside an output: none where one is there already, or beside standard output.
+    fn side_file(&self, path: &Path, option: &str) -> Option<PathBuf> {
+        if crate::output::takes_standard_output() {
+            return None;
+        }
+        if path.exists() {
+            self.note(&format!("{} exists and was kept; {option} {0} replaces it", path.display()));
+            return None;
+        }
+        Some(path.to_owned())
+    }
+
     /// Tells something worth knowing that is no failure.
     fn note(&self, text: &str) {
         if !self.quiet {
@@ -72,26 +124,32 @@ pub fn run() -> ExitCode {
     crate::output::clean_up_on_interrupt();
     let session = Session { quiet: cli.quiet };
     let done = match &cli.command {
+        Some(Command::Columns(args)) => args.run(&session),
         Some(Command::Compare(args)) => args.run(&session),
+        Some(Command::Completions(args)) => args.run(&session),
         Some(Command::Demo(args)) => args.run(&session),
         Some(Command::Diagnose(args)) => args.run(&session),
         Some(Command::Drive(args)) => args.run(&session),
         Some(Command::Fit(args)) => args.run(&session),
         Some(Command::Flash(args)) => args.run(&session),
         Some(Command::Health(args)) => args.run(&session),
-        Some(Command::Inspect(args)) => args.run(),
+        Some(Command::Inspect(args)) => args.run(&session),
         Some(Command::Invert(args)) => args.run(&session),
+        Some(Command::Man(args)) => args.run(&session),
         Some(Command::Pack(args)) => args.run(&session),
+        Some(Command::Plot(args)) => args.run(&session),
         Some(Command::Predict(args)) => args.run(&session),
         Some(Command::Prove(args)) => args.run(&session),
         Some(Command::Simulate(args)) => args.run(&session),
-        None => demo::DemoArgs::default().run(&session),
+        None => session
+            .say(format_args!("No command given: running the demo. For all commands: gmhm help\n\n"))
+            .and_then(|()| demo::DemoArgs::default().run(&session)),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             failure.tell();
-            ExitCode::from(1)
+            ExitCode::from(if failure.is_wrong_usage() { 2 } else { 1 })
         }
     }
 }

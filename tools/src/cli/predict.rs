@@ -10,7 +10,7 @@ use super::failure::Failure;
 use crate::model;
 use crate::output::Outputs;
 use crate::physics::predict::needs;
-use crate::recording::copy_with_columns;
+use crate::recording::{self, copy_with_columns};
 use crate::signal::recorded::predict;
 
 /// Predict the torque of a recording's motion, row by row
@@ -34,10 +34,14 @@ pub struct PredictArgs {
 
 impl PredictArgs {
     pub(super) fn run(&self, session: &Session) -> Result<(), Failure> {
-        Outputs::check_beside(&self.output, std::slice::from_ref(&self.recording))?;
-        let model = model::load(&self.model)?;
+        let file = recording::file(&self.recording)?;
+        Outputs::check_beside(&self.output, std::slice::from_ref(&file))?;
+        let model = self.reading.of_gear(model::load(&self.model)?);
         let needs = needs(&model);
-        let recording = self.reading.read(&self.recording, &needs, session.quiet)?;
+        let recording = self.reading.read(&file, &needs, session)?;
+        if recording.theta_in_rad.is_some() && model.elastic.is_some() {
+            recording::ratio::check(&recording, model.gear.ratio)?;
+        }
         let prediction = predict(&model, self.reading.rated_deflection, &recording)?;
         let suffix = model.torque_unit.suffix();
         let base = [&prediction.torque, &prediction.elastic, &prediction.hysteresis];
@@ -49,7 +53,7 @@ impl PredictArgs {
 
         let mut outputs = Outputs::new();
         outputs.add(&self.output, |out| -> Result<(), Failure> {
-            Ok(copy_with_columns(&self.recording, &self.reading.map(), &needs, &columns, out)?)
+            Ok(copy_with_columns(&file, &self.reading.reading(&needs), &columns, out)?)
         })?;
         outputs.commit()?;
         if prediction.rows_out_of_range > 0 {
@@ -65,6 +69,6 @@ impl PredictArgs {
                 prediction.merged_pairs
             ));
         }
-        Ok(())
+        session.written(&[("Rows", Some(&self.output))])
     }
 }

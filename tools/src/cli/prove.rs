@@ -7,7 +7,7 @@ use clap::Args;
 use indicatif::HumanDuration;
 
 use super::Session;
-use super::common::{SeedArgs, json, say};
+use super::common::{SeedArgs, json};
 use super::failure::Failure;
 use super::progress::Progress;
 use crate::output::Outputs;
@@ -85,11 +85,15 @@ impl ProveArgs {
             let progress = Progress::new("Writing cases", cases.len() as u64, session.quiet);
             export::write(folder, seed, &cases, &mut |done| progress.at(done as u64))?;
             drop(progress);
-            say(format_args!("{} cases of seed {seed} and their keys written to {}\n", cases.len(), folder.display()))?;
+            session.say(format_args!(
+                "{} cases of seed {seed} and their keys written to {}\n",
+                cases.len(),
+                folder.display()
+            ))?;
             return Ok(());
         }
         let sealed = Sealed::new(seed, cases);
-        say(format_args!(
+        session.say(format_args!(
             "{} cases of seed {seed}; SHA-256 of the hashes of their keys:\n{}\n\n",
             sealed.len(),
             sealed.sha256()
@@ -110,10 +114,10 @@ impl ProveArgs {
         if let Some(path) = &self.json {
             write(path, &json(&report)?)?;
         }
-        say(format_args!("{report}"))?;
+        session.say(format_args!("{report}"))?;
         if self.answers.is_none() && self.only.is_empty() && self.cases < FULL_CASES {
             let time = HumanDuration(full);
-            say(format_args!(
+            session.say(format_args!(
                 "a full run, --cases {FULL_CASES} with {} nulls, takes about {time} here\n",
                 FULL_CASES * 4 / 15
             ))?;
@@ -134,7 +138,7 @@ impl ProveArgs {
         if let Some(path) = &self.json {
             write(path, &json(&report)?)?;
         }
-        say(format_args!("{report}"))
+        session.say(format_args!("{report}"))
     }
 }
 

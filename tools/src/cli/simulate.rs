@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use super::Session;
-use super::common::{SeedArgs, json, say};
+use super::common::{SeedArgs, json};
 use super::failure::Failure;
 use super::progress::Progress;
 use crate::bench::joint::{self, Plant};
@@ -39,7 +39,7 @@ pub struct SimulateArgs {
     /// Where to write what was true
     #[arg(long, value_name = "K.toml")]
     key: Option<PathBuf>,
-    /// Where to draw the link's error by compensation, on the gear of --plant or else maxwell-slip (joint)
+    /// Where to draw the link's error by compensation, on the gear of --plant or else maxwell-slip (joint) [default: beside the recording]
     #[arg(long, value_name = "F.svg")]
     plot: Option<PathBuf>,
     /// Where to write what each compensation leaves (joint)
@@ -80,6 +80,7 @@ impl SimulateArgs {
         if let Some(path) = &self.key {
             outputs.add_text(path, &key.to_toml())?;
         }
+        let mut picture = None;
         let mut told = format!(
             "Synthetic recording of experiment {}: {} rows, {:.6} s, seed {}, noise {}\n",
             self.experiment, key.rows, key.duration_s, key.seed, key.noise
@@ -103,14 +104,19 @@ impl SimulateArgs {
             if let Some(path) = &self.json {
                 outputs.add_text(path, &json(&report)?)?;
             }
-            if let Some(path) = &self.plot {
+            picture = self.plot.clone().or_else(|| session.side_file(&self.output.with_extension("svg"), "--plot"));
+            if let Some(path) = &picture {
                 let figure = joint::figure(&model, given.unwrap_or(Plant::MaxwellSlip), seed)?;
                 outputs.add_text(path, &figure.to_file())?;
             }
         }
         outputs.commit()?;
-        say(format_args!("{told}"))?;
-        say(format_args!("Recording written to {}\n", self.output.display()))?;
-        Ok(())
+        session.say(format_args!("{told}"))?;
+        session.written(&[
+            ("Recording", Some(&self.output)),
+            ("Key", self.key.as_ref()),
+            ("Picture", picture.as_ref()),
+            ("JSON", self.json.as_ref()),
+        ])
     }
 }

@@ -8,6 +8,7 @@ use crate::health::Health;
 use crate::recording::TorqueUnit;
 use crate::regression::uncertainty::Estimated;
 use crate::report::fit_words::held_invertible;
+use crate::report::number::{number, plus_minus};
 
 /// A fit: structure, parameters with standard deviations, what is left.
 pub(super) fn fit(fit: &Fit) -> String {
@@ -40,23 +41,26 @@ pub(super) fn fit(fit: &Fit) -> String {
         lines.push(format!("The parameters are {words}; the recordings do not contradict it"));
     }
     if fit.leaves_physics() {
-        lines.push("Plain least squares: what is left is physics more than noise; standard deviations from the scatter of blocks".to_owned());
+        lines.push("Plain least squares: the residual is more physics than noise. Standard deviations are from the scatter of blocks.".to_owned());
     }
     if let Some(rated) = fit.model.gear.rated_deflection_rad.filter(|_| fit.rated_is_largest_seen) {
-        lines.push(format!("No rated deflection given: using the largest recorded, {rated:.6e} rad. c1–c3 and e depend on it; set --rated-deflection if you know it"));
+        lines.push(format!(
+            "No rated deflection given: using the largest recorded, {} rad. c1 to c3 and e depend on it; set --rated-deflection if you know it.",
+            number(rated, 6)
+        ));
     }
     if fit.zeros_apart_rad().is_some() {
-        lines.push("The deflections count from zeros of their own; the model has the first:".to_owned());
+        lines.push("Each recording has its own deflection zero; the model has the first:".to_owned());
         lines.extend(fit.deflection_zeros.iter().map(|zero| {
-            let sd = zero.sd_rad.map_or(String::new(), |sd| format!("  ± {sd:.1e}"));
-            format!("  {}  {:.5e}{sd} rad", zero.recording, zero.rad)
+            let value = zero.sd_rad.map_or_else(|| number(zero.rad, 5), |sd| plus_minus(zero.rad, sd));
+            format!("  {}  {value} rad", zero.recording)
         }));
     }
     let width = fit.uncertainty.parameters.iter().map(|p| p.name.len()).max().unwrap_or(0);
     lines.extend(fit.uncertainty.parameters.iter().map(|p| parameter(p, width)));
     lines.extend(notes(&fit.uncertainty.parameters));
     lines.push(format!(
-        "Left over: {} {unit} rms in {} rows, {} held out",
+        "Residual: {} {unit} rms over {} rows; {} on blocks held out. ± is one standard deviation.",
         four(fit.rms),
         fit.rows,
         four(fit.heldout_rms)
@@ -124,11 +128,7 @@ pub(super) fn diagnosis(found: &Diagnosis) -> String {
 
 /// Four significant digits.
 fn four(x: f64) -> String {
-    let exponent = if x == 0.0 { 0 } else { x.abs().log10().floor() as i32 };
-    if (-3..5).contains(&exponent) {
-        return format!("{x:.*}", (3 - exponent).max(0) as usize);
-    }
-    format!("{x:.3e}")
+    number(x, 4)
 }
 
 /// Columns of the terminal that a list fills.
@@ -155,9 +155,12 @@ fn percent(share: f64) -> String {
 
 /// One parameter on a line.
 fn parameter(p: &Estimated, width: usize) -> String {
-    let sd = p.sd.map_or("(not determined)".to_owned(), |sd| format!("± {sd:.1e}"));
+    let value = match p.sd {
+        Some(sd) => plus_minus(p.value, sd),
+        None => format!("{} (not determined)", number(p.value, 5)),
+    };
     let bound = if p.at_bound { "  at its bound" } else { "" };
-    format!("  {:<width$} {:>13.5e}  {sd:<17} {}{bound}", p.name, p.value, p.unit)
+    format!("  {:<width$}  {value:<28} {}{bound}", p.name, p.unit)
 }
 
 /// What there is to say of parameters, each note once.
@@ -216,6 +219,14 @@ pub(super) fn health(health: &Health) -> String {
         four(rating.t2),
         100.0 * health.false_alarm_rate
     ));
+    if let [only] = &health.conditions[..] {
+        lines.extend(only.quantities.iter().map(|q| {
+            let sd = q.sd.map_or("-".to_owned(), |sd| number(2.0 * sd, 2));
+            format!("  {:<24} {:>13} ± {:<10} {}", q.name, number(q.value, 5), sd, q.unit)
+        }));
+        lines.push("± two standard deviations".to_owned());
+        return lines.join("\n") + "\n";
+    }
     lines.push(format!(
         "  {:<24} {:>13} {:>13} {:>10} {:>10} {:>10}  {}",
         "", "first", "last", "change %", "± 2 sd %", "p-value", "unit"

@@ -10,13 +10,13 @@ use crate::fit::options::{FitOptions, Method};
 use crate::fit::refine::Weighted;
 use crate::fit::{Fit, left, refine, select};
 use crate::kinds::JOINT_BASE as BASE;
-use crate::model::{GearSection, Model, Term, TermValue, TorqueSide};
+use crate::model::{GearSection, Model, Term, TermValue};
 use crate::numerics::autoregression;
 use crate::numerics::bounded::Bound;
 use crate::numerics::particle_swarm::Stop;
 use crate::physics::{Evaluation, PredictError};
 use crate::progress::Progress;
-use crate::recording::{Recording, TorqueUnit};
+use crate::recording::Recording;
 use crate::regression::columns::{Column, Columns, Contribution, Evaluate, Nonlinear, Offset, Stretch};
 use crate::regression::error::EstimateError;
 use crate::regression::heldout::heldout;
@@ -40,10 +40,7 @@ const EXPERIMENT: &str = "move the joint both ways through its range, at several
 pub fn fit(recordings: &[Recording], options: &FitOptions, progress: &dyn Progress) -> Result<Fit, EstimateError> {
     let first = &recordings[0];
     let given = options.start.as_ref();
-    let mut gear = given.map_or_else(GearSection::default, |m| m.gear.clone());
-    if given.is_none() && first.torque_unit == TorqueUnit::Ampere {
-        gear.torque_side = TorqueSide::Motor;
-    }
+    let gear = options.gear(first.torque_unit);
     if let Some(other) = given.and_then(|m| m.terms.iter().find(|t| !BASE.contains(&t.kind.as_str()))) {
         return Err(EstimateError::HasTerms { kind: other.kind.clone() });
     }

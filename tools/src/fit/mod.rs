@@ -55,11 +55,11 @@ use crate::fit::prepare::Prepared;
 use crate::fit::refine::Weighted;
 use crate::fit::select::Candidate;
 use crate::kinds::JOINT_BASE;
-use crate::model::{GearSection, Model, TorqueSide};
+use crate::model::{GearSection, Model};
 use crate::numerics::autoregression::Noise;
 use crate::numerics::mark::Mark;
 use crate::numerics::particle_swarm::Stop;
-use crate::recording::{Recording, RecordingError, TorqueUnit};
+use crate::recording::{Recording, RecordingError};
 use crate::regression::base::Play;
 use crate::regression::polish::Polished;
 use crate::regression::problem::Problem;
@@ -233,9 +233,6 @@ fn fit_together(recordings: &[Recording], options: &FitOptions, progress: &dyn P
         .collect();
     gear.deflection_zero_rad = deflection_zeros[0].rad;
     gear.rated_deflection_rad = Some(rated_deflection_rad);
-    if options.start.is_none() && recordings[0].torque_unit == TorqueUnit::Ampere {
-        gear.torque_side = TorqueSide::Motor;
-    }
     let fitted = Fitted {
         rated_deflection_rad,
         elastic,

@@ -1,6 +1,7 @@
 //! What to fit and how.
 
-use crate::model::Model;
+use crate::model::{GearSection, Model, TorqueSide};
+use crate::recording::TorqueUnit;
 
 /// How the parameters are found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
@@ -26,4 +27,21 @@ pub struct FitOptions {
     pub rated_deflection_rad: Option<f64>,
     /// Evaluations of `pso`; by default 20,000.
     pub evaluations: Option<usize>,
+    /// The ratio; else the model's.
+    pub ratio: Option<f64>,
+    /// Where the torque is taken; else where the model says.
+    pub torque_side: Option<TorqueSide>,
+}
+
+impl FitOptions {
+    /// What is known of the gear beforehand. A current is taken on the motor side.
+    pub fn gear(&self, torque_unit: TorqueUnit) -> GearSection {
+        let mut gear = self.start.as_ref().map_or_else(GearSection::default, |model| model.gear.clone());
+        if self.start.is_none() && torque_unit == TorqueUnit::Ampere {
+            gear.torque_side = TorqueSide::Motor;
+        }
+        gear.ratio = self.ratio.or(gear.ratio);
+        gear.torque_side = self.torque_side.unwrap_or(gear.torque_side);
+        gear
+    }
 }

@@ -7,7 +7,7 @@ use crate::fit::zeros;
 use crate::fit::zeros::Zeros;
 use crate::model::GearSection;
 use crate::numerics::extremes::range;
-use crate::recording::Recording;
+use crate::recording::{Recording, TorqueUnit};
 use crate::regression::base::Structure;
 use crate::regression::error::EstimateError;
 use crate::regression::rows;
@@ -38,7 +38,7 @@ impl<'a> Prepared<'a> {
     /// # Errors
     /// As [`fit`](crate::fit::fit()).
     pub fn new(recordings: &'a [Recording], options: &FitOptions, known: Option<Zeros>) -> Result<Self, EstimateError> {
-        let gear = options.start.as_ref().map_or_else(GearSection::default, |m| m.gear.clone());
+        let gear = options.gear(recordings.first().map_or(TorqueUnit::NewtonMetre, |recording| recording.torque_unit));
         if let Some(term) = options.start.as_ref().and_then(|m| m.terms.first()) {
             return Err(EstimateError::HasTerms { kind: term.kind.clone() });
         }

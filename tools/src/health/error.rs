@@ -9,8 +9,8 @@ use crate::regression::error::EstimateError;
 #[derive(Debug, thiserror::Error)]
 pub enum HealthError {
     /// Nothing to compare.
-    #[error("only {0} given: a change takes at least two recordings or models of the gear")]
-    TooFew(usize),
+    #[error("no recording and no model given")]
+    Nothing,
     /// A recording could not be fitted.
     #[error(transparent)]
     Estimate(#[from] EstimateError),

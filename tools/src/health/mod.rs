@@ -24,7 +24,7 @@ pub use error::HealthError;
 use crate::fit;
 use crate::fit::Fit;
 use crate::fit::FitOptions;
-use crate::model::Model;
+use crate::model::{Model, TorqueSide};
 use crate::progress::Progress;
 use crate::recording::{Recording, TorqueUnit};
 use crate::regression::error::EstimateError;
@@ -45,6 +45,10 @@ pub struct HealthOptions {
     pub start: Option<Model>,
     /// Rated deflection, rad.
     pub rated_deflection_rad: Option<f64>,
+    /// The ratio; else the model's.
+    pub ratio: Option<f64>,
+    /// Where the torque is taken; else where the model says.
+    pub torque_side: Option<TorqueSide>,
     /// Rated torque and breakpoints.
     pub rating: Asked,
     /// A property to regress on.
@@ -69,7 +73,7 @@ pub struct Health {
     pub widened: f64,
     /// The states in the order given.
     pub conditions: Vec<Condition>,
-    /// Each quantity over the series.
+    /// Each quantity over the series; empty for a single state.
     pub changes: Vec<Change>,
     /// How the quantities go with the property asked for.
     pub against: Option<Against>,
@@ -98,8 +102,8 @@ pub fn of_recordings(
     options: &HealthOptions,
     progress: &dyn Progress,
 ) -> Result<Health, HealthError> {
-    if recordings.len() < 2 {
-        return Err(HealthError::TooFew(recordings.len()));
+    if recordings.is_empty() {
+        return Err(HealthError::Nothing);
     }
     if let Some(joint) = recordings.iter().find(|recording| recording.is_joint_log()) {
         return Err(EstimateError::JointLog { recording: joint.name.clone() }.into());
@@ -128,8 +132,22 @@ pub fn of_recordings(
     finding(gears, options, widened, property)
 }
 
+/// What catalogues quote of a gear that was fitted: K1, K2, K3, hysteresis loss and lost motion, with its parameters. `None` where the fit is no loaded gear.
+pub fn catalogue_figures(recordings: &[Recording], fit: &Fit) -> Option<Condition> {
+    let gears = [Gear::of_fit(recordings.first()?, fit)];
+    fit.model.elastic?;
+    let rating = Rating::settle(&Asked::default(), &gears).ok()?;
+    gears[0].condition(&rating).ok()
+}
+
 fn fit_options(options: &HealthOptions) -> FitOptions {
-    FitOptions { seed: options.seed, rated_deflection_rad: options.rated_deflection_rad, ..FitOptions::default() }
+    FitOptions {
+        seed: options.seed,
+        rated_deflection_rad: options.rated_deflection_rad,
+        ratio: options.ratio,
+        torque_side: options.torque_side,
+        ..FitOptions::default()
+    }
 }
 
 /// A model of the structure and rated deflection that all recordings are fitted with.
@@ -177,8 +195,8 @@ fn structure(recordings: &[Recording], options: &HealthOptions, progress: &dyn P
 /// # Errors
 /// [`HealthError`].
 pub fn of_models(models: &[(PathBuf, Model)], options: &HealthOptions) -> Result<Health, HealthError> {
-    if models.len() < 2 {
-        return Err(HealthError::TooFew(models.len()));
+    if models.is_empty() {
+        return Err(HealthError::Nothing);
     }
     let gears = models.iter().map(|(path, model)| Gear::of_model(path, model)).collect::<Result<Vec<_>, _>>()?;
     let names: Vec<String> = gears.iter().map(|g| g.name.clone()).collect();
@@ -197,7 +215,7 @@ fn finding(
     let first = &gears[0];
     let (unit, structure) = (first.model.torque_unit, first.structure());
     let conditions = gears.iter().map(|gear| gear.condition(&rating)).collect::<Result<Vec<_>, _>>()?;
-    let changes = change::changes(&conditions, FALSE_ALARM_RATE);
+    let changes = if conditions.len() > 1 { change::changes(&conditions, FALSE_ALARM_RATE) } else { Vec::new() };
     let against = property.map(|property| {
         let regressions = against::regressions(&conditions, &property, FALSE_ALARM_RATE);
         Against { property, regressions }

@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 use crate::recording::TorqueUnit;
 
 /// The side of the gear on which the torque is taken, MODEL.md's σ.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
 pub enum TorqueSide {
     /// Motor side (current): σ = +1.
     Motor,

@@ -53,9 +53,10 @@ impl<'a> RecordingContext<'a> {
     pub fn new(recording: &'a Recording, signals: Signals<'a>, params: Option<Params>) -> Result<Self, PredictError> {
         if params.is_some() && signals.deflection_rad.is_none() {
             let angles = recording.theta_in_rad.is_some() && recording.theta_out_rad.is_some();
-            let problem = if angles { RecordingProblem::NoRatio } else { RecordingProblem::NoDeflection };
+            let problem =
+                if angles { RecordingProblem::NoRatio { shown: None } } else { RecordingProblem::NoDeflection };
             let file = recording.name.clone();
-            return Err(RecordingError { file, line: None, column: None, problem: Box::new(problem) }.into());
+            return Err(RecordingError::of_file(&file, problem).into());
         }
         let rated_deflection_rad = params.map(|params| params.rated_deflection_rad());
         Ok(Self { file: &recording.name, signals, params, rated_deflection_rad })

@@ -3,58 +3,87 @@
 use super::error::RecordingProblem;
 
 /// How the file separates its columns.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Dialect {
-    /// Comma, semicolon or tab.
+    /// Comma, semicolon or tab. A tab too where spaces separate the columns: runs of them are read as one.
     pub delimiter: u8,
+    /// Runs of spaces and tabs separate the columns.
+    pub spaces: bool,
     /// The first record is Excel's `sep=;`.
     pub separator_line: bool,
+    /// The header behind the `#` of a comment, as NumPy writes it, and its line counted from 1.
+    pub commented_header: Option<(Vec<u8>, u64)>,
 }
 
 impl Dialect {
     /// Judges by the first bytes of a file.
     pub fn sniff(head: &[u8]) -> Result<Dialect, RecordingProblem> {
-        if let Some(what) = foreign(head) {
-            return Err(RecordingProblem::NotText(what));
+        if head.starts_with(b"\xff\xfe") || head.starts_with(b"\xfe\xff") {
+            return Err(RecordingProblem::NotText("UTF-16"));
+        }
+        if head.contains(&0) {
+            return Err(RecordingProblem::NotText("binary"));
         }
         let text = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head);
-        let header = text
-            .split(|&b| b == b'\n')
-            .map(<[u8]>::trim_ascii)
-            .find(|line| !line.is_empty() && !line.starts_with(b"#"))
-            .ok_or(RecordingProblem::Empty)?;
-        if header.contains(&b'\r') {
+        let lines = || text.split(|&b| b == b'\n').map(<[u8]>::trim_ascii);
+        let mut filled = lines().filter(|line| !line.is_empty() && !line.starts_with(b"#"));
+        let first = filled.next().ok_or(RecordingProblem::Empty)?;
+        if first.contains(&b'\r') {
             return Err(RecordingProblem::NotText("text whose lines end in a carriage return alone"));
         }
-        if let Some(&[delimiter]) = header.strip_prefix(b"sep=") {
-            return Ok(Dialect { delimiter, separator_line: true });
+        if let Some(&[delimiter]) = first.strip_prefix(b"sep=") {
+            return Ok(Dialect { delimiter, spaces: false, separator_line: true, commented_header: None });
         }
-        let mut quoted = false;
-        let mut counts = [0_usize; 3];
-        for &byte in header {
-            quoted ^= byte == b'"';
-            if let Some(i) = b",;\t".iter().position(|&d| d == byte && !quoted) {
-                counts[i] += 1;
+        let (delimiter, spaces) = separator(first, filled.next());
+        let mut dialect = Dialect { delimiter, spaces, separator_line: false, commented_header: None };
+        let count = |line: &[u8]| dialect.fields(line).len();
+        let numbers = |line: &[u8]| dialect.fields(line).iter().all(|field| is_number(field));
+        if numbers(first) {
+            let at = lines().position(|line| line == first).unwrap_or(0);
+            let comment = lines().enumerate().take(at).filter(|(_, line)| line.starts_with(b"#")).last();
+            if let Some((line, text)) = comment {
+                let names = text[text.iter().take_while(|b| **b == b'#').count()..].trim_ascii();
+                if count(names) == count(first) && dialect.fields(names).iter().all(|name| !is_number(name)) {
+                    dialect.commented_header = Some((names.to_vec(), line as u64 + 1));
+                }
             }
         }
-        let most = counts.into_iter().max().unwrap_or(0);
-        let delimiter = match counts {
-            [_, _, tabs] if tabs == most && most > 0 => b'\t',
-            [_, semicolons, _] if semicolons == most && most > 0 => b';',
-            _ => b',',
-        };
-        Ok(Dialect { delimiter, separator_line: false })
+        Ok(dialect)
+    }
+
+    /// The fields of a line without quotes.
+    fn fields<'l>(&self, line: &'l [u8]) -> Vec<&'l [u8]> {
+        match self.spaces {
+            true => line.split(u8::is_ascii_whitespace).filter(|field| !field.is_empty()).collect(),
+            false => line.split(|&b| b == self.delimiter).map(<[u8]>::trim_ascii).collect(),
+        }
     }
 }
 
-fn foreign(head: &[u8]) -> Option<&'static str> {
-    match head {
-        [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => Some("UTF-16"),
-        [b'P', b'K', 3, 4, ..] => Some("a ZIP archive or an Excel workbook"),
-        [0x1f, 0x8b, ..] => Some("gzip-compressed"),
-        _ if head.contains(&0) => Some("binary"),
-        _ => None,
+/// The separator of a header, or of a first row of numbers, and whether it is runs of spaces.
+fn separator(first: &[u8], second: Option<&[u8]>) -> (u8, bool) {
+    let mut quoted = false;
+    let mut counts = [0_usize; 3];
+    for &byte in first {
+        quoted ^= byte == b'"';
+        if let Some(i) = b",;\t".iter().position(|&d| d == byte && !quoted) {
+            counts[i] += 1;
+        }
     }
+    let words = |line: &[u8]| line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty()).count();
+    let separates = |line: &[u8]| line.iter().any(|b| b",;\t".contains(b));
+    match counts {
+        // Nothing but spaces, in the row below too.
+        [0, 0, 0] if words(first) > 1 && second.is_none_or(|row| words(row) > 1 && !separates(row)) => (b'\t', true),
+        [commas, semicolons, tabs] if tabs > 0 && tabs >= commas.max(semicolons) => (b'\t', false),
+        [commas, semicolons, _] if semicolons > 0 && semicolons >= commas => (b';', false),
+        _ => (b',', false),
+    }
+}
+
+/// Whether a field is a number, with a decimal point or a decimal comma.
+pub(super) fn is_number(field: &[u8]) -> bool {
+    std::str::from_utf8(field).is_ok_and(|text| text.trim().replace(',', ".").parse::<f64>().is_ok())
 }
 
 /// Reads numbers of one file: decimal points, or decimal commas where commas do not separate the columns.
@@ -67,7 +96,7 @@ pub(super) struct Numbers {
 }
 
 impl Numbers {
-    pub fn new(dialect: Dialect) -> Self {
+    pub fn new(dialect: &Dialect) -> Self {
         Numbers { comma_separated: dialect.delimiter == b',', mark: None, scratch: String::new() }
     }
 
@@ -76,7 +105,7 @@ impl Numbers {
         matches!(self.mark, Some((b',', _)))
     }
 
-    /// One field as a finite number.
+    /// One field as a number, which need not be finite.
     pub fn parse(&mut self, field: &[u8], line: u64) -> Result<f64, RecordingProblem> {
         let field = field.trim_ascii();
         let lossy = || String::from_utf8_lossy(field).into_owned();
@@ -104,9 +133,6 @@ impl Numbers {
                 _ => RecordingProblem::NotANumber(lossy()),
             });
         };
-        if !number.is_finite() {
-            return Err(RecordingProblem::NotFinite(lossy()));
-        }
         match (mark, self.mark) {
             (Some(new), None) => self.mark = Some((new, line)),
             (Some(new), Some((old, first_line))) if new != old => {
@@ -143,21 +169,23 @@ mod tests {
         assert_eq!(delimiter("\"x;y;z\",b"), b',');
         assert_eq!(delimiter("sep=;\na;b"), b';');
         assert_eq!(delimiter("a"), b',');
+        assert!(Dialect::sniff(b"a  b\n1 2").unwrap().spaces);
+        assert!(!Dialect::sniff(b"Time s\n1").unwrap().spaces);
+        let numpy = Dialect::sniff(b"# bench 3\n# time_s torque_nm\n0.0e+00 1.0e+00\n").unwrap();
+        assert_eq!((numpy.spaces, numpy.commented_header), (true, Some((b"time_s torque_nm".to_vec(), 2))));
+        assert_eq!(Dialect::sniff(b"# 3 runs, 2 benches\n0,1,2\n").unwrap().commented_header, None);
     }
 
     #[test]
     fn numbers_are_read_or_named() {
-        let semicolon = Dialect { delimiter: b';', separator_line: false };
-        let mut numbers = Numbers::new(semicolon);
+        let mut numbers = Numbers::new(&Dialect::sniff(b"a;b").unwrap());
         assert_eq!(numbers.parse(b" -1,5e-3\r", 2), Ok(-1.5e-3));
         assert_eq!(numbers.parse(b"7", 3), Ok(7.0));
         assert!(matches!(numbers.parse(b"1.5", 4), Err(RecordingProblem::MixedDecimalMarks { first_line: 2, .. })));
         assert!(matches!(numbers.parse(b"1.234,5", 4), Err(RecordingProblem::Thousands(_))));
         assert!(matches!(numbers.parse(b"1 234", 4), Err(RecordingProblem::Thousands(_))));
-        let mut numbers = Numbers::new(Dialect { delimiter: b',', separator_line: false });
+        let mut numbers = Numbers::new(&Dialect::sniff(b"a,b").unwrap());
         assert!(matches!(numbers.parse(b"0,5", 4), Err(RecordingProblem::CommaInNumber(_))));
-        assert!(matches!(numbers.parse(b"NaN", 4), Err(RecordingProblem::NotFinite(_))));
-        assert!(matches!(numbers.parse(b"1e999", 4), Err(RecordingProblem::NotFinite(_))));
         assert!(matches!(numbers.parse(b"", 4), Err(RecordingProblem::EmptyField)));
         assert!(matches!(numbers.parse(b"1.2.3x", 4), Err(RecordingProblem::NotANumber(_))));
         assert!(matches!(numbers.parse(b"\xb5", 4), Err(RecordingProblem::NotANumber(_))));

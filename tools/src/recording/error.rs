@@ -1,15 +1,16 @@
 //! Why a recording was refused: where, what is wrong, and the mend.
 
 use super::quantity::Quantity;
+use super::table::Place;
 
 /// A recording was refused.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("{file}{}: {problem}", self.place())]
+#[error("{file}{}: {problem}", self.located())]
 pub struct RecordingError {
     /// The file.
     pub file: String,
-    /// Its line, counted from 1, where one is to blame.
-    pub line: Option<u64>,
+    /// Its line or row, where one is to blame.
+    pub place: Option<Place>,
     /// Its column, where one is to blame.
     pub column: Option<ColumnPlace>,
     /// What is wrong.
@@ -31,27 +32,78 @@ pub enum RecordingProblem {
     /// The system could not read the file.
     #[error("cannot be read: {0}")]
     Unreadable(String),
+    /// A folder that holds nothing to read.
+    #[error("holds no recording: none of its files ends in .{}", super::format::Format::ENDINGS.join(", ."))]
+    NoRecordings,
     /// Nothing but white space and comments.
     #[error("is empty")]
     Empty,
-    /// No CSV in UTF-8.
+    /// Text, but not as it is read.
     #[error("is {0}, not CSV text in UTF-8")]
     NotText(&'static str),
+    /// A format that is not read.
+    #[error("is {format}, which is not read")]
+    Foreign {
+        /// What it is.
+        format: &'static str,
+        /// How to export it.
+        export: &'static str,
+    },
+    /// A format that this program was built without.
+    #[error("is {format}, which this gmhm was built without")]
+    NotBuilt {
+        /// What it is.
+        format: &'static str,
+        /// The feature that reads it.
+        feature: &'static str,
+    },
+    /// A file of a known format that is damaged, or uses what is not read of it.
+    #[error("cannot be read as {format}: {why}")]
+    Damaged {
+        /// What it is.
+        format: &'static str,
+        /// What is wrong with it.
+        why: String,
+    },
     /// The first row is numbers.
     #[error("starts with numbers where the header should name the columns")]
     HeaderMissing,
     /// No row, or a single one.
     #[error("has {0} of numbers under its header; a recording needs at least two")]
     TooShort(&'static str),
-    /// A column that the command needs is not there.
+    /// Columns that the command needs are not there.
     #[error("has no column {wanted}; its columns are {found}")]
-    MissingColumn {
+    MissingColumns {
         /// What is needed, in words.
         wanted: String,
         /// What the header names.
         found: String,
-        /// A column that may be it, with the `--map` entry to say so.
+        /// Columns that may be it, as one `--map`.
         guess: Option<String>,
+    },
+    /// The unit in a column's name is not that beside it.
+    #[error("the name says {named}, the unit beside it {beside}")]
+    TwoUnits {
+        /// The unit of the name.
+        named: String,
+        /// The unit beside it.
+        beside: String,
+    },
+    /// Columns without rows in common.
+    #[error("has rows of its own, other than those of `{other}`")]
+    OtherRows {
+        /// The other column.
+        other: String,
+    },
+    /// Nothing is left between `--from` and `--to`.
+    #[error("has {found} between --from and --to; its time runs from {first} to {last} s")]
+    NothingBetween {
+        /// What is left, in words.
+        found: &'static str,
+        /// First time, s.
+        first: f64,
+        /// Last time, s.
+        last: f64,
     },
     /// Two columns of one name.
     #[error("stands twice in the header, as column {0} too")]
@@ -134,21 +186,59 @@ pub enum RecordingProblem {
     },
     /// Angles without a ratio.
     #[error("has motor-side and output-side angles but no deflection, and no ratio is known")]
-    NoRatio,
+    NoRatio {
+        /// The ratio that the angles show.
+        shown: Option<f64>,
+    },
+    /// Angles that show another ratio than the one given.
+    #[error("its angles turn {shown} to 1, the ratio given is {given}")]
+    OtherRatio {
+        /// The ratio given.
+        given: f64,
+        /// The ratio that the angles show.
+        shown: f64,
+        /// What the difference suggests.
+        mistake: Mistake,
+    },
     /// The motor-side or output-side angle alone where the deflection is needed.
     #[error("holds no deflection: that takes `deflection_rad`, or `theta_in_rad` and `theta_out_rad` with the ratio")]
     NoDeflection,
 }
 
+/// What the angles' own ratio is beside the one given.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Mistake {
+    /// The other sign.
+    Sign,
+    /// One angle in degrees or revolutions, the other in radians.
+    Unit,
+    /// One tooth difference: circular spline or flex spline held.
+    OneOff,
+    /// Another whole number.
+    Other,
+}
+
 impl RecordingError {
-    fn place(&self) -> String {
-        let line = self.line.map(|n| format!(", line {n}")).unwrap_or_default();
+    /// What is wrong with a file as a whole.
+    pub fn of_file(file: &str, problem: RecordingProblem) -> Self {
+        RecordingError { file: file.to_owned(), place: None, column: None, problem: Box::new(problem) }
+    }
+
+    fn located(&self) -> String {
+        let line = self.place.map(|place| format!(", {place}")).unwrap_or_default();
         let column = self.column.as_ref().map(|c| format!(", column {} `{}`", c.number, c.name)).unwrap_or_default();
         line + &column
     }
 
     /// How to mend it, where there is more to say than the message does.
     pub fn mend(&self) -> Option<String> {
+        if let (RecordingProblem::UnknownUnit { quantity, suffix }, Some(column)) = (&*self.problem, &self.column) {
+            let map = format!("{}={}", quantity.si_name(), column.name);
+            return Some(match suffix.is_empty() {
+                true => format!("if it is in {}, add --map {}", quantity.units()[0].spellings[0], shell_word(&map)),
+                false => format!("convert it, such as --map {}", shell_word(&format!("{map}*0.001"))),
+            });
+        }
         self.problem.mend()
     }
 }
@@ -157,36 +247,44 @@ impl RecordingProblem {
     fn mend(&self) -> Option<String> {
         let text = match self {
             RecordingProblem::Unreadable(_) => return None,
+            RecordingProblem::NoRecordings => "name the files, or another folder",
             RecordingProblem::Empty => "record again, or check that the export finished",
             RecordingProblem::NotText(_) => "export it as CSV, encoded in UTF-8",
             RecordingProblem::HeaderMissing => {
                 "put the column names first, such as time_s,deflection_rad,torque_nm, without a # before them"
             }
             RecordingProblem::TooShort(_) => "check that the recording finished and that the export holds its rows",
-            RecordingProblem::MissingColumn { guess: Some(guess), .. } => {
-                return Some(format!("if that is the column, add --map {guess} (with *SCALE where units differ)"));
+            RecordingProblem::MissingColumns { guess: Some(guess), .. } => {
+                let many = if guess.contains(',') { "those are the columns" } else { "that is the column" };
+                return Some(format!("if {many}, add --map {} (with *SCALE where units differ)", shell_word(guess)));
             }
-            RecordingProblem::MissingColumn { guess: None, .. } => {
-                "name the column so in the header, or add --map NAME=COLUMN"
+            RecordingProblem::MissingColumns { guess: None, .. } => {
+                "name the column so in the header, or add --map NAME=COLUMN; `gmhm columns FILE` lists them all"
             }
             RecordingProblem::DuplicateColumn(_) | RecordingProblem::TwoColumnsForOne { .. } => {
                 "keep one of the two, or say which by --map"
             }
             RecordingProblem::UnknownUnit { quantity, .. } => {
+                return Some(format!("convert it, such as --map {}=COLUMN*0.001", quantity.si_name()));
+            }
+            RecordingProblem::TwoUnits { .. } => "correct the header, or say which by --map",
+            RecordingProblem::OtherRows { .. } => {
+                "take all columns from one group or topic, or resample them to one time when exporting"
+            }
+            RecordingProblem::NothingBetween { .. } => "give --from and --to in seconds of the time column",
+            RecordingProblem::Foreign { export, .. } => export,
+            RecordingProblem::NotBuilt { feature, .. } => {
                 return Some(format!(
-                    "rename the column, or convert it by --map, such as --map {}=COLUMN*0.001",
-                    quantity.si_name()
+                    "build it with --features {feature}; or save again in MATLAB by save -v7, which is read by every build"
                 ));
             }
+            RecordingProblem::Damaged { .. } => "export it again, or export it as CSV",
             RecordingProblem::MapColumnMissing { .. } => {
                 "write the column as in the header; COLUMN*2, COLUMN/2, -COLUMN and COLUMN*2+0.5 are understood"
             }
             RecordingProblem::EmptyField => "fill it, or remove the row",
             RecordingProblem::NotANumber(text) if text.contains(':') => {
                 "write times as seconds, such as 12.345, counted from any origin"
-            }
-            RecordingProblem::NotANumber(text) if is_unit(text) => {
-                "this looks like a row of units: remove it, and say the units in the names, such as time_s, torque_nm, deflection_mrad"
             }
             RecordingProblem::NotANumber(_) => "write a number such as -1.5e-3, or remove the row",
             RecordingProblem::NotFinite(_) => "remove the row, or fill it by a measured value",
@@ -206,21 +304,41 @@ impl RecordingProblem {
             RecordingProblem::TooManyFields { .. } => {
                 "remove the extra fields; for decimal commas separate the columns by semicolons or tabs"
             }
-            RecordingProblem::NoRatio => "give a model file with `ratio` in its [gear] section",
+            RecordingProblem::NoRatio { shown: Some(shown) } => {
+                return Some(format!("add --ratio N; the angles turn {} to 1", (1e4 * shown).round() / 1e4));
+            }
+            RecordingProblem::NoRatio { shown: None } => {
+                "add --ratio N, or give a model file with `ratio` in its [gear] section"
+            }
+            RecordingProblem::OtherRatio { given, shown, mistake } => {
+                return Some(match mistake {
+                    Mistake::Sign => format!(
+                        "one angle has the wrong sign: add --map theta_out_rad=-COLUMN, or --ratio {shown} where the gear reverses"
+                    ),
+                    Mistake::Unit => format!(
+                        "the angles are in different units: name each in its own, such as --map theta_in_deg=COLUMN; the factor is {:.5}",
+                        shown / given
+                    ),
+                    Mistake::OneOff => {
+                        format!("add --ratio {shown}: the ratio is one more or less with the other spline held")
+                    }
+                    Mistake::Other => format!("add --ratio {shown}, or check the units of the angles"),
+                });
+            }
             RecordingProblem::NoDeflection => "add the column, or name it by --map",
         };
         Some(text.to_owned())
     }
 }
 
-/// Whether a field is what exports write in a row of units.
-fn is_unit(text: &str) -> bool {
-    const UNITS: [&str; 28] = [
-        "s", "sec", "ms", "us", "µs", "rad", "mrad", "urad", "µrad", "deg", "°", "arcmin", "nm", "n·m", "n*m", "n.m",
-        "n m", "mnm", "nmm", "knm", "a", "ma", "°c", "degc", "rad/s", "deg/s", "°/s", "rpm",
-    ];
-    let bare = text.trim().trim_start_matches(['[', '(']).trim_end_matches([']', ')']).to_lowercase();
-    UNITS.contains(&bare.as_str())
+/// A word as a shell takes it.
+pub fn shell_word(word: &str) -> String {
+    let plain = |c: char| c.is_alphanumeric() || "-_./=,:+@%".contains(c);
+    if !word.is_empty() && word.chars().all(plain) {
+        word.to_owned()
+    } else {
+        format!("'{}'", word.replace('\'', "'\\''"))
+    }
 }
 
 fn suffix_words(suffix: &str) -> String {

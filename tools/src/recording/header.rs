@@ -2,8 +2,11 @@
 
 use super::error::RecordingProblem;
 use super::map::{ColumnMap, Linear};
-use super::quantity::{Named, Quantity, Unit, parse_name};
-use super::read::{Need, Needs};
+use super::name::{Named, parse_head, split};
+use super::needs::{Need, Needs};
+use super::quantity::{Quantity, Unit};
+use super::table::ColumnHead;
+use super::unit_text;
 
 /// Where a quantity comes from.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -16,23 +19,44 @@ pub(super) struct Source {
 }
 
 /// What is wrong with a header, and with which of its columns.
+#[derive(Debug)]
 pub(super) struct Fault {
     pub index: Option<usize>,
     pub problem: RecordingProblem,
 }
 
-/// Finds the columns that a command needs, time first.
-pub(super) fn resolve(names: &[String], map: &ColumnMap, needs: &Needs) -> Result<Vec<Source>, Fault> {
+/// A column that may be a quantity, and what keeps it from being one.
+struct Unclear {
+    quantity: Quantity,
+    fault: Fault,
+}
+
+/// The quantities of a file that a command looks at, time first.
+fn looked_at(needs: &Needs) -> impl Iterator<Item = Quantity> {
     let mut quantities = Quantity::ALL;
     quantities.sort();
+    quantities.into_iter().filter(|quantity| needs.of(*quantity) != Need::Ignored)
+}
+
+/// Finds the columns that a command needs, time first.
+pub(super) fn resolve(heads: &[ColumnHead], map: &ColumnMap, needs: &Needs) -> Result<Vec<Source>, Fault> {
+    let (candidates, mut unclear) = candidates(heads, map, needs)?;
+    let group = group(heads, map, &candidates)?;
     let mut sources: Vec<Source> = Vec::new();
-    for quantity in quantities {
-        if needs.of(quantity) == Need::Ignored {
+    for quantity in looked_at(needs) {
+        let mut of_it = candidates.iter().filter(|s| s.quantity == quantity && heads[s.index].group == group);
+        let Some(first) = of_it.next() else {
+            // What counts the time of the group needs no name.
+            if quantity == Quantity::Time {
+                sources.extend(time_of(heads, group));
+            }
             continue;
+        };
+        if let Some(second) = of_it.next() {
+            let problem = RecordingProblem::TwoColumnsForOne { other: heads[first.index].name.clone(), quantity };
+            return Err(Fault { index: Some(second.index), problem });
         }
-        if let Some(source) = find(names, map, quantity)? {
-            sources.push(source);
-        }
+        sources.push(*first);
     }
     let has = |quantity| sources.iter().any(|s| s.quantity == quantity);
     // A torque makes a current superfluous, unless the current alone was asked for by name.
@@ -41,57 +65,85 @@ pub(super) fn resolve(names: &[String], map: &ColumnMap, needs: &Needs) -> Resul
     let both = has(Quantity::Torque) && has(Quantity::Current);
     let sources: Vec<Source> = sources.into_iter().filter(|s| !(both && s.quantity == superfluous)).collect();
 
-    require(names, &sources, needs.time, "`time_s`", &[Quantity::Time])?;
-    require(names, &sources, needs.torque, "`torque_nm` (or `current_a`)", &[Quantity::Torque, Quantity::Current])?;
-    let motion = [Quantity::Deflection, Quantity::ThetaOut];
-    let wanted = "`deflection_rad` (or the angles `theta_in_rad` and `theta_out_rad`)";
-    require(names, &sources, needs.motion, wanted, &motion)?;
+    let has = |quantity| sources.iter().any(|s| s.quantity == quantity);
+    unclear.retain(|u| !(has(u.quantity) || u.quantity == Quantity::Current && has(Quantity::Torque)));
+    refuse_what_is_missing(heads, &sources, unclear, needs)?;
     Ok(sources)
 }
 
-/// The one column that holds a quantity.
-fn find(names: &[String], map: &ColumnMap, quantity: Quantity) -> Result<Option<Source>, Fault> {
-    if let Some(mapping) = map.get(quantity) {
-        let (index, linear) = mapping.resolve(names).ok_or_else(|| Fault {
-            index: None,
-            problem: RecordingProblem::MapColumnMissing {
-                mapping: format!("{}={}", mapping.target, mapping.expression),
-                found: listed(names),
-            },
-        })?;
-        no_twin(names, index)?;
-        return Ok(Some(Source { quantity, index, linear, unit: mapping.unit }));
-    }
-    let mut found: Option<Source> = None;
-    let mut bad: Option<Fault> = None;
-    for (index, name) in names.iter().enumerate() {
-        match parse_name(name) {
-            Named::Known(q, unit) if q == quantity => {
-                no_twin(names, index)?;
-                if let Some(first) = found {
-                    let problem = RecordingProblem::TwoColumnsForOne { other: names[first.index].clone(), quantity };
-                    return Err(Fault { index: Some(index), problem });
+/// Every column that is a quantity by its name or by the map, and those that are nearly one.
+fn candidates(heads: &[ColumnHead], map: &ColumnMap, needs: &Needs) -> Result<(Vec<Source>, Vec<Unclear>), Fault> {
+    let (mut found, mut unclear) = (Vec::new(), Vec::<Unclear>::new());
+    let names: Vec<String> = heads.iter().map(|head| head.name.clone()).collect();
+    for quantity in looked_at(needs) {
+        if let Some(mapping) = map.get(quantity) {
+            let (index, linear) = mapping.resolve(&names).ok_or_else(|| Fault {
+                index: None,
+                problem: RecordingProblem::MapColumnMissing {
+                    mapping: format!("{}={}", mapping.target, mapping.expression),
+                    found: listed(heads),
+                },
+            })?;
+            no_twin(heads, index)?;
+            found.push(Source { quantity, index, linear, unit: mapping.unit });
+            continue;
+        }
+        for (index, head) in heads.iter().enumerate() {
+            let problem = match parse_head(&head.name, head.unit.as_deref()) {
+                Named::Known(q, unit) if q == quantity => {
+                    no_twin(heads, index)?;
+                    found.push(Source { quantity, index, linear: Linear::IDENTITY, unit });
+                    continue;
                 }
-                found = Some(Source { quantity, index, linear: Linear::IDENTITY, unit });
+                Named::BadUnit(q, suffix) if q == quantity => RecordingProblem::UnknownUnit { quantity, suffix },
+                Named::TwoUnits(q, named, beside) if q == quantity => {
+                    return Err(Fault { index: Some(index), problem: RecordingProblem::TwoUnits { named, beside } });
+                }
+                _ => continue,
+            };
+            if !unclear.iter().any(|u| u.quantity == quantity) {
+                unclear.push(Unclear { quantity, fault: Fault { index: Some(index), problem } });
             }
-            Named::BadUnit(q, suffix) if q == quantity && bad.is_none() => {
-                let problem = RecordingProblem::UnknownUnit { quantity, suffix: suffix.to_owned() };
-                bad = Some(Fault { index: Some(index), problem });
-            }
-            _ => {}
         }
     }
-    // A current in a strange unit is no matter where a torque was measured.
-    let torque_known = map.get(Quantity::Torque).is_some()
-        || names.iter().any(|n| matches!(parse_name(n), Named::Known(Quantity::Torque, _)));
-    match (found, bad) {
-        (None, Some(fault)) if !(torque_known && quantity == Quantity::Current) => Err(fault),
-        (found, _) => Ok(found),
-    }
+    Ok((found, unclear))
 }
 
-fn no_twin(names: &[String], index: usize) -> Result<(), Fault> {
-    match names.iter().enumerate().find(|(i, name)| *i != index && **name == names[index]) {
+/// The group that the recording is read from: that of the mapped columns, else the one with most of what is known.
+fn group(heads: &[ColumnHead], map: &ColumnMap, candidates: &[Source]) -> Result<usize, Fault> {
+    let mut mapped = candidates.iter().filter(|source| map.get(source.quantity).is_some());
+    if let Some(first) = mapped.next() {
+        let group = heads[first.index].group;
+        return match mapped.find(|other| heads[other.index].group != group) {
+            Some(other) => Err(Fault {
+                index: Some(other.index),
+                problem: RecordingProblem::OtherRows { other: heads[first.index].name.clone() },
+            }),
+            None => Ok(group),
+        };
+    }
+    let known = |group: usize| {
+        let mut known: Vec<Quantity> =
+            candidates.iter().filter(|s| heads[s.index].group == group).map(|s| s.quantity).collect();
+        known.sort();
+        known.dedup();
+        known.len()
+    };
+    let groups = heads.iter().map(|head| head.group).max().unwrap_or(0);
+    // The first of the best.
+    Ok((0..=groups).rev().max_by_key(|group| known(*group)).unwrap_or(0))
+}
+
+fn time_of(heads: &[ColumnHead], group: usize) -> Option<Source> {
+    let (index, head) = heads.iter().enumerate().find(|(_, head)| head.group == group && head.is_time)?;
+    let said = head.unit.as_deref().and_then(unit_text::suffix).and_then(|unit| Quantity::Time.unit(&unit));
+    let unit = said.unwrap_or(Quantity::Time.units()[0]);
+    Some(Source { quantity: Quantity::Time, index, linear: Linear::IDENTITY, unit })
+}
+
+fn no_twin(heads: &[ColumnHead], index: usize) -> Result<(), Fault> {
+    let twin = |(i, head): &(usize, &ColumnHead)| *i != index && head.name == heads[index].name;
+    match heads.iter().enumerate().find(twin) {
         Some((other, _)) => {
             let (first, second) = (index.min(other), index.max(other));
             Err(Fault { index: Some(second), problem: RecordingProblem::DuplicateColumn(first + 1) })
@@ -100,17 +152,68 @@ fn no_twin(names: &[String], index: usize) -> Result<(), Fault> {
     }
 }
 
-fn require(names: &[String], sources: &[Source], need: Need, wanted: &str, any_of: &[Quantity]) -> Result<(), Fault> {
-    if need != Need::Required || sources.iter().any(|s| any_of.contains(&s.quantity)) {
-        return Ok(());
+/// Refuses everything that is missing at once, with one map for all of it.
+fn refuse_what_is_missing(
+    heads: &[ColumnHead],
+    sources: &[Source],
+    mut unclear: Vec<Unclear>,
+    needs: &Needs,
+) -> Result<(), Fault> {
+    let any_of: [(Need, &str, &[Quantity]); 3] = [
+        (needs.time, "`time_s`", &[Quantity::Time]),
+        (needs.torque, "`torque_nm` (or `current_a`)", &[Quantity::Torque, Quantity::Current]),
+        (
+            needs.motion,
+            "`deflection_rad` (or the angles `theta_in_rad` and `theta_out_rad`)",
+            &[Quantity::Deflection, Quantity::ThetaOut],
+        ),
+    ];
+    let mut taken: Vec<usize> = sources.iter().map(|s| s.index).collect();
+    let mut wanted: Vec<String> = Vec::new();
+    let mut guesses: Vec<String> = unclear
+        .iter()
+        .filter_map(|u| {
+            let index = u.fault.index?;
+            taken.push(index);
+            Some(format!("{}={}", u.quantity.si_name(), heads[index].name))
+        })
+        .collect();
+    for (need, words, quantities) in any_of {
+        let there = sources.iter().any(|s| quantities.contains(&s.quantity))
+            || unclear.iter().any(|u| quantities.contains(&u.quantity));
+        if need != Need::Required || there {
+            continue;
+        }
+        let guess = quantities.iter().find_map(|quantity| {
+            let at = (0..heads.len()).find(|i| !taken.contains(i) && resembles(&heads[*i].name, *quantity))?;
+            taken.push(at);
+            Some(format!("{}={}", target(*quantity, &heads[at]), heads[at].name))
+        });
+        guesses.extend(guess);
+        wanted.push(words.to_owned());
     }
-    let taken = |name: &String| sources.iter().any(|s| names[s.index] == *name);
-    let guess = any_of.iter().find_map(|quantity| {
-        let name = names.iter().find(|name| !taken(name) && resembles(name, *quantity))?;
-        Some(format!("{}={name}", quantity.si_name()))
+    if wanted.is_empty() && unclear.len() < 2 {
+        return unclear.pop().map_or(Ok(()), |u| Err(u.fault));
+    }
+    let unclear = unclear.iter().filter_map(|u| {
+        Some(format!("`{}` (`{}`: {})", u.quantity.si_name(), heads[u.fault.index?].name, u.fault.problem))
     });
-    let problem = RecordingProblem::MissingColumn { wanted: wanted.to_owned(), found: listed(names), guess };
+    let wanted: Vec<String> = unclear.chain(wanted).collect();
+    let guess = (!guesses.is_empty()).then(|| guesses.join(","));
+    let problem = RecordingProblem::MissingColumns { wanted: wanted.join(", "), found: listed(heads), guess };
     Err(Fault { index: None, problem })
+}
+
+/// The name of a quantity in the unit that a column states, else in SI.
+fn target(quantity: Quantity, head: &ColumnHead) -> String {
+    let (bare, bracketed) = split(&head.name);
+    let trailing = bare.rsplit_once(['_', ' ', '.']).map(|(_, last)| last);
+    let units = [bracketed, head.unit.as_deref(), trailing];
+    let known = units.into_iter().flatten().find_map(|unit| quantity.unit(&unit_text::suffix(unit)?));
+    match known {
+        Some(unit) => format!("{}_{}", quantity.stem(), unit.spellings[0]),
+        None => quantity.si_name(),
+    }
 }
 
 /// True where a name is nearly the contract's, or one of its words is what people call the quantity.
@@ -120,11 +223,11 @@ fn resembles(name: &str, quantity: Quantity) -> bool {
     near || name.split(|c: char| !c.is_alphanumeric()).any(|word| quantity.synonyms().contains(&word))
 }
 
-fn listed(names: &[String]) -> String {
+fn listed(heads: &[ColumnHead]) -> String {
     const SHOWN: usize = 12;
-    let mut text = names.iter().take(SHOWN).map(|n| format!("`{n}`")).collect::<Vec<_>>().join(", ");
-    if names.len() > SHOWN {
-        text += &format!(" and {} more", names.len() - SHOWN);
+    let mut text = heads.iter().take(SHOWN).map(|head| format!("`{}`", head.name)).collect::<Vec<_>>().join(", ");
+    if heads.len() > SHOWN {
+        text += &format!(" and {} more", heads.len() - SHOWN);
     }
     text
 }

@@ -1,6 +1,7 @@
 //! `--map`: columns under other names, scaled, flipped and shifted.
 
-use super::quantity::{Named, Quantity, Unit, parse_name};
+use super::name::{Named, parse_name};
+use super::quantity::{Quantity, Unit};
 
 /// One entry of `--map`: `TARGET=COLUMN`, `TARGET=COLUMN*2`, `TARGET=-COLUMN/1000+0.5`, `TARGET=0.001*COLUMN`.
 ///
@@ -67,7 +68,7 @@ impl std::str::FromStr for Mapping {
         let (quantity, unit) = match parse_name(&target) {
             Named::Known(quantity, unit) => (quantity, unit),
             Named::BadUnit(quantity, _) => return Err(MapError::UnknownUnit { target, quantity }),
-            Named::Other => return Err(MapError::UnknownTarget { target }),
+            Named::Other | Named::TwoUnits(..) => return Err(MapError::UnknownTarget { target }),
         };
         if expression.is_empty() {
             return Err(MapError::NoColumn(target));

@@ -1,19 +1,44 @@
 //! Recordings: rows of time, deflection and torque, in SI units, checked once at the door.
 
+mod bytes;
+mod csv_table;
 mod dialect;
 mod error;
+mod files;
+mod format;
+mod guard;
 mod header;
 mod map;
+mod mat5;
+#[cfg(feature = "mat73")]
+mod mat73;
+mod mcap_table;
+mod mdf4;
+mod name;
+mod needs;
+mod open;
+mod parquet_table;
 mod quantity;
+pub mod ratio;
 mod read;
+mod ros;
+mod survey;
+mod table;
+mod unit_text;
 mod write;
 
 use std::borrow::Cow;
 
-pub use error::{ColumnPlace, RecordingError, RecordingProblem};
+pub use error::{ColumnPlace, Mistake, RecordingError, RecordingProblem, shell_word};
+pub use files::{file, files_and_listed};
+pub use format::Format;
 pub use map::{ColumnMap, MapError, Mapping};
+pub use needs::{Need, Needs};
+pub use open::{Progress, RecordingFile};
 pub use quantity::{Quantity, Unit};
-pub use read::{Need, Needs, Progress, read};
+pub use read::{Reading, read};
+pub use survey::{Pace, Survey, SurveyedColumn};
+pub use table::Place;
 pub use write::{Column, CopyError, copy_with_columns, write_columns};
 
 /// What the torque column of a recording holds.
@@ -162,7 +187,7 @@ impl Recording {
         let (None, Some(input), Some(output)) = (&self.deflection_rad, &self.theta_in_rad, &self.theta_out_rad) else {
             return Ok(());
         };
-        let ratio = ratio.ok_or_else(|| self.refuse(RecordingProblem::NoRatio))?;
+        let ratio = ratio.ok_or_else(|| self.refuse(RecordingProblem::NoRatio { shown: None }))?;
         self.deflection_rad = Some(input.iter().zip(output).map(|(q_m, q_o)| q_m / ratio - q_o).collect());
         Ok(())
     }
@@ -183,7 +208,7 @@ impl Recording {
     }
 
     fn refuse(&self, problem: RecordingProblem) -> RecordingError {
-        RecordingError { file: self.name.clone(), line: None, column: None, problem: Box::new(problem) }
+        RecordingError::of_file(&self.name, problem)
     }
 }
 

@@ -137,6 +137,17 @@ impl Quantity {
         format!("{}_{}", self.stem(), self.units()[0].spellings[0])
     }
 
+    /// The unit of a suffix. Upper and lower case are one, unless they make two units of it: `mNm` and `MNm`.
+    pub(super) fn unit(self, suffix: &str) -> Option<Unit> {
+        let exact = self.units().iter().find(|unit| unit.spellings.contains(&suffix));
+        let loose = || {
+            let lower = suffix.to_lowercase();
+            let two = self.units() == TORQUE && suffix.starts_with('M');
+            self.units().iter().find(|unit| unit.spellings.contains(&lower.as_str()) && !two)
+        };
+        exact.or_else(loose).copied()
+    }
+
     /// The accepted suffixes as a list for messages: `_rad, _mrad, …`.
     pub fn accepted_suffixes(self) -> String {
         let names: Vec<String> = self.units().iter().map(|u| format!("_{}", u.spellings[0])).collect();
@@ -147,7 +158,7 @@ impl Quantity {
     pub(super) fn synonyms(self) -> &'static [&'static str] {
         match self {
             Quantity::Time => &["time", "t", "timestamp", "sec", "secs", "seconds", "zeit"],
-            Quantity::Torque => &["torque", "tau", "trq", "moment", "force", "load", "nm"],
+            Quantity::Torque => &["torque", "tau", "trq", "moment", "force", "load", "nm", "effort"],
             Quantity::Current => &["current", "iq", "amps", "amp"],
             Quantity::Deflection => {
                 &["deflection", "twist", "torsion", "windup", "disp", "displacement", "angle", "theta", "x"]
@@ -158,67 +169,5 @@ impl Quantity {
             Quantity::Temperature => &["temperature", "temp"],
             Quantity::TorqueSim => &["sim", "simulated"],
         }
-    }
-}
-
-/// What a column's name says.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Named<'a> {
-    /// A quantity with a unit that is known.
-    Known(Quantity, Unit),
-    /// A quantity whose unit is missing (empty) or is none that is known.
-    BadUnit(Quantity, &'a str),
-    /// Some other column.
-    Other,
-}
-
-/// Reads a column's name. `torque_desired_nm` is some other column; `torque_lbs` is a torque in an unknown unit.
-pub fn parse_name(name: &str) -> Named<'_> {
-    for quantity in Quantity::ALL {
-        let Some(rest) = name.strip_prefix(quantity.stem()) else { continue };
-        if rest.is_empty() {
-            return Named::BadUnit(quantity, "");
-        }
-        let Some(suffix) = rest.strip_prefix('_') else { continue };
-        if let Some(unit) = quantity.units().iter().find(|u| u.spellings.contains(&suffix)) {
-            return Named::Known(quantity, *unit);
-        }
-        if !suffix.contains('_') || suffix.contains("_per_") {
-            return Named::BadUnit(quantity, suffix);
-        }
-    }
-    Named::Other
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn units_convert_to_si() {
-        let si = |name: &str, number: f64| match parse_name(name) {
-            Named::Known(_, unit) => unit.to_si(number),
-            other => panic!("{name}: {other:?}"),
-        };
-        assert_eq!(si("time_ms", 7.0), 0.007);
-        assert_eq!(si("deflection_deg", 180.0), PI);
-        assert_eq!(si("deflection_arcmin", 60.0), PI / 180.0);
-        assert_eq!(si("torque_nmm", 1234.0), 1.234);
-        assert_eq!(si("torque_kNm", 2.0), 2000.0);
-        assert!((si("torque_lbft", 1.0) - 1.355_817_948_331_400_4).abs() < 1e-15);
-        assert!((si("torque_ozin", 1.0) - 7.061_551_814_226_04e-3).abs() < 1e-17);
-        assert!((si("temperature_f", 212.0) - 100.0).abs() < 1e-12);
-        assert!((si("velocity_out_rpm", 60.0) - 2.0 * PI).abs() < 1e-15);
-    }
-
-    #[test]
-    fn names_are_told_apart() {
-        assert!(matches!(parse_name("torque_sim_nm"), Named::Known(Quantity::TorqueSim, _)));
-        assert!(matches!(parse_name("torque_MNm"), Named::BadUnit(Quantity::Torque, "MNm")));
-        assert!(matches!(parse_name("time"), Named::BadUnit(Quantity::Time, "")));
-        assert!(matches!(parse_name("velocity_out_m_per_s"), Named::BadUnit(Quantity::VelocityOut, _)));
-        assert_eq!(parse_name("torque_desired_nm"), Named::Other);
-        assert_eq!(parse_name("timestamp"), Named::Other);
-        assert_eq!(parse_name("torque_model_nm"), Named::Other);
     }
 }

@@ -1,11 +1,14 @@
 //! Writing recordings, and rows of a recording with columns added, as CSV whose numbers read back exactly.
 
 use std::io::{self, Write};
-use std::path::Path;
 
+use super::csv_table::CsvTable;
 use super::error::RecordingError;
-use super::map::ColumnMap;
-use super::read::{Needs, Table};
+use super::header::Source;
+use super::open::{Columns, RecordingFile, open};
+use super::quantity::Quantity;
+use super::read::Reading;
+use super::table::Table;
 use super::{Recording, TorqueUnit};
 
 /// A column to write: its name and its values.
@@ -13,7 +16,11 @@ pub type Column<'a> = (&'a str, &'a [f64]);
 
 /// Writes columns of one length under their names.
 pub fn write_columns(out: &mut dyn Write, columns: &[Column<'_>]) -> io::Result<()> {
-    let names: Vec<&str> = columns.iter().map(|(name, _)| *name).collect();
+    let quoted = |name: &str| match name.contains([',', '"']) {
+        true => format!("\"{}\"", name.replace('"', "\"\"")),
+        false => name.to_owned(),
+    };
+    let names: Vec<String> = columns.iter().map(|(name, _)| quoted(name)).collect();
     writeln!(out, "{}", names.join(","))?;
     for row in 0..columns.first().map_or(0, |(_, values)| values.len()) {
         for (i, (_, values)) in columns.iter().enumerate() {
@@ -71,29 +78,59 @@ pub enum CopyError {
     Write(#[from] io::Error),
 }
 
-/// Copies the rows of a recording, every field as it stands, with columns added behind. Separator and decimal mark are the recording's;
-/// comments and blank rows are left out. `map` and `needs` are those that the recording was read by. A column of the recording that has the name of an added one is replaced by it.
+/// Copies the rows of a recording with columns added behind. Of CSV every field stays as it stands, separator and decimal mark are the recording's, comments and
+/// blank rows are left out; of other formats the columns are those that have their rows in common with what was read.
+/// `reading` is that which the recording was read by. A column of the recording that has the name of an added one is replaced by it.
+///
+/// # Errors
+/// The file cannot be read again, or is not what it was.
 pub fn copy_with_columns(
-    path: &Path,
-    map: &ColumnMap,
-    needs: &Needs,
+    file: &RecordingFile,
+    reading: &Reading,
     added: &[Column<'_>],
     out: &mut dyn Write,
 ) -> Result<(), CopyError> {
-    let mut table = Table::open(path, &|_| {})?;
-    let sources = table.sources(map, needs)?;
-    let kept: Vec<usize> =
-        (0..table.columns().len()).filter(|&i| !added.iter().any(|(name, _)| *name == table.columns()[i])).collect();
+    let mut opened = open(file, &|_| {})?;
+    let sources = reading.sources(&file.name, opened.table())?;
+    let expected = added.first().map_or(0, |(_, values)| values.len());
+    let found = match &mut opened.columns {
+        Columns::Csv(table) => copy_text(table, reading, &sources, added, out)?,
+        Columns::Binary(table) => copy_numbers(table.as_mut(), reading, &sources, added, out)?,
+    };
+    if found != expected {
+        return Err(CopyError::Changed { file: file.name.clone(), found: expected, expected: found });
+    }
+    Ok(())
+}
+
+/// The columns that none of the added ones replaces.
+fn kept(table: &dyn Table, added: &[Column<'_>]) -> Vec<usize> {
+    let replaced = |name: &str| added.iter().any(|(other, _)| *other == name);
+    (0..table.heads().len()).filter(|i| !replaced(&table.heads()[*i].name)).collect()
+}
+
+fn copy_text(
+    table: &mut CsvTable<'_>,
+    reading: &Reading,
+    sources: &[Source],
+    added: &[Column<'_>],
+    out: &mut dyn Write,
+) -> Result<usize, CopyError> {
+    let kept = kept(table, added);
     let mut writer = csv::WriterBuilder::new().delimiter(table.dialect.delimiter).from_writer(out);
-    let names = kept.iter().map(|&i| table.columns()[i].as_str()).chain(added.iter().map(|(name, _)| *name));
+    let names = kept.iter().map(|&i| table.heads()[i].name.as_str()).chain(added.iter().map(|(name, _)| *name));
     writer.write_record(names).map_err(into_io)?;
-    let rows = added.first().map_or(0, |(_, values)| values.len());
     let mut row = 0;
     let mut text = String::new();
     while table.next_row()? {
-        // Only to learn the decimal mark, from the columns that `read` reads.
-        for source in &sources {
-            table.number(source)?;
+        // To learn the decimal mark too, from the columns that are read.
+        let mut keeps = true;
+        for source in sources {
+            let value = table.value(source)?;
+            keeps &= source.quantity != Quantity::Time || reading.keeps(value);
+        }
+        if !keeps {
+            continue;
         }
         for &i in &kept {
             writer.write_field(table.row[i].trim_ascii()).map_err(into_io)?;
@@ -111,11 +148,36 @@ pub fn copy_with_columns(
         writer.write_record(None::<&[u8]>).map_err(into_io)?;
         row += 1;
     }
-    if row != rows {
-        return Err(CopyError::Changed { file: table.file, found: rows, expected: row });
-    }
     writer.flush()?;
-    Ok(())
+    Ok(row)
+}
+
+fn copy_numbers(
+    table: &mut dyn Table,
+    reading: &Reading,
+    sources: &[Source],
+    added: &[Column<'_>],
+    out: &mut dyn Write,
+) -> Result<usize, CopyError> {
+    let group = sources.first().map_or(0, |source| table.heads()[source.index].group);
+    let kept: Vec<usize> = kept(table, added).into_iter().filter(|i| table.heads()[*i].group == group).collect();
+    let mut columns = table.read(&kept)?;
+    if let Some(source) = sources.iter().find(|source| source.quantity == Quantity::Time) {
+        let time = table.read(&[source.index])?.pop().unwrap_or_default();
+        let keeps: Vec<bool> = time.iter().map(|t| reading.keeps(source.unit.to_si(source.linear.apply(*t)))).collect();
+        for values in &mut columns {
+            let mut keep = keeps.iter();
+            values.retain(|_| *keep.next().unwrap_or(&false));
+        }
+    }
+    let names = kept.iter().map(|i| table.heads()[*i].name.as_str());
+    let copied = names.zip(columns.iter().map(Vec::as_slice));
+    let all: Vec<Column<'_>> = copied.chain(added.iter().copied()).collect();
+    let rows = columns.first().map_or(0, Vec::len);
+    if all.iter().all(|(_, values)| values.len() == rows) {
+        write_columns(out, &all)?;
+    }
+    Ok(rows)
 }
 
 fn into_io(error: csv::Error) -> io::Error {

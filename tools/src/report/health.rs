@@ -11,11 +11,18 @@ use crate::report::health_words::words;
 pub fn page(health: &Health, provenance: Provenance) -> Page {
     let moved = health.changes.iter().any(|c| c.moved);
     let tested = health.changes.iter().any(|c| c.p_value.is_some());
-    let tone = if moved || !tested { Tone::Caution } else { Tone::Good };
-    let mut sections = vec![what_moved(health), trends(health), conditions(health)];
-    sections.splice(1..1, health.against.as_ref().map(|against| beside(health, against)));
+    let alone = health.conditions.len() == 1;
+    let tone = if moved || !tested && !alone { Tone::Caution } else { Tone::Good };
+    let mut sections = if alone { Vec::new() } else { vec![what_moved(health), trends(health)] };
+    sections.push(conditions(health));
+    let beside = health.against.as_ref().filter(|_| !alone).map(|against| beside(health, against));
+    let second = sections.len().min(1);
+    sections.splice(second..second, beside);
     sections.push(definitions(health));
-    let title = format!("Condition of a gear over {} states", health.conditions.len());
+    let title = match alone {
+        true => "Condition of a gear".to_owned(),
+        false => format!("Condition of a gear over {} states", health.conditions.len()),
+    };
     let verdict = Verdict { tone, sentence: health.sentence(), reasons: health.reasons() };
     Page { title, verdict, sections, provenance }
 }

@@ -3,7 +3,7 @@
 use crate::health::change::Change;
 use crate::health::condition::Condition;
 use crate::health::{Against, Health};
-use crate::report::number::number;
+use crate::report::number::{number, plus_minus};
 
 /// Change of a stiffness with temperature as catalogues and literature have it, 1/K (MODEL.md section 7).
 const STIFFNESS_PER_K: f64 = -3e-4;
@@ -23,6 +23,21 @@ pub fn words(name: &str) -> &str {
 impl Health {
     /// One sentence.
     pub fn sentence(&self) -> String {
+        if let [only] = &self.conditions[..] {
+            let figure = |name: &str| {
+                let quantity = only.quantities.iter().find(|quantity| quantity.name == name)?;
+                let value = match quantity.sd {
+                    Some(sd) => plus_minus(quantity.value, 2.0 * sd),
+                    None => number(quantity.value, 4),
+                };
+                Some(format!("{} {value} {}", words(name), quantity.unit))
+            };
+            let told: Vec<String> = ["K1", "K2", "K3", "hysteresis_loss_arcmin", "lost_motion_arcmin"]
+                .into_iter()
+                .filter_map(figure)
+                .collect();
+            return format!("{}: {}.", only.name, told.join(", "));
+        }
         let mut moved: Vec<&Change> = self.changes.iter().filter(|c| c.moved).collect();
         if self.changes.iter().all(|c| c.p_value.is_none()) {
             return "What changed is listed, but without standard deviations nothing can be said of what it means: give the recordings, or the JSON of each fit beside its model.".to_owned();
@@ -32,7 +47,7 @@ impl Health {
             let seen = seen.map_or_else(String::new, |share| {
                 format!("; a change of the stiffness K2 by {} % would have been seen", number(100.0 * share, 2))
             });
-            return format!("Nothing moved beyond its uncertainty{seen}.");
+            return format!("No change: nothing moved beyond its uncertainty{seen}.");
         }
         moved.sort_by_key(|c| ORDER.iter().position(|name| *name == c.name).unwrap_or(ORDER.len()));
         let clause = |c: &&Change| {

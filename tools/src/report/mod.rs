@@ -5,6 +5,7 @@
 //! | [`page`] | a page: verdict, sections, provenance |
 //! | [`fit`], [`health`], [`diagnosis`] | the reports of a fit, of a series of states, of a diagnosis |
 //! | [`figures`] | which curves in which units |
+//! | [`pictures`] | recordings and models as they are |
 //! | [`number`] | numbers as people write them |
 //! | [`plot`] | curves, bars and heat maps as SVG |
 
@@ -17,4 +18,5 @@ pub mod health;
 pub mod health_words;
 pub mod number;
 pub mod page;
+pub mod pictures;
 pub mod plot;

@@ -76,9 +76,18 @@ impl WorkDir {
 
     /// Runs what must be refused with status 1, one plain message that holds `parts`, and no file more than before.
     pub fn refuse(&self, words: &str, parts: &[&str]) {
+        self.end(1, words, parts);
+    }
+
+    /// Runs what must be refused as wrong usage, with status 2.
+    pub fn misuse(&self, words: &str, parts: &[&str]) {
+        self.end(2, words, parts);
+    }
+
+    fn end(&self, status: i32, words: &str, parts: &[&str]) {
         let before = self.files();
         let done = self.gmhm(words);
-        assert_eq!(done.status, Some(1), "gmhm {words}\n{}", done.stderr);
+        assert_eq!(done.status, Some(status), "gmhm {words}\n{}", done.stderr);
         assert!(done.stderr.starts_with("error: "), "{}", done.stderr);
         assert!(!done.stderr.contains("panicked") && !done.stderr.contains('\u{1b}'), "{}", done.stderr);
         for part in parts {

@@ -1,0 +1,73 @@
+//! `gmhm columns`.
+
+use clap::Args;
+
+use super::Session;
+use super::common::{ReadingArgs, RecordingArgs};
+use super::failure::Failure;
+use super::progress::Progress;
+use crate::recording::{Needs, Survey, SurveyedColumn};
+use crate::report::number::number;
+
+/// Show what is in recordings: format, columns, units, rows, rate, ranges, gaps
+///
+/// Names what each column is recognised as, and suggests the --map for what is missing to fit a gear. Ranges are in SI units.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  gmhm columns bench.mf4 run.mcap log.mat")]
+pub struct ColumnsArgs {
+    #[command(flatten)]
+    files: RecordingArgs,
+    #[command(flatten)]
+    reading: ReadingArgs,
+}
+
+impl ColumnsArgs {
+    pub(super) fn run(&self, session: &Session) -> Result<(), Failure> {
+        for (at, file) in self.files.files()?.iter().enumerate() {
+            let bytes = file.path.metadata().map_or(0, |m| m.len());
+            let progress = Progress::new(&format!("Reading {}", file.name), bytes, session.quiet);
+            let survey = Survey::of(file, &self.reading.reading(&Needs::FIT), &|done| progress.at(done))?;
+            drop(progress);
+            let gap = if at > 0 { "\n" } else { "" };
+            session.say(format_args!("{gap}{}", text(&survey)))?;
+        }
+        Ok(())
+    }
+}
+
+fn text(survey: &Survey) -> String {
+    let mut lines = vec![format!("{}: {}", survey.file, survey.format.name())];
+    if let Some(rows) = survey.rows {
+        lines[0] += &format!(", {rows} rows");
+    }
+    if let Some(pace) = &survey.pace {
+        let [first, last, rate] = [pace.first_s, pace.last_s, pace.rate_hz].map(|x| number(x, 6));
+        lines[0] += &format!(", {first} to {last} s, {rate} Hz");
+        if pace.gaps > 0 {
+            let (step, at) = pace.longest;
+            let [step, at] = [step, at].map(|x| number(x, 4));
+            lines.push(format!("  {} gaps in time, the longest {step} s at {at} s", pace.gaps));
+        }
+        if pace.backward > 0 {
+            lines.push(format!("  time does not increase at {} rows", pace.backward));
+        }
+    }
+    let width = survey.columns.iter().map(|column| column.name.chars().count()).max().unwrap_or(0).max(6);
+    lines.push(format!("  {:<width$}  {:<8}  {:<22}  range", "column", "unit", "recognised as"));
+    lines.extend(survey.columns.iter().map(|column| line(column, width)));
+    if let Some(lacks) = &survey.lacks {
+        lines.push(format!("To fit a gear: {}", lacks.problem));
+        lines.extend(lacks.mend().map(|fix| format!("  {fix}")));
+    }
+    lines.join("\n") + "\n"
+}
+
+fn line(column: &SurveyedColumn, width: usize) -> String {
+    let range = column.range.map_or(String::new(), |(low, high)| format!("{} to {}", number(low, 5), number(high, 5)));
+    let bad = match column.not_finite {
+        0 => String::new(),
+        rows => format!("  {rows} rows without a number"),
+    };
+    let (unit, is) = (column.unit.as_deref().unwrap_or("-"), column.quantity.map_or("-".to_owned(), |q| q.si_name()));
+    format!("  {:<width$}  {unit:<8}  {is:<22}  {range}{bad}", column.name).trim_end().to_owned()
+}

@@ -1,0 +1,56 @@
+//! Which files are meant: folders stand for the recordings in them, `-` for standard input, a list for the paths in it.
+
+use std::path::{Path, PathBuf};
+
+use super::error::{RecordingError, RecordingProblem};
+use super::format::Format;
+use super::open::RecordingFile;
+
+/// The path that stands for standard input.
+const STANDARD: &str = "-";
+
+/// A single file, or standard input.
+///
+/// # Errors
+/// Standard input cannot be read.
+pub fn file(path: &Path) -> Result<RecordingFile, RecordingError> {
+    if path == Path::new(STANDARD) { RecordingFile::standard_input() } else { Ok(path.into()) }
+}
+
+/// All files that are meant by paths and by a list of paths, one a line, in their order. Those of a folder come in the order of their names; folders in it are not searched.
+///
+/// # Errors
+/// What cannot be read, and folders without recordings.
+pub fn files_and_listed(paths: &[PathBuf], list: Option<&Path>) -> Result<Vec<RecordingFile>, RecordingError> {
+    let listed = list.map(listed).transpose()?.unwrap_or_default();
+    let mut files = Vec::new();
+    for path in paths.iter().chain(&listed) {
+        if path.is_dir() {
+            files.extend(in_folder(path)?.iter().map(RecordingFile::from));
+        } else {
+            files.push(file(path)?);
+        }
+    }
+    Ok(files)
+}
+
+fn listed(list: &Path) -> Result<Vec<PathBuf>, RecordingError> {
+    let file = file(list)?;
+    let refuse = |problem| RecordingError::of_file(&file.name, problem);
+    let text = std::fs::read_to_string(&file.path);
+    let text = text.map_err(|e| refuse(RecordingProblem::Unreadable(e.to_string())))?;
+    let paths: Vec<PathBuf> = text.lines().map(str::trim).filter(|line| !line.is_empty()).map(PathBuf::from).collect();
+    if paths.is_empty() { Err(refuse(RecordingProblem::Empty)) } else { Ok(paths) }
+}
+
+fn in_folder(folder: &Path) -> Result<Vec<PathBuf>, RecordingError> {
+    let refuse = |problem| RecordingError::of_file(&folder.display().to_string(), problem);
+    let entries = std::fs::read_dir(folder).map_err(|e| refuse(RecordingProblem::Unreadable(e.to_string())))?;
+    let is_recording = |path: &PathBuf| {
+        let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+        path.is_file() && Format::ENDINGS.contains(&ending.as_str())
+    };
+    let mut paths: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).filter(is_recording).collect();
+    paths.sort();
+    if paths.is_empty() { Err(refuse(RecordingProblem::NoRecordings)) } else { Ok(paths) }
+}
