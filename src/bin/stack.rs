@@ -47,8 +47,7 @@ fn laws(masing: &Params) -> Option<()> {
     let time = published(Law::Time)?;
     let inverse = Inverse::of(&time, Time::new(&time, PERIOD_S), PERIOD_S).ok()?;
     law(("law `time`", "inverse of law `time`"), &inverse);
-    let setting =
-        Setting { sigma: -1.0, c1: masing.elastic().c1_nm_per_rad as f32, rated_deflection: gears::RATED_RAD };
+    let setting = Setting { sigma: -1.0, c1: masing.elastic().c1_nm_per_rad as f32, rated_deflection: RATED_RAD };
     let (mut deepest, mut name) = (0, ("", ""));
     for term in typical::every() {
         let mut stack = Stack::of_gear(setting);

@@ -159,31 +159,51 @@ impl Channels {
     }
 }
 
-/// Textbook terms fitted to a torque, one after the other, each in its best shape.
+/// Textbook terms fitted to a torque, one after the other, each in its best shape beside the others.
 #[derive(Debug, Clone)]
 pub struct Fit {
     torque: Vec<f64>,
+    /// The shapes of each term, and the one chosen.
+    terms: Vec<(Vec<Columns>, usize)>,
+    /// The constant, then the chosen shapes.
     columns: Columns,
 }
+
+/// Rounds in which the shapes are chosen anew after a term was added.
+const ROUNDS: usize = 2;
 
 impl Fit {
     /// A constant, fitted to `torque`.
     pub fn new(torque: &[f64]) -> Self {
-        Self { torque: torque.to_vec(), columns: vec![vec![1.0; torque.len()]] }
+        Self { torque: torque.to_vec(), terms: Vec::new(), columns: vec![vec![1.0; torque.len()]] }
     }
 
-    /// Adds a term in the shape of `shapes` that predicts best, and says which; nothing where there is none.
+    /// Adds a term in the shape of `shapes` that predicts best, and says which; nothing where there is none. The shapes of the terms before are then chosen anew.
     pub fn add(&mut self, shapes: &[Columns]) -> Option<usize> {
-        let joined = |columns: &Columns| [&self.columns[..], columns].concat();
-        let best = shapes
-            .iter()
-            .map(|columns| held_out(&joined(columns), &self.torque))
-            .enumerate()
-            .min_by(|a, b| a.1.total_cmp(&b.1))
-            .map(|(shape, _)| shape)?;
-        let columns = joined(&shapes[best]);
-        self.columns = columns;
-        Some(best)
+        if shapes.is_empty() {
+            return None;
+        }
+        let added = self.terms.len();
+        self.terms.push((shapes.to_vec(), 0));
+        for _ in 0..ROUNDS {
+            for term in (0..=added).rev() {
+                self.terms[term].1 = (0..self.terms[term].0.len())
+                    .map(|shape| (shape, held_out(&self.columns_with(term, shape), &self.torque)))
+                    .min_by(|a, b| a.1.total_cmp(&b.1))?
+                    .0;
+            }
+        }
+        self.columns = self.columns_with(added, self.terms[added].1);
+        Some(self.terms[added].1)
+    }
+
+    /// The constant and the chosen shapes, that of one term replaced.
+    fn columns_with(&self, term: usize, shape: usize) -> Columns {
+        let mut columns = vec![vec![1.0; self.torque.len()]];
+        for (at, (shapes, chosen)) in self.terms.iter().enumerate() {
+            columns.extend(shapes[if at == term { shape } else { *chosen }].iter().cloned());
+        }
+        columns
     }
 
     /// The held-out error, rms.
