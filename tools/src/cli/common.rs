@@ -94,9 +94,20 @@ impl ReadingArgs {
         model: Option<&Model>,
         session: &Session,
     ) -> Result<Vec<Recording>, Failure> {
+        self.read_needed(files, &Needs::FIT, model, session)
+    }
+
+    /// [`read_all`](Self::read_all) of recordings that need other columns.
+    pub fn read_needed(
+        &self,
+        files: &[RecordingFile],
+        needs: &Needs,
+        model: Option<&Model>,
+        session: &Session,
+    ) -> Result<Vec<Recording>, Failure> {
         let known = self.ratio.or(model.and_then(|model| model.gear.ratio));
         let read = |file: &RecordingFile| {
-            let mut recording = self.read(file, &Needs::FIT, session)?;
+            let mut recording = self.read(file, needs, session)?;
             recording::ratio::check(&recording, known)?;
             if self.ratio.is_some() {
                 recording.derive_deflection(self.ratio)?;

@@ -5,15 +5,15 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::Session;
-use super::common::{ReadingArgs, RecordingArgs, SeedArgs, json, provenance};
+use super::common::{ReadingArgs, SeedArgs, json, provenance};
 use super::failure::Failure;
 use super::progress::Progress;
 use super::tables;
 use crate::diagnose::{Options, diagnose};
 use crate::fit::zeros;
-use crate::model;
+use crate::model::{self, Base, GearSection, Model};
 use crate::output::Outputs;
-use crate::recording::{self, Recording};
+use crate::recording::{self, Need, Needs, Recording};
 use crate::report;
 use crate::report::page::Input;
 use crate::signal::encoder_zeros;
@@ -26,13 +26,15 @@ use crate::signal::encoder_zeros;
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   gmhm diagnose gear.toml recording.csv -o extended.toml --json findings.json --report findings.html
+  gmhm diagnose joint.csv -o extended.toml        joint.csv has the simulation's torque in torque_sim_nm
   gmhm diagnose gear.toml slow.csv fast.csv --holdout tuesday.csv -o extended.toml")]
 pub struct DiagnoseArgs {
-    /// Model file: the base model, perhaps with terms
-    #[arg(value_name = "M.toml")]
-    model: PathBuf,
-    #[command(flatten)]
-    files: RecordingArgs,
+    /// Model file (.toml) of the base, then recordings of one gear or joint; without one, recordings with torque_sim_nm
+    #[arg(required = true, value_name = "M.toml|RECORDING")]
+    inputs: Vec<PathBuf>,
+    /// A list of more recordings, a path a line; - for standard input
+    #[arg(long, value_name = "FILE")]
+    files_from: Option<PathBuf>,
     /// Recordings that take no part and are predicted
     #[arg(long, value_name = "RECORDING", num_args = 1..)]
     holdout: Vec<PathBuf>,
@@ -59,19 +61,29 @@ pub struct DiagnoseArgs {
     seed: SeedArgs,
 }
 
+/// Time and torque; motion as far as the terms of the model need it, which its evaluation says.
+const NEEDS: Needs = Needs { motion: Need::IfPresent, ..Needs::FIT };
+
 impl DiagnoseArgs {
     pub(super) fn run(&self, session: &Session) -> Result<(), Failure> {
-        let files = self.files.files()?;
+        let is_model = |path: &PathBuf| path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml"));
+        let (model_file, recordings) = match self.inputs.split_first() {
+            Some((first, rest)) if is_model(first) => (Some(first), rest),
+            _ => (None, &self.inputs[..]),
+        };
+        let files = recording::files_and_listed(recordings, self.files_from.as_deref())?;
         let held_out = recording::files_and_listed(&self.holdout, None)?;
         for output in [Some(&self.output), self.json.as_ref(), self.report.as_ref()].into_iter().flatten() {
             Outputs::check_beside(output, &[&files[..], &held_out].concat())?;
         }
-        let mut model = self.reading.of_gear(model::load(&self.model)?);
+        let simulation =
+            || Model { gear: GearSection { base: Base::Simulation, ..GearSection::default() }, ..Model::default() };
+        let mut model = self.reading.of_gear(model_file.map_or_else(|| Ok(simulation()), |file| model::load(file))?);
         if let Some(name) = &self.name {
             model.name.clone_from(name);
         }
-        let mut recordings = self.reading.read_all(&files, Some(&model), session)?;
-        let mut holdout = self.reading.read_all(&held_out, Some(&model), session)?;
+        let mut recordings = self.reading.read_needed(&files, &NEEDS, Some(&model), session)?;
+        let mut holdout = self.reading.read_needed(&held_out, &NEEDS, Some(&model), session)?;
         let options =
             Options { rated_deflection_rad: self.reading.rated_deflection, seed: self.seed.seed, ..Options::default() };
         if self.own_zeros {
@@ -94,7 +106,7 @@ impl DiagnoseArgs {
             outputs.add_text(path, &json(&finding.diagnosis)?)?;
         }
         if let Some(path) = &self.report {
-            let mut inputs = vec![Input::of_file(&self.model)?];
+            let mut inputs = model_file.map(|file| Input::of_file(file)).transpose()?.into_iter().collect::<Vec<_>>();
             inputs.extend(recordings.iter().chain(&holdout).map(Input::from));
             let provenance = provenance(inputs, Some(self.seed.seed));
             outputs.add_text(path, &report::diagnosis::page(&finding, provenance).to_html())?;
