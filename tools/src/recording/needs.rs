@@ -16,7 +16,7 @@ pub enum Need {
 /// What a command needs of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Needs {
-    /// `time_s`. Where it is not read, [`Recording::time_s`] counts the rows.
+    /// `time_s`. Where it is not read, `time_s` counts the rows.
     pub time: Need,
     /// `torque_nm`, or `current_a` in its stead.
     pub torque: Need,
