@@ -26,6 +26,7 @@ fn help_of_every_command() {
         "predict",
         "prove",
         "simulate",
+        "virtual-drive",
     ] {
         insta::assert_snapshot!(command, dir.succeed(&format!("{command} --help")).stdout);
     }

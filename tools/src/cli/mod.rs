@@ -20,6 +20,7 @@ mod prove;
 mod shell;
 mod simulate;
 mod tables;
+mod virtual_drive;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -60,6 +61,7 @@ enum Command {
     Predict(predict::PredictArgs),
     Prove(prove::ProveArgs),
     Simulate(simulate::SimulateArgs),
+    VirtualDrive(virtual_drive::VirtualDriveArgs),
 }
 
 /// What every command knows of how it was called.
@@ -141,6 +143,7 @@ pub fn run() -> ExitCode {
         Some(Command::Predict(args)) => args.run(&session),
         Some(Command::Prove(args)) => args.run(&session),
         Some(Command::Simulate(args)) => args.run(&session),
+        Some(Command::VirtualDrive(args)) => args.run(&session),
         None => session
             .say(format_args!("No command given: running the demo. For all commands: gmhm help\n\n"))
             .and_then(|()| demo::DemoArgs::default().run(&session)),

@@ -2,9 +2,11 @@
 
 use gmhm::block::{BlockError, Identity};
 use gmhm::link::{Refusal, Refused};
+use gmhm::store::PlaceError;
 
 use super::probe::ProbeError;
 use super::target::Target;
+use super::virtual_drive::listen::Listen;
 
 /// Whatever may go wrong between host and drive.
 #[derive(Debug, thiserror::Error)]
@@ -17,6 +19,17 @@ pub enum DeviceError {
         /// Why.
         error: std::io::Error,
     },
+    /// A simulated drive without a line.
+    #[error("{listen}: cannot be listened on: {error}")]
+    NotListening {
+        /// Where.
+        listen: Listen,
+        /// Why.
+        error: std::io::Error,
+    },
+    /// A simulated drive without a store.
+    #[error(transparent)]
+    Place(#[from] PlaceError),
     /// A debug probe has no line to the firmware.
     #[error("a debug probe writes flash and does not speak to the firmware")]
     NoLine,
@@ -122,6 +135,7 @@ impl DeviceError {
                 "name the serial port as the system does, and close other programs that hold it".to_owned()
             }
             Self::Unreachable { .. } => "check host and port, and that the drive or its bridge listens".to_owned(),
+            Self::NotListening { .. } => "choose another port; port 0 takes a free one".to_owned(),
             Self::NoLine => "name the drive's line: serial:PORT or tcp:HOST:PORT".to_owned(),
             Self::NoProbe => "build it with `--features probe`, use serial: or tcp:, or write the file of gmhm pack -o params.hex --address ADDRESS with the probe's own tool".to_owned(),
             Self::Line(_) | Self::Closed | Self::Silent { .. } => {
@@ -137,7 +151,7 @@ impl DeviceError {
             Self::ReadBack { .. } => "flash again; if it stays, the drive's flash is worn".to_owned(),
             Self::Probe(error) => return error.mend(),
             Self::Refused { refused, .. } => return refusal_mend(refused.refusal),
-            Self::NotUnderstood | Self::Block(_) => return None,
+            Self::NotUnderstood | Self::Block(_) | Self::Place(_) => return None,
         })
     }
 }

@@ -8,6 +8,7 @@
 //! | [`Lockstep`] | a joint played for a drive |
 //! | [`mod@flash`] | a whole block: staged, tried, stored, read back, compared |
 //! | [`trial`] | parameters in RAM: tried, kept, taken back |
+//! | [`virtual_drive`] | a simulated drive on this computer |
 //! | [`probe`] | a block into a chip's flash through a debug probe |
 
 pub mod client;
@@ -18,6 +19,7 @@ mod lockstep;
 pub mod probe;
 pub mod target;
 pub mod trial;
+pub mod virtual_drive;
 
 pub use client::Client;
 pub use error::DeviceError;

@@ -1,0 +1,72 @@
+//! `gmhm virtual-drive`.
+
+use std::io::BufRead;
+use std::sync::mpsc::{Sender, channel};
+
+use clap::Args;
+
+use super::Session;
+use super::failure::Failure;
+use crate::device::DeviceError;
+use crate::device::virtual_drive::VirtualDrive;
+use crate::device::virtual_drive::listen::Listen;
+use crate::device::virtual_drive::serve::{Key, Socket};
+
+/// Run a simulated drive on this computer, to try flash, drive and simulate --drive without hardware
+///
+/// The core, its parameter store and its link run as on a microcontroller, in f32. Once parameters are in force, the joint is loaded to and fro slowly. The
+/// flash begins erased and lasts as long as the program.
+///
+/// Keys, each followed by Enter: c cuts the power and restores it, w cuts it in the middle of the next write to the flash, e switches the power stage on or off
+/// (an enabled drive refuses to store), q ends the program.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  gmhm virtual-drive --listen tcp:localhost:5555
+  gmhm virtual-drive --listen pty
+Then, in another terminal:
+  gmhm flash params.bin --to tcp:localhost:5555
+  gmhm drive --to tcp:localhost:5555 status")]
+pub struct VirtualDriveArgs {
+    /// Where to listen: tcp:HOST:PORT (port 0 takes a free one) or pty, a pseudo-terminal
+    #[arg(long, value_name = "tcp:HOST:PORT|pty")]
+    listen: Listen,
+}
+
+impl VirtualDriveArgs {
+    pub(super) fn run(&self, session: &Session) -> Result<(), Failure> {
+        let mut socket = Socket::open(&self.listen)?;
+        let mut drive = VirtualDrive::new(nonce()).map_err(DeviceError::from)?;
+        session.say(format_args!(
+            "Virtual drive at {}\nKeys, then Enter: c cut the power, w cut it in the next write, e enable or disable, q quit\n",
+            socket.target(&self.listen)
+        ))?;
+        let (sender, keys) = channel();
+        std::thread::spawn(move || read_keys(&sender));
+        // A reader that has gone does not end the drive.
+        socket
+            .serve(&mut drive, &keys, |text| drop(session.say(format_args!("{text}\n"))))
+            .map_err(DeviceError::from)?;
+        Ok(())
+    }
+}
+
+/// A number that differs from run to run.
+fn nonce() -> u32 {
+    std::time::UNIX_EPOCH.elapsed().map_or(0, |since| since.subsec_nanos()) ^ std::process::id()
+}
+
+/// Hands keys on until the input ends; the drive goes on without them.
+fn read_keys(keys: &Sender<Key>) {
+    for line in std::io::stdin().lock().lines().map_while(Result::ok) {
+        let key = match line.trim() {
+            "c" => Key::Cut,
+            "w" => Key::CutInWrite,
+            "e" => Key::Enable,
+            "q" => Key::Quit,
+            _ => continue,
+        };
+        if keys.send(key).is_err() {
+            return;
+        }
+    }
+}

@@ -1,0 +1,154 @@
+//! The joint of a simulated drive: input held, output loaded to and fro, slowly and by different amounts.
+
+use std::f64::consts::TAU;
+use std::time::Instant;
+
+use gmhm::block::{Block, BlockError, Identity, Parameters, ScalarKind, Scales};
+use gmhm::link::{Drive, Live};
+use gmhm::terms::compensated::CompensatedState;
+use gmhm::terms::{Compensated, Sample};
+
+/// Turning points that it has room for.
+const DEPTH: usize = 16;
+/// Control period, s.
+const PERIOD_S: f64 = 1e-3;
+/// Control periods in one [`Machine::advance`], at most.
+const MOST_PERIODS: u32 = 1000;
+/// The load, s a cycle, and how its amplitude swells.
+const CYCLE_S: f64 = 4.0;
+const SWELL_S: f64 = 30.0;
+const AMPLITUDES: [f64; 2] = [0.7, 0.25];
+
+/// The joint and what its drive computes.
+pub struct Machine {
+    in_force: Option<Parameters>,
+    running: Option<Running>,
+    /// Whether the power stage is on.
+    pub enabled: bool,
+    compensating: bool,
+    gain_ratio: f32,
+    ticks: u32,
+    loop_cost: u32,
+    waiting_s: f64,
+}
+
+struct Running {
+    gear: Compensated<f32>,
+    state: CompensatedState<f32, DEPTH>,
+    scales: Scales,
+}
+
+impl Default for Machine {
+    fn default() -> Self {
+        Self {
+            in_force: None,
+            running: None,
+            enabled: false,
+            compensating: false,
+            gain_ratio: 1.0,
+            ticks: 0,
+            loop_cost: 0,
+            waiting_s: 0.0,
+        }
+    }
+}
+
+/// The sample of a control period.
+fn sample(tick: u32, rated_deflection_rad: f64) -> Sample<f32> {
+    let time = f64::from(tick) * PERIOD_S;
+    let at = |time: f64| {
+        let amplitude = AMPLITUDES[0] + AMPLITUDES[1] * (TAU * time / SWELL_S).sin();
+        amplitude * rated_deflection_rad * (TAU * time / CYCLE_S).sin()
+    };
+    let (theta, rate) = (at(time), (at(time) - at(time - PERIOD_S)) / PERIOD_S);
+    Sample {
+        time: time as f32,
+        period: PERIOD_S as f32,
+        output_angle: -theta as f32,
+        deflection: theta as f32,
+        deflection_rate: rate as f32,
+        velocity: -rate as f32,
+        output_velocity: -rate as f32,
+        ..Sample::default()
+    }
+}
+
+impl Machine {
+    /// Lets the control periods of so many seconds pass, at most those of one second.
+    pub fn advance(&mut self, seconds: f64) {
+        let periods = ((self.waiting_s + seconds) / PERIOD_S).floor();
+        self.waiting_s += seconds - periods * PERIOD_S;
+        let Some(running) = &mut self.running else { return };
+        for _ in 0..(periods as u32).min(MOST_PERIODS) {
+            self.ticks = self.ticks.wrapping_add(1);
+            let sample = sample(self.ticks, running.scales.rated_deflection_rad);
+            let began = Instant::now();
+            running.gear.step(&mut running.state, &sample);
+            self.loop_cost = u32::try_from(began.elapsed().as_nanos()).unwrap_or(u32::MAX);
+        }
+    }
+
+    /// The sequence number of the block in force.
+    pub fn sequence(&self) -> Option<u32> {
+        self.in_force.as_ref().map(|parameters| parameters.header.sequence)
+    }
+}
+
+impl Drive for Machine {
+    fn gear(&self) -> Identity {
+        Identity::NONE
+    }
+
+    fn arithmetic(&self) -> (ScalarKind, u16) {
+        (ScalarKind::F32, DEPTH as u16)
+    }
+
+    fn is_enabled(&self) -> bool {
+        self.enabled
+    }
+
+    fn adopt(&mut self, block: Option<&Block<'_>>) -> Result<(), BlockError> {
+        let parameters = block.map(|block| Parameters::of_block(block, DEPTH)).transpose()?;
+        self.running = parameters.as_ref().and_then(|parameters| {
+            let (gear, scales) = (parameters.compensated()?, parameters.scales?);
+            let state = gear.start(&sample(0, scales.rated_deflection_rad));
+            Some(Running { gear, state, scales })
+        });
+        self.in_force = parameters;
+        self.ticks = 0;
+        Ok(())
+    }
+
+    fn is_compensating(&self) -> bool {
+        self.compensating
+    }
+
+    fn compensate(&mut self, on: bool) {
+        self.compensating = on;
+    }
+
+    fn gain_ratio(&self) -> f32 {
+        self.gain_ratio
+    }
+
+    fn set_gain_ratio(&mut self, ratio: f32) {
+        self.gain_ratio = ratio;
+    }
+
+    fn live(&self) -> Live {
+        let Some(Running { state, .. }) = &self.running else { return Live::default() };
+        let (total, gear) = (state.last(), state.gear());
+        let hysteresis_nm = total.base.hysteresis;
+        Live {
+            deflection_rad: gear.theta(),
+            torque_nm: total.torque,
+            hysteresis_nm,
+            words: [total.torque.to_bits(), hysteresis_nm.to_bits()],
+            contribution_nm: if self.compensating { self.gain_ratio * hysteresis_nm } else { 0.0 },
+            out_of_range: gear.status().out_of_range,
+            refused: total.refused,
+            ticks: self.ticks,
+            loop_cost: self.loop_cost,
+        }
+    }
+}

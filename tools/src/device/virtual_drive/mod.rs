@@ -1,0 +1,151 @@
+//! A simulated drive on this computer: the core, its store and its link, to try `gmhm flash`, `drive` and `simulate --drive` without hardware.
+//!
+//! | file | what |
+//! |---|---|
+//! | [`chip`] | the flash of the drive, whose power can be cut |
+//! | [`machine`] | the gear under a slow oscillating load, computed by the core in `f32` |
+//! | [`listen`] | where it listens |
+//! | [`serve`] | the line: a TCP port or a pseudo-terminal |
+//!
+//! A line carries both protocols: [`gmhm::link`] and [`gmhm::drive::lockstep`].
+
+pub mod chip;
+pub mod listen;
+pub mod machine;
+pub mod serve;
+
+use gmhm::drive::lockstep;
+use gmhm::link::frame::{self, Receiver};
+use gmhm::link::{Drive, Port};
+use gmhm::store::{PlaceError, Store};
+
+use chip::{Chip, SLOTS};
+use machine::Machine;
+
+/// The most bytes of a block.
+const ROOM: usize = 1024;
+
+/// Bytes of a start of lock-step: kind, flags, four counts, fifteen numbers.
+const START_BYTES: usize = 2 + 4 * 4 + 15 * 8;
+/// Bytes of a period of lock-step.
+const PERIOD_BYTES: usize = 1 + 8 + 4 * 4;
+
+/// What is in force on a drive, for its log.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct InForce {
+    /// Sequence number of the block; `None` where nothing is in force.
+    pub sequence: Option<u32>,
+    /// Whether the power stage is on.
+    pub enabled: bool,
+    /// Whether the compensation is on.
+    pub compensating: bool,
+    /// The share that is fed forward.
+    pub gain_ratio: f32,
+}
+
+/// A simulated drive.
+pub struct VirtualDrive {
+    chip: Chip,
+    port: Port<Chip, ROOM>,
+    machine: Machine,
+    receiver: Receiver,
+    lockstep: lockstep::Drive,
+    in_lockstep: bool,
+    nonce: u32,
+    restarts: u32,
+}
+
+impl VirtualDrive {
+    /// A drive whose flash is erased. `nonce` should differ from run to run: sessions are told apart by it.
+    ///
+    /// # Errors
+    /// [`PlaceError`]: the slots do not fit the flash.
+    pub fn new(nonce: u32) -> Result<Self, PlaceError> {
+        let chip = Chip::erased();
+        let port = Port::new(Store::new(chip.clone(), SLOTS[0].clone(), SLOTS[1].clone())?, nonce);
+        let mut drive = Self {
+            chip,
+            port,
+            machine: Machine::default(),
+            receiver: Receiver::new(),
+            lockstep: lockstep::Drive::default(),
+            in_lockstep: false,
+            nonce,
+            restarts: 0,
+        };
+        drive.port.boot(&mut drive.machine);
+        Ok(drive)
+    }
+
+    /// Takes bytes from the line and returns the bytes to answer. A power cut in the middle of a write leaves the host without an answer, and the drive restarts.
+    ///
+    /// # Errors
+    /// As [`restart`](Self::restart).
+    pub fn receive(&mut self, bytes: &[u8]) -> Result<Vec<u8>, PlaceError> {
+        let mut answers = Vec::new();
+        for byte in bytes {
+            let Some(body) = self.receiver.feed(*byte) else { continue };
+            let starts = body.first() == Some(&1) && body.len() == START_BYTES && body.get(1).is_some_and(|f| *f < 4);
+            self.in_lockstep = starts || (self.in_lockstep && body.len() == PERIOD_BYTES);
+            if self.in_lockstep {
+                answers.extend(self.lockstep.answer(body).iter().flat_map(|answer| frame::encode(answer)));
+                continue;
+            }
+            let before = answers.len();
+            let frame = frame::encode(body);
+            self.port.receive(&frame, &mut self.machine, |answer| answers.extend_from_slice(answer));
+            if !self.chip.is_powered() {
+                answers.truncate(before);
+                self.restart()?;
+            }
+        }
+        Ok(answers)
+    }
+
+    /// Lets the control periods of so many seconds pass, at most those of one second.
+    pub fn advance(&mut self, seconds: f64) {
+        self.machine.advance(seconds);
+    }
+
+    /// Cuts the power and switches it on again: what was in RAM is lost, the newest whole block in flash is in force.
+    ///
+    /// # Errors
+    /// [`PlaceError`]: the slots do not fit the flash.
+    pub fn restart(&mut self) -> Result<(), PlaceError> {
+        self.chip.switch_on();
+        self.restarts = self.restarts.wrapping_add(1);
+        self.nonce = self.nonce.wrapping_mul(0x0019_660D).wrapping_add(0x3C6E_F35F);
+        self.port = Port::new(Store::new(self.chip.clone(), SLOTS[0].clone(), SLOTS[1].clone())?, self.nonce);
+        self.machine = Machine::default();
+        self.receiver = Receiver::new();
+        self.lockstep = lockstep::Drive::default();
+        self.in_lockstep = false;
+        self.port.boot(&mut self.machine);
+        Ok(())
+    }
+
+    /// Cuts the power in the middle of the next write to the flash.
+    pub fn cut_in_next_write(&mut self) {
+        self.chip.cut_in_next_write();
+    }
+
+    /// Switches the power stage on or off.
+    pub fn switch_enabled(&mut self) {
+        self.machine.enabled = !self.machine.enabled;
+    }
+
+    /// How often the power was cut.
+    pub fn restarts(&self) -> u32 {
+        self.restarts
+    }
+
+    /// What is in force.
+    pub fn in_force(&self) -> InForce {
+        InForce {
+            sequence: self.machine.sequence(),
+            enabled: self.machine.enabled,
+            compensating: self.machine.is_compensating(),
+            gain_ratio: self.machine.gain_ratio(),
+        }
+    }
+}

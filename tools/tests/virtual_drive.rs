@@ -1,0 +1,164 @@
+//! `gmhm virtual-drive`: the commands for drives against a simulated one.
+
+mod common;
+
+use std::io::{BufRead, BufReader, Write};
+use std::process::{Child, ChildStdout, Command, Stdio};
+
+use common::{PUBLISHED, WorkDir};
+
+/// A simulated drive that runs beside the test.
+struct Running {
+    child: Child,
+    output: BufReader<ChildStdout>,
+    target: String,
+}
+
+impl Running {
+    fn start(listen: &str) -> Self {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_gmhm"))
+            .args(["virtual-drive", "--listen", listen])
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("gmhm");
+        let mut running =
+            Self { output: BufReader::new(child.stdout.take().expect("its output")), child, target: String::new() };
+        let first = running.line();
+        running.target = first.strip_prefix("Virtual drive at ").unwrap_or_else(|| panic!("{first}")).to_owned();
+        assert!(running.line().starts_with("Keys"));
+        running
+    }
+
+    fn line(&mut self) -> String {
+        let mut line = String::new();
+        self.output.read_line(&mut line).expect("a line");
+        line.trim_end().to_owned()
+    }
+
+    /// The next line that holds this.
+    fn until(&mut self, part: &str) -> String {
+        loop {
+            let line = self.line();
+            assert!(!line.is_empty(), "the drive ended before it said {part:?}");
+            if line.contains(part) {
+                return line;
+            }
+        }
+    }
+
+    fn press(&mut self, key: &str) {
+        writeln!(self.child.stdin.as_mut().expect("its input"), "{key}").expect("a key");
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+fn bench() -> WorkDir {
+    let dir = WorkDir::new();
+    let term = "[[term]]\nkind = \"coulomb_friction\"\ntorque_nm = 0.4\nsmoothing_rad_per_s = 0.01\n";
+    dir.write("gear.toml", PUBLISHED.to_owned() + term);
+    dir.write("softer.toml", PUBLISHED.replace("2.4737e4", "2.2e4"));
+    dir.succeed("pack gear.toml -o params.bin");
+    dir.succeed("pack softer.toml -o softer.bin");
+    dir
+}
+
+fn commission(listen: &str) {
+    let dir = bench();
+    let mut drive = Running::start(listen);
+    let to = drive.target.clone();
+    let told = dir.succeed(&format!("flash params.bin --to {to}")).stdout;
+    assert!(told.contains("sequence 1"), "{told}");
+    drive.until("sequence 1 in force");
+
+    // What is on trial does not outlive a power cut.
+    dir.succeed(&format!("drive --to {to} try softer.bin"));
+    assert!(dir.succeed(&format!("drive --to {to} status")).stdout.contains("on trial"));
+    drive.press("c");
+    assert!(drive.until("power cut").contains("sequence 1 in force"));
+    assert!(dir.succeed(&format!("drive --to {to} status")).stdout.contains("as stored: sequence 1"));
+
+    // An enabled drive stores nothing.
+    drive.press("e");
+    drive.until("drive enabled");
+    dir.refuse(&format!("flash softer.bin --to {to}"), &["the drive is enabled"]);
+    drive.press("e");
+    drive.until("drive disabled");
+
+    dir.succeed(&format!("drive --to {to} gain 0.5"));
+    dir.succeed(&format!("drive --to {to} on"));
+    assert!(drive.until("compensation on").contains("gain ratio 0.5"));
+    dir.succeed(&format!("drive --to {to} live --seconds 1.2 --every 0.1 --json live.json"));
+    let live: serde_json::Value = serde_json::from_str(&dir.read("live.json")).expect("JSON");
+    let column = |name: &str| -> Vec<f64> {
+        live.as_array().expect("a list").iter().map(|moment| moment[name].as_f64().expect("a number")).collect()
+    };
+    let (torque, hysteresis, contribution) =
+        (column("torque_model_nm"), column("hysteresis_nm"), column("contribution_nm"));
+    assert!(torque.iter().any(|t| t.abs() > 5.0), "{torque:?}");
+    assert!(hysteresis.iter().zip(&contribution).all(|(h, c)| (0.5 * h - c).abs() < 1e-6));
+    let ticks = column("ticks");
+    assert!((700.0..2500.0).contains(&(ticks[11] - ticks[0])), "{ticks:?}");
+
+    drive.press("q");
+    assert!(drive.child.wait().expect("an end").success());
+}
+
+#[test]
+fn a_drive_is_commissioned_over_tcp() {
+    commission("tcp:127.0.0.1:0");
+}
+
+#[cfg(unix)]
+#[test]
+fn a_drive_is_commissioned_over_a_pseudo_terminal() {
+    commission("pty");
+}
+
+#[test]
+fn a_power_cut_in_a_write_leaves_the_block_before_it() {
+    let dir = bench();
+    let mut drive = Running::start("tcp:127.0.0.1:0");
+    let to = drive.target.clone();
+    dir.succeed(&format!("flash params.bin --to {to}"));
+    drive.until("sequence 1 in force");
+    dir.succeed(&format!("drive --to {to} try softer.bin"));
+    drive.press("w");
+    drive.until("next write");
+    // Nothing answers: the power is gone.
+    let done = dir.gmhm(&format!("drive --to {to} commit"));
+    assert_eq!(done.status, Some(1));
+    assert!(done.stderr.contains("did not answer"), "{}", done.stderr);
+    assert!(drive.until("power cut").contains("sequence 1 in force"));
+    assert!(dir.succeed(&format!("drive --to {to} status")).stdout.contains("newest stored sequence 1"));
+
+    // A flash that meets the cut starts over by itself.
+    drive.press("w");
+    drive.until("next write");
+    assert!(dir.succeed(&format!("flash softer.bin --to {to}")).stdout.contains("sequence 2"));
+}
+
+#[test]
+fn a_simulated_joint_is_controlled_to_the_bit() {
+    let dir = bench();
+    let drive = Running::start("tcp:127.0.0.1:0");
+    let run = format!("simulate softer.toml --experiment joint --drive {} -o joint.csv", drive.target);
+    assert!(dir.succeed(&run).stdout.contains("every bit agrees"));
+    // The same line serves the link afterwards.
+    dir.succeed(&format!("drive --to {} status", drive.target));
+}
+
+#[test]
+fn a_line_that_cannot_be_is_refused() {
+    let dir = WorkDir::new();
+    let taken = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
+    let address = taken.local_addr().expect("an address");
+    dir.refuse(&format!("virtual-drive --listen tcp:{address}"), &["cannot be listened on", "help: "]);
+    dir.misuse("virtual-drive --listen serial:COM1", &["tcp:HOST:PORT or pty"]);
+}
