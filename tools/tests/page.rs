@@ -2,11 +2,11 @@
 
 mod browser;
 
-use browser::{assert_self_contained, screenshot};
+use browser::{after_script, assert_self_contained, screenshot};
 use gmhm_tools::recording::TorqueUnit;
 use gmhm_tools::report::figures::{self, Abscissa, TrendAxis};
 use gmhm_tools::report::page::{Input, Page, Provenance, Section, Table, TableRow, Tone, Verdict};
-use gmhm_tools::report::plot::{Curve, Figure, HeatMap, Role, Side, Style};
+use gmhm_tools::report::plot::{Curve, Figure, HeatMap, Phase, Role, Side, Style};
 
 const UNIT: TorqueUnit = TorqueUnit::NewtonMetre;
 
@@ -171,4 +171,68 @@ fn a_browser_shows_it_light_and_dark() {
     assert!(dark.brightness() < 60.0, "dark page: {}", dark.brightness());
     // Ink on both: neither a blank page nor ink of the paper's colour.
     assert!(light.contrast() > 10.0 && dark.contrast() > 10.0, "{} {}", light.contrast(), dark.contrast());
+}
+
+/// Moves the pointer over figures, presses keys and buttons, and writes down what the page says then.
+const VISITOR: &str = r#"
+const told = {}, figures = [...document.querySelectorAll("svg.live")];
+const by = words => figures.find(svg => svg.getAttribute("aria-label").startsWith(words));
+const move = (svg, kind, x, y, more) => {
+  const box = svg.getBoundingClientRect();
+  svg.dispatchEvent(new PointerEvent(kind, { clientX: box.left + x * box.width, clientY: box.top + y * box.height, bubbles: true, ...more }));
+};
+const values = svg => svg.closest("figure").querySelector(".values").textContent;
+const numbers = svg => [...svg.querySelectorAll("text.number")].map(text => text.textContent).join(" ");
+const [loop, time] = [by("Hysteresis loop"), by("Residual over time")];
+move(loop, "pointermove", 0.55, 0.5);
+told.hover = values(loop);
+told.linked = values(time);
+told.before = numbers(loop);
+move(loop, "pointerdown", 0.4, 0.3, { button: 0 });
+move(loop, "pointermove", 0.6, 0.6);
+move(loop, "pointerup", 0.6, 0.6);
+told.zoomed = numbers(loop);
+loop.dispatchEvent(new KeyboardEvent("keydown", { key: "ArrowRight", shiftKey: true, bubbles: true }));
+told.moved = numbers(loop);
+loop.dispatchEvent(new KeyboardEvent("keydown", { key: "0", bubbles: true }));
+told.whole = numbers(loop);
+time.dispatchEvent(new KeyboardEvent("keydown", { key: "Escape", bubbles: true }));
+time.dispatchEvent(new KeyboardEvent("keydown", { key: "ArrowRight", bubbles: true }));
+told.key = values(time);
+const paths = svg => svg.querySelectorAll("path.line, path.dots").length;
+const count = paths(loop);
+loop.closest("figure").querySelector(".legend button").click();
+told.toggled = count - paths(loop);
+const phased = by("Before and after");
+told.both = paths(phased);
+document.querySelector(".phases input[value=after]").click();
+told.after = paths(phased);
+const heat = document.querySelector("svg[aria-label^='Residual over time and']");
+move(heat, "pointermove", 0.5, 0.5);
+told.heat = values(heat);
+document.title = JSON.stringify(told);
+"#;
+
+#[test]
+fn a_reader_zooms_reads_and_switches() {
+    let folder = tempfile::tempdir().unwrap();
+    let html = folder.path().join("page.html");
+    let mut page = gallery(20_000);
+    let x: Vec<f64> = (0..50).map(f64::from).collect();
+    let curve = |role, phase| Curve::new("residual", role, &x, 1.0, &x).styled(Style::Dots).in_phase(Some(phase));
+    let curves = vec![curve(Role::Second, Phase::Before), curve(Role::Model, Phase::After)];
+    let figure = Figure { title: "Before and after".into(), curves, ..Figure::default() };
+    page.sections.push(Section::new("Two states").figure(figure.draw(), "Both."));
+    std::fs::write(&html, page.to_html()).unwrap();
+    let Some(dom) = after_script(&html, VISITOR) else { return };
+    let title = dom.split("<title>").nth(1).and_then(|rest| rest.split("</title>").next()).expect("a title");
+    let told: serde_json::Value = serde_json::from_str(&title.replace("&amp;", "&")).expect(title);
+    let text = |key: &str| told[key].as_str().unwrap_or_else(|| panic!("{key} in {told}"));
+    assert!(text("hover").contains("deflection θ in mrad: ") && text("hover").contains("GMHM: "), "{told}");
+    assert!(text("linked").starts_with("time in s: "), "{told}");
+    assert!(text("zoomed") != text("before") && text("moved") != text("zoomed"), "{told}");
+    assert_eq!(text("whole"), text("before"));
+    assert!(text("key").starts_with("time in s: 0"), "{told}");
+    assert_eq!((&told["toggled"], &told["both"], &told["after"]), (&1.into(), &2.into(), &1.into()), "{told}");
+    assert!(text("heat").contains("mean residual in N·m: "), "{told}");
 }

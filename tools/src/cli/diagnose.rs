@@ -109,7 +109,7 @@ impl DiagnoseArgs {
             let mut inputs = model_file.map(|file| Input::of_file(file)).transpose()?.into_iter().collect::<Vec<_>>();
             inputs.extend(recordings.iter().chain(&holdout).map(Input::from));
             let provenance = provenance(inputs, Some(self.seed.seed));
-            outputs.add_text(path, &report::diagnosis::page(&finding, provenance).to_html())?;
+            outputs.add_text(path, &report::diagnosis::page(&finding, &recordings, provenance).to_html())?;
         }
         outputs.commit()?;
         session.say(format_args!("{}", tables::diagnosis(&finding.diagnosis)))?;

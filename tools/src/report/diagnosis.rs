@@ -8,12 +8,13 @@ use super::plot::{Curve, Drawing, Figure, HeatMap, Role, Side, Style};
 use crate::diagnose::Finding;
 use crate::diagnose::diagnosis::{Diagnosis, Effect, ParameterValue, UNKNOWN, Unit};
 use crate::diagnose::report_data::ReportData;
-use crate::recording::TorqueUnit;
+use crate::recording::{Recording, TorqueUnit};
 
-/// The page of a diagnosis.
-pub fn page(finding: &Finding, provenance: Provenance) -> Page {
+/// The page of a diagnosis of these recordings.
+pub fn page(finding: &Finding, recordings: &[Recording], provenance: Provenance) -> Page {
     let unit = if finding.diagnosis.unit == Unit::Ampere { TorqueUnit::Ampere } else { TorqueUnit::NewtonMetre };
-    let mut sections = vec![picture(finding, unit), gain(finding, unit)];
+    let mut sections: Vec<Section> = torques(finding, recordings, unit).into_iter().collect();
+    sections.extend([picture(finding, unit), gain(finding, unit)]);
     if finding.diagnosis.mismatch {
         sections.push(effects(&finding.diagnosis));
         sections.push(places(finding, unit));
@@ -128,7 +129,8 @@ fn before_and_after(finding: &Finding, coordinate: &str, unit: TorqueUnit) -> Op
     let verdict = &finding.verdict;
     let curve = |name: &str, role, residual: &[f64]| {
         let (points, error) = binned(&x, residual);
-        Curve { label: name.into(), points, role, style: Style::Dots, error }
+        let phase = figures::phase_of(if finding.diagnosis.mismatch { 2 } else { 1 })(role);
+        Curve { label: name.into(), points, role, style: Style::Dots, error, phase }
     };
     let mut curves = vec![curve("base model refitted", Role::Second, &verdict.base.residual)];
     if finding.diagnosis.mismatch {
@@ -151,8 +153,52 @@ fn recordings_apart(report_data: &ReportData, line: &[f64]) -> Vec<f64> {
     spans.flat_map(|(from, to)| line[from..to].iter().copied().chain([f64::NAN])).collect()
 }
 
+/// What engineers know: the torque over deflection, or over velocity and angle, measured and by both models.
+fn torques(finding: &Finding, recordings: &[Recording], unit: TorqueUnit) -> Option<Section> {
+    let measured: Vec<f64> = recordings.iter().filter_map(|r| r.torque.as_deref()).flatten().copied().collect();
+    let verdict = &finding.verdict;
+    if measured.len() != verdict.base.residual.len() {
+        return None;
+    }
+    let apart = |line: &[f64]| recordings_apart(&finding.report_data, line);
+    let modelled = |residual: &[f64]| -> Vec<f64> { measured.iter().zip(residual).map(|(t, r)| t - r).collect() };
+    let (base, extended) = (apart(&modelled(&verdict.base.residual)), apart(&modelled(&verdict.extended.residual)));
+    let measured = apart(&measured);
+    let draw = |coordinate: &str| {
+        let (x, label) = along(&finding.report_data, coordinate)?;
+        let x = apart(&x);
+        let mut curves = vec![Curve::new("recording", Role::Measured, &x, 1.0, &measured)];
+        let phase = figures::phase_of(if finding.diagnosis.mismatch { 2 } else { 1 });
+        let mut model = |name: &str, role, torque: &[f64]| {
+            curves.push(Curve::new(name, role, &x, 1.0, torque).in_phase(phase(role)));
+        };
+        model("base model refitted", Role::Second, &base);
+        if finding.diagnosis.mismatch {
+            model("with what was found", Role::Model, &extended);
+        }
+        // Angles within a turn jump: a line would cross the figure.
+        if coordinate.ends_with("angle") {
+            curves = curves.into_iter().map(|curve| curve.styled(Style::Dots)).collect();
+        }
+        let title = format!("{} over {}", capital(unit.quantity()), words(coordinate));
+        let y_label = format!("{} in {}", unit.quantity(), unit.symbol());
+        Some(Figure { title, x_label: label.into(), y_label, curves, by_row: true, ..Figure::default() }.draw())
+    };
+    let coordinates: &[&str] = match finding.report_data.coordinates.deflection {
+        Some(_) => &["deflection", "output_velocity"],
+        None => &["output_velocity", "output_angle"],
+    };
+    let figures: Vec<(Drawing, String)> = coordinates
+        .iter()
+        .filter_map(|coordinate| {
+            Some((draw(coordinate)?, "Recording and models, constant offsets included.".to_owned()))
+        })
+        .collect();
+    (!figures.is_empty()).then(|| Section::new("Recording and models").figures(figures))
+}
+
 fn picture(finding: &Finding, unit: TorqueUnit) -> Section {
-    let section = Section::new("The picture");
+    let section = Section::new("Residual");
     let found = &finding.diagnosis;
     let first = found.places.first().map(|p| p.coordinate.as_str());
     let fallback = if finding.report_data.coordinates.deflection.is_some() { "deflection" } else { "output_velocity" };

@@ -1,6 +1,6 @@
 //! The figures that the commands show: which curves, in which units.
 
-use super::plot::{Bars, Curve, Drawing, Figure, HeatMap, Level, Role, Side, Style};
+use super::plot::{Bars, Curve, Drawing, Figure, HeatMap, Level, Phase, Role, Side, Style};
 use crate::fit::comparison::Comparison;
 use crate::fit::coverage::{Coverage, JointCoverage};
 use crate::recording::TorqueUnit;
@@ -54,7 +54,8 @@ pub fn torque_over(
     curves.extend(models.iter().map(|(label, role, torque)| Curve::new(*label, *role, at, over.scale, torque)));
     let what = if unit == TorqueUnit::Ampere { unit.quantity() } else { "torque T" };
     let y_label = torque_axis(what, unit);
-    Figure { title: title.into(), x_label: over.label.into(), y_label, curves, ..Figure::default() }.draw()
+    Figure { title: title.into(), x_label: over.label.into(), y_label, curves, by_row: true, ..Figure::default() }
+        .draw()
 }
 
 /// The two parts of the torque against deflection: elastic f and hysteresis z.
@@ -70,7 +71,8 @@ pub fn decomposition(
         Curve::new("hysteresis torque z", Role::Second, deflection_rad, MRAD, hysteresis),
     ];
     let y_label = torque_axis(unit.quantity(), unit);
-    Figure { title: title.into(), x_label: DEFLECTION.into(), y_label, curves, ..Figure::default() }.draw()
+    Figure { title: title.into(), x_label: DEFLECTION.into(), y_label, curves, by_row: true, ..Figure::default() }
+        .draw()
 }
 
 /// What each model leaves of the measured torque, against deflection. The last model's dots lie on top.
@@ -102,11 +104,25 @@ pub fn residual_by_direction(title: &str, over: Abscissa, at: &[f64], residual: 
         let before = at[row.saturating_sub(1)];
         // Nothing comes before the first row of a recording.
         rising = if *x == before || before.is_nan() { rising } else { *x > before };
-        curves[usize::from(!rising)].points.push((x * over.scale, *left));
+        let x = x * over.scale;
+        let [up, down] = if rising { [*left, f64::NAN] } else { [f64::NAN, *left] };
+        curves[0].points.push((x, up));
+        curves[1].points.push((x, down));
     }
     let y_label = torque_axis("recording minus model", unit);
     let curves = curves.into();
-    Figure { title: title.into(), x_label: over.label.into(), y_label, curves, ..Figure::default() }.draw()
+    Figure { title: title.into(), x_label: over.label.into(), y_label, curves, by_row: true, ..Figure::default() }
+        .draw()
+}
+
+/// Of several curves, which shows the base model and which the extended one.
+pub fn phase_of(curves: usize) -> impl Fn(Role) -> Option<Phase> {
+    move |role| match role {
+        _ if curves < 2 => None,
+        Role::Second => Some(Phase::Before),
+        Role::Model => Some(Phase::After),
+        _ => None,
+    }
 }
 
 /// One or several residuals against time, seconds that stand out shaded. The last lies on top.
@@ -117,14 +133,17 @@ pub fn residual_over_time(
     seconds: &[(f64, f64)],
     unit: TorqueUnit,
 ) -> Drawing {
-    let curve =
-        |(label, role, left): &(&str, Role, &[f64])| Curve::new(*label, *role, time_s, 1.0, left).styled(Style::Line);
+    let phase = phase_of(residuals.len());
+    let curve = |(label, role, left): &(&str, Role, &[f64])| {
+        Curve::new(*label, *role, time_s, 1.0, left).styled(Style::Line).in_phase(phase(*role))
+    };
     Figure {
         title: title.into(),
         x_label: "time in s".into(),
         y_label: torque_axis("recording minus model", unit),
         curves: residuals.iter().map(curve).collect(),
         shaded: seconds.iter().map(|(from, to)| *from..*to).collect(),
+        by_row: true,
         ..Figure::default()
     }
     .draw()
@@ -138,6 +157,7 @@ pub fn parts_over_time(title: &str, time_s: &[f64], parts: &[(&str, Role, &[f64]
         x_label: "time in s".into(),
         y_label: torque_axis(unit.quantity(), unit),
         curves: parts.iter().map(curve).collect(),
+        by_row: true,
         ..Figure::default()
     }
     .draw()
@@ -154,7 +174,7 @@ pub fn spectrum(
 ) -> Drawing {
     let stems = |label: &str, role, points: &[(f64, f64)]| {
         let points = points.to_vec();
-        Curve { label: label.into(), points, role, style: Style::Stems, error: Vec::new() }
+        Curve { label: label.into(), points, role, style: Style::Stems, error: Vec::new(), phase: None }
     };
     let mut curves = vec![stems(if prominent.is_empty() { "" } else { "spectrum" }, Role::Measured, lines)];
     if !prominent.is_empty() {
@@ -220,12 +240,14 @@ pub fn trend(title: &str, x: &TrendAxis, y_label: &str, points: &[(f64, Option<f
         role: Role::Model,
         style: Style::Dots,
         error,
+        phase: None,
     };
     let mut curves = vec![dots];
     if !line.is_empty() {
         let points = line.to_vec();
         let label = "regression".into();
-        curves.insert(0, Curve { label, points, role: Role::Second, style: Style::Line, error: Vec::new() });
+        curves
+            .insert(0, Curve { label, points, role: Role::Second, style: Style::Line, error: Vec::new(), phase: None });
     }
     Figure {
         title: title.into(),

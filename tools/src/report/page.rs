@@ -1,4 +1,4 @@
-//! A page for people: one self-contained HTML file without scripts, fonts or anything else from elsewhere.
+//! A page for people: one self-contained HTML file. Its script, `templates/page.js`, makes the figures zoom and show values; nothing comes from elsewhere.
 //!
 //! Verdict first, then sections of text, figures, tables and notes, and at the end what made the page. Light and dark by the
 //! viewer's preference, light on paper.
@@ -248,9 +248,14 @@ impl Input {
 }
 
 impl Page {
-    /// The page as HTML: at most 2 MB for up to a dozen figures, whatever the length of the recordings.
+    /// The page as HTML: at most 1 MB for up to a dozen figures, whatever the length of the recordings.
     pub fn to_html(&self) -> String {
-        let whole = Whole { page: self, figure_style: plot::style(), version: env!("CARGO_PKG_VERSION") };
+        let whole = Whole {
+            page: self,
+            figure_style: plot::style(),
+            script: include_str!("../../templates/page.js"),
+            version: env!("CARGO_PKG_VERSION"),
+        };
         // Writing to a string does not fail.
         whole.render().unwrap_or_default()
     }
@@ -261,6 +266,7 @@ impl Page {
 struct Whole<'p> {
     page: &'p Page,
     figure_style: String,
+    script: &'static str,
     version: &'static str,
 }
 

@@ -70,6 +70,7 @@ fn loops(shown: &[Shown]) -> Option<Drawing> {
         title: format!("{} over deflection", unit.quantity()),
         x_label: figures::Abscissa::DEFLECTION.label.into(),
         y_label: format!("{} in {}", unit.quantity(), unit.symbol()),
+        by_row: shown.len() == 1,
         curves: curves.collect(),
         ..Figure::default()
     };
@@ -92,6 +93,7 @@ fn over_time(
         title: format!("{what} over time"),
         x_label: "time in s".into(),
         y_label: format!("{what} in {unit}"),
+        by_row: shown.len() == 1,
         curves: curves.collect(),
         ..Figure::default()
     }

@@ -4,14 +4,23 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Nothing from elsewhere, no script, tags that close in order, at most 2 MB.
+/// Nothing from elsewhere, tags that close in order, at most 1 MB.
 pub fn assert_self_contained(html: &str) {
-    assert!(html.len() <= 2_000_000, "{} bytes", html.len());
-    for foreign in ["http://", "https://", "src=", "<script", "<link", "@import", "url(", "<iframe", "<object"] {
+    assert!(html.len() <= 1_000_000, "{} bytes", html.len());
+    let elsewhere =
+        ["http://", "https://", "src=", "<link", "@import", "url(", "<iframe", "<object", "fetch(", "XMLHttp"];
+    for foreign in elsewhere {
         assert!(!html.contains(foreign), "the page holds `{foreign}`");
     }
+    let html = without_scripts(html);
     assert!(!html.contains("NaN"), "a number that is none");
-    assert_nested(html);
+    assert_nested(&html);
+}
+
+fn without_scripts(html: &str) -> String {
+    let mut parts = html.split("<script");
+    let first = parts.next().unwrap_or_default().to_owned();
+    parts.fold(first, |page, part| page + part.split_once("</script>").expect("a script ends").1)
 }
 
 fn assert_nested(html: &str) {
@@ -48,20 +57,19 @@ impl Picture {
     }
 }
 
-/// The page in headless Chromium; says so and returns none where there is no Chromium.
-pub fn screenshot(page: &Path, dark: bool) -> Option<Picture> {
+fn chromium() -> Option<PathBuf> {
     let names = ["chromium", "chromium-browser", "google-chrome"];
     let folders = std::env::var_os("PATH").unwrap_or_default();
     let found = std::env::split_paths(&folders).flat_map(|f| names.map(|n| f.join(n))).find(|p| p.is_file());
-    let Some(browser) = found else {
+    if found.is_none() {
         eprintln!("not checked in a browser: none of {names:?} is on the PATH");
-        return None;
-    };
-    let profile = tempfile::tempdir().unwrap();
-    let picture: PathBuf = profile.path().join("page.png");
-    // Blink's setting counts from dark.
-    let scheme = if dark { 0 } else { 1 };
-    let output = Command::new(browser)
+    }
+    found
+}
+
+fn headless(browser: &Path, profile: &Path) -> Command {
+    let mut command = Command::new(browser);
+    command
         .args([
             "--headless",
             "--no-sandbox",
@@ -71,7 +79,36 @@ pub fn screenshot(page: &Path, dark: bool) -> Option<Picture> {
             "--disable-dev-shm-usage",
         ])
         .args(["--disable-background-networking", "--disable-component-update", "--disable-sync", "--hide-scrollbars"])
-        .arg(format!("--user-data-dir={}", profile.path().display()))
+        .arg(format!("--user-data-dir={}", profile.display()));
+    command
+}
+
+/// The page's elements after a script of the test has run at its end, in headless Chromium; fails on a message in its console. None where there is no Chromium.
+pub fn after_script(page: &Path, script: &str) -> Option<String> {
+    let browser = chromium()?;
+    let folder = tempfile::tempdir().unwrap();
+    let scripted = folder.path().join("page.html");
+    let html = std::fs::read_to_string(page).unwrap();
+    std::fs::write(&scripted, html.replace("</body>", &format!("<script>{script}</script></body>"))).unwrap();
+    let output = headless(&browser, folder.path())
+        .args(["--enable-logging=stderr", "--window-size=1100,2000", "--dump-dom"])
+        .arg(format!("file://{}", scripted.display()))
+        .output()
+        .unwrap();
+    let messages = String::from_utf8_lossy(&output.stderr);
+    let console: Vec<&str> = messages.lines().filter(|line| line.contains("CONSOLE")).collect();
+    assert!(output.status.success() && console.is_empty(), "{console:?}");
+    Some(String::from_utf8(output.stdout).unwrap())
+}
+
+/// The page in headless Chromium; says so and returns none where there is no Chromium.
+pub fn screenshot(page: &Path, dark: bool) -> Option<Picture> {
+    let browser = chromium()?;
+    let profile = tempfile::tempdir().unwrap();
+    let picture: PathBuf = profile.path().join("page.png");
+    // Blink's setting counts from dark.
+    let scheme = if dark { 0 } else { 1 };
+    let output = headless(&browser, profile.path())
         .arg(format!("--blink-settings=preferredColorScheme={scheme}"))
         .arg("--window-size=1100,5200")
         .arg(format!("--screenshot={}", picture.display()))

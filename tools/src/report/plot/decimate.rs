@@ -82,6 +82,13 @@ pub fn line(points: &[(f64, f64)], window: &Window) -> Vec<Vec<(f64, f64)>> {
     pieces
 }
 
+/// Of a long spectrum the highest line of each bucket.
+pub fn highest(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    const MOST: usize = 400;
+    let bucket = points.len().div_ceil(MOST).max(1);
+    points.chunks(bucket).filter_map(|b| b.iter().copied().max_by(|a, b| a.1.total_cmp(&b.1))).collect()
+}
+
 fn extremes(points: &[(f64, f64)], bucket: usize) -> Vec<(f64, f64)> {
     let mut kept = Vec::with_capacity(FEW);
     for bucket in points.chunks(bucket) {

@@ -4,6 +4,7 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
 use super::decimate::{self, Window};
+use super::interactive::{self, Interactive};
 use super::{
     AXIS, Canvas, Drawing, GRID, HEIGHT, Role, SHARPNESS, WORDS, anchored, drawing, font, head, legend_places, px,
     range,
@@ -23,6 +24,15 @@ pub enum Style {
     Columns,
 }
 
+/// Which state of a model a curve shows; the reader of a page switches between them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Phase {
+    /// Before an extension.
+    Before,
+    /// After it.
+    After,
+}
+
 /// One curve, or one cloud of dots.
 #[derive(Debug, Clone)]
 pub struct Curve {
@@ -36,6 +46,8 @@ pub struct Curve {
     pub style: Style,
     /// Half the height of an error bar at each point; none where empty.
     pub error: Vec<f64>,
+    /// Whether it shows the state before or after an extension.
+    pub phase: Option<Phase>,
 }
 
 impl Curve {
@@ -43,7 +55,7 @@ impl Curve {
     pub fn new(label: impl Into<String>, role: Role, x: &[f64], scale: f64, y: &[f64]) -> Self {
         let points = x.iter().zip(y).map(|(x, y)| (x * scale, *y)).collect();
         let style = if role == Role::Measured { Style::Dots } else { Style::Line };
-        Self { label: label.into(), points, role, style, error: Vec::new() }
+        Self { label: label.into(), points, role, style, error: Vec::new(), phase: None }
     }
 
     /// Drawn in another way.
@@ -57,6 +69,13 @@ impl Curve {
     #[must_use]
     pub fn with_error(mut self, error: Vec<f64>) -> Self {
         self.error = error;
+        self
+    }
+
+    /// Of the state before or after an extension.
+    #[must_use]
+    pub fn in_phase(mut self, phase: Option<Phase>) -> Self {
+        self.phase = phase;
         self
     }
 
@@ -106,6 +125,8 @@ pub struct Figure {
     pub levels: Vec<Level>,
     /// Names at 0, 1, 2 … of the horizontal axis in place of numbers.
     pub x_names: Vec<String>,
+    /// Whether the k-th point of every curve is row k of the recordings: figures of the same rows share a cursor on a page.
+    pub by_row: bool,
 }
 
 /// Most names that are written along an axis.
@@ -114,7 +135,18 @@ const MOST_NAMES: usize = 12;
 impl Figure {
     /// The figure drawn: less than 400 kB whatever the length of the curves.
     pub fn draw(&self) -> Drawing {
-        drawing(&self.title, |canvas| self.draw_on(canvas).map_err(|e| e.to_string()))
+        let drawing = drawing(&self.title, |canvas| self.draw_on(canvas).map_err(|e| e.to_string()));
+        drawing.with_data(interactive::json(&Interactive::new(self, &self.window())))
+    }
+
+    fn window(&self) -> Window {
+        let (x, y) = self.ranges();
+        let (_, lines) = legend_places(self.labels());
+        Window { x, y, pixels: (560.0, f64::from(HEIGHT - 104 - 22 * lines)) }
+    }
+
+    fn labels(&self) -> impl Iterator<Item = &str> {
+        self.curves.iter().map(|curve| curve.label.as_str()).filter(|label| !label.is_empty())
     }
 
     fn ranges(&self) -> (std::ops::Range<f64>, std::ops::Range<f64>) {
@@ -128,8 +160,7 @@ impl Figure {
     }
 
     fn draw_on<'a>(&self, canvas: &Canvas<'a>) -> super::Drawn<'a> {
-        let labels = || self.curves.iter().map(|c| c.label.as_str()).filter(|l| !l.is_empty());
-        let (places, lines) = legend_places(labels());
+        let (places, lines) = legend_places(self.labels());
         let header = 44 + 22 * lines;
         head(canvas, &self.title)?;
         let (x, y) = self.ranges();
@@ -177,7 +208,7 @@ impl Figure {
             let place = (x.end - 0.005 * (x.end - x.start), level.height + 0.008 * (y.end - y.start));
             chart.draw_series([Text::new(level.label.clone(), place, anchored(WORDS, HPos::Right, VPos::Bottom))])?;
         }
-        let window = Window { x, y, pixels: (560.0, f64::from(HEIGHT - 104 - 22 * lines)) };
+        let window = self.window();
         for curve in &self.curves {
             draw_curve(&mut chart, curve, &window)?;
         }
@@ -234,7 +265,7 @@ fn draw_curve<'b>(chart: &mut Chart<'_, 'b>, curve: &Curve, window: &Window) -> 
             chart.draw_series(dots.into_iter().map(|p| Circle::new(p, radius, colour.filled())))?;
         }
         Style::Stems => {
-            let kept = highest(&points);
+            let kept = decimate::highest(&points);
             let stem = |p: &(f64, f64)| PathElement::new([(p.0, 0.0), *p], colour.stroke_width(SHARPNESS));
             chart.draw_series(kept.iter().map(stem))?;
             let radius = if kept.len() > 100 { px(1) } else { px(3) };
@@ -247,13 +278,6 @@ fn draw_curve<'b>(chart: &mut Chart<'_, 'b>, curve: &Curve, window: &Window) -> 
         }
     }
     Ok(())
-}
-
-/// Of a long spectrum the highest line of each bucket.
-fn highest(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
-    const MOST: usize = 400;
-    let bucket = points.len().div_ceil(MOST).max(1);
-    points.chunks(bucket).filter_map(|b| b.iter().copied().max_by(|a, b| a.1.total_cmp(&b.1))).collect()
 }
 
 /// At most so many characters.

@@ -4,6 +4,7 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
 use super::figure::shortened;
+use super::interactive::{self, InteractiveHeat};
 use super::{AXIS, Canvas, Drawing, Role, SHARPNESS, WORDS, anchored, drawing, font, head, px};
 use crate::report::number::{number, tick};
 
@@ -48,10 +49,14 @@ const MOST: (usize, usize) = (96, 40);
 impl HeatMap {
     /// The map drawn: less than 500 kB whatever its size.
     pub fn draw(&self) -> Drawing {
-        drawing(&self.title, |canvas| self.draw_on(canvas).map_err(|e| e.to_string()))
+        let mut data = String::new();
+        let drawing =
+            drawing(&self.title, |canvas| self.draw_on(canvas).map(|drawn| data = drawn).map_err(|e| e.to_string()));
+        drawing.with_data(data)
     }
 
-    fn draw_on<'a>(&self, canvas: &Canvas<'a>) -> super::Drawn<'a> {
+    /// Draws, and returns what the script of a page needs.
+    fn draw_on<'a>(&self, canvas: &Canvas<'a>) -> Result<String, Box<dyn std::error::Error + 'a>> {
         let cells = coarse(&self.values);
         let (rows, columns) = (cells.len(), cells.first().map_or(0, Vec::len));
         let largest = cells.iter().flatten().filter(|v| v.is_finite()).fold(0.0, |a: f64, v| a.max(v.abs()));
@@ -127,7 +132,11 @@ impl HeatMap {
                 canvas.draw(&Text::new(shortened(name, 20), (at_x - px(8) as i32, at_y), words))?;
             }
         }
-        Ok(())
+        let (across, down) = chart.plotting_area().get_pixel_range();
+        let from_top: Vec<&Vec<f64>> = if named_rows { cells.iter().collect() } else { cells.iter().rev().collect() };
+        let place = [across.start, down.start, across.end, down.end];
+        let sides = [&self.x, &self.y];
+        Ok(interactive::json(&InteractiveHeat::new(&self.title, &self.legend, sides, place, &from_top)))
     }
 
     /// Swatches from the lowest to the highest number.
