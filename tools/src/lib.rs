@@ -15,6 +15,7 @@ pub mod fit;
 pub mod health;
 pub mod kinds;
 pub mod model;
+pub mod number;
 pub mod numerics;
 pub mod output;
 pub mod physics;

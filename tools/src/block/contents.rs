@@ -11,6 +11,7 @@ use serde::Serialize;
 use serde_json::{Map, Value as Json, json};
 
 use crate::model::unit::per_ampere;
+use crate::number::trimmed;
 
 /// A value of a block.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -108,8 +109,7 @@ impl fmt::Display for Shown {
 
 /// A number with the digits that single precision holds.
 fn short(x: f64) -> String {
-    let rounded: f64 = format!("{x:.8e}").parse().unwrap_or(x);
-    format!("{rounded:?}")
+    trimmed(x, 9)
 }
 
 impl fmt::Display for Contents {

@@ -6,8 +6,8 @@ use super::Session;
 use super::common::{ReadingArgs, RecordingArgs};
 use super::failure::Failure;
 use super::progress::Progress;
+use crate::number::number;
 use crate::recording::{Needs, Survey, SurveyedColumn};
-use crate::report::number::number;
 
 /// Show what is in recordings: format, columns, units, rows, rate, ranges, gaps
 ///

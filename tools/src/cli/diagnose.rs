@@ -52,6 +52,9 @@ pub struct DiagnoseArgs {
     /// Where to write the report: one HTML page, the finding first
     #[arg(long, value_name = "F.html")]
     report: Option<PathBuf>,
+    /// Where to draw the torque, measured and by both models
+    #[arg(long, value_name = "F.svg")]
+    plot: Option<PathBuf>,
     /// Name of the gear in the extended model [default: the model's]
     #[arg(long, value_name = "TEXT")]
     name: Option<String>,
@@ -73,7 +76,8 @@ impl DiagnoseArgs {
         };
         let files = recording::files_and_listed(recordings, self.files_from.as_deref())?;
         let held_out = recording::files_and_listed(&self.holdout, None)?;
-        for output in [Some(&self.output), self.json.as_ref(), self.report.as_ref()].into_iter().flatten() {
+        let outputs = [Some(&self.output), self.json.as_ref(), self.report.as_ref(), self.plot.as_ref()];
+        for output in outputs.into_iter().flatten() {
             Outputs::check_beside(output, &[&files[..], &held_out].concat())?;
         }
         let simulation =
@@ -111,6 +115,9 @@ impl DiagnoseArgs {
             let provenance = provenance(inputs, Some(self.seed.seed));
             outputs.add_text(path, &report::diagnosis::page(&finding, &recordings, provenance).to_html())?;
         }
+        if let Some(path) = &self.plot {
+            outputs.add_text(path, &report::diagnosis::drawing(&finding, &recordings).to_file())?;
+        }
         outputs.commit()?;
         session.say(format_args!("{}", tables::diagnosis(&finding.diagnosis)))?;
         session.say(format_args!("Seed {}\n", self.seed.seed))?;
@@ -118,6 +125,7 @@ impl DiagnoseArgs {
             ("Model", Some(&self.output)),
             ("JSON", self.json.as_ref()),
             ("Report", self.report.as_ref()),
+            ("Picture", self.plot.as_ref()),
         ])
     }
 }

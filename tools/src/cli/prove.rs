@@ -44,8 +44,8 @@ pub struct ProveArgs {
     /// Where to write the hash of each key before the first case is diagnosed
     #[arg(long, value_name = "FILE.sha256")]
     keys: Option<PathBuf>,
-    /// Folder of real recordings whose residual serves as noise
-    #[arg(long, value_name = "FOLDER", default_value = "../shared/recordings")]
+    /// Folder of real recordings whose residual serves as noise of the block real-noise; without them that block is left out
+    #[arg(long, value_name = "FOLDER", default_value = "../shared/recordings", hide_default_value = true)]
     recordings: PathBuf,
     /// Write the cases and their keys into this folder instead of diagnosing them
     #[arg(long, value_name = "FOLDER", conflicts_with_all = ["answers", "json", "keys"])]

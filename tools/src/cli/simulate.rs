@@ -12,6 +12,7 @@ use crate::bench::joint::{self, Plant};
 use crate::bench::{self, BenchError, Experiment, Options};
 use crate::device::{Lockstep, Target, line};
 use crate::model;
+use crate::number::{number, trimmed};
 use crate::output::Outputs;
 
 /// Run the virtual test bench on the gear of a model file: a synthetic recording
@@ -54,6 +55,15 @@ pub struct SimulateArgs {
     seed: SeedArgs,
 }
 
+/// A list of keys and numbers, the numbers to three digits.
+fn rounded(noise: &str) -> String {
+    let short = |part: &str| match part.split_once('=').map(|(key, value)| (key, value.parse::<f64>())) {
+        Some((key, Ok(value))) => format!("{key}={}", trimmed(value, 3)),
+        _ => part.to_owned(),
+    };
+    noise.split(',').map(short).collect::<Vec<_>>().join(", ")
+}
+
 /// Bits a second of a serial port.
 const BAUD: u32 = 921_600;
 
@@ -82,8 +92,12 @@ impl SimulateArgs {
         }
         let mut picture = None;
         let mut told = format!(
-            "Synthetic recording of experiment {}: {} rows, {:.6} s, seed {}, noise {}\n",
-            self.experiment, key.rows, key.duration_s, key.seed, key.noise
+            "Synthetic recording of experiment {}: {} rows, {} s, seed {}, noise {}\n",
+            self.experiment,
+            key.rows,
+            number(key.duration_s, 5),
+            key.seed,
+            rounded(&key.noise.to_string())
         );
         if let Some(target) = &self.drive {
             let mut drive = Lockstep::new(line::open(target, BAUD)?);

@@ -3,12 +3,11 @@
 use crate::diagnose::diagnosis::{Diagnosis, ParameterValue, Unit};
 use crate::fit::Fit;
 use crate::fit::comparison::Comparison;
-use crate::fit::paper;
 use crate::health::Health;
+use crate::number::{number, plus_minus, trimmed};
 use crate::recording::TorqueUnit;
 use crate::regression::uncertainty::Estimated;
 use crate::report::fit_words::held_invertible;
-use crate::report::number::{number, plus_minus};
 
 /// A fit: structure, parameters with standard deviations, what is left.
 pub(super) fn fit(fit: &Fit) -> String {
@@ -89,8 +88,8 @@ pub(super) fn diagnosis(found: &Diagnosis) -> String {
         lines.extend(effect.curve().map(|curve| format!("    curve                        {curve}")));
         for (name, parameter) in effect.parameters.iter().filter(|_| effect.curve().is_none()) {
             let number = |x: f64, sd: Option<&f64>| match sd {
-                Some(sd) => format!("{x:.4e} ± {sd:.1e}"),
-                None => format!("{x:.6}"),
+                Some(sd) => plus_minus(x, *sd),
+                None => trimmed(x, 6),
             };
             let sds = parameter.sd.as_ref().map_or(&[][..], ParameterValue::numbers);
             let value = match &parameter.value {
@@ -100,7 +99,8 @@ pub(super) fn diagnosis(found: &Diagnosis) -> String {
                     numbers.map(|(i, x)| number(*x, sds.get(i))).collect::<Vec<_>>().join(", ")
                 }
             };
-            lines.push(format!("    {name:<28} {value} {}", parameter.unit));
+            let unit = if parameter.unit == "1" { "" } else { &parameter.unit };
+            lines.push(format!("    {name:<28} {value} {unit}").trim_end().to_owned());
         }
     }
     for place in &found.places {
@@ -110,18 +110,19 @@ pub(super) fn diagnosis(found: &Diagnosis) -> String {
         lines.push(format!("Seen in {}: {share}, {} ({}{more})", place.coordinate, place.detail, stretches.join(", ")));
     }
     let row = |name: &str, rms: &crate::diagnose::diagnosis::Rms| {
-        format!("  {name:<10} {:>10.5} {:>10.5} {:>10.5} {unit} rms", rms.given, rms.refitted, rms.extended)
+        format!("  {name:<10} {:>12} {:>14} {:>12}", four(rms.given), four(rms.refitted), four(rms.extended))
     };
-    lines.push("Left over    as given   refitted   extended".to_owned());
-    lines.push(row("in sample", &found.rms));
+    lines.push(format!("Residual, rms in {unit}"));
+    lines.push(format!("  {:<10} {:>12} {:>14} {:>12}", "rows", "model given", "base refitted", "extended"));
+    lines.push(row("fitted", &found.rms));
     lines.push(row("held out", &found.heldout.rms));
     if !found.undecidable.is_empty() {
         let names: Vec<&str> = found.undecidable.iter().map(|u| u.name.as_str()).collect();
-        lines.push("These recordings could not have shown:".to_owned());
+        lines.push("These recordings cannot show:".to_owned());
         lines.extend(wrapped(&names));
     }
     if !found.next_experiment.is_empty() {
-        lines.push(format!("Next: {}", found.next_experiment));
+        lines.push(format!("Next bench test: {}", found.next_experiment));
     }
     lines.join("\n") + "\n"
 }
@@ -200,8 +201,7 @@ pub(super) fn comparison(lines: &[Comparison], unit: TorqueUnit, seed: u64) -> S
     if lines.iter().all(|line| line.unseen_recording_rms.is_none()) {
         text += "Unseen recording: give several, at other amplitudes and rates, and each is held out whole in turn\n";
     }
-    text += "Instructions: a sample on a Cortex-M4F in f32, counted in the emulator\n";
-    text + &paper::claim(lines).map_or(String::new(), |claim| claim + "\n")
+    text + "Instructions: a sample on a Cortex-M4F in f32, counted in the emulator\n"
 }
 
 /// A series of states: the finding, then each quantity.
@@ -234,13 +234,13 @@ pub(super) fn health(health: &Health) -> String {
     for change in &health.changes {
         let percent = |sd: f64| format!("{:.3}", 200.0 * sd / change.first.abs());
         lines.push(format!(
-            "  {:<24} {:>13.5e} {:>13.5e} {:>10.3} {:>10} {:>10}  {}{}",
+            "  {:<24} {:>13} {:>13} {:>10} {:>10} {:>10}  {}{}",
             change.name,
-            change.first,
-            change.last,
-            100.0 * change.relative,
+            number(change.first, 6),
+            number(change.last, 6),
+            format!("{:.3}", 100.0 * change.relative).replace('-', "−"),
             change.sd.map_or("-".to_owned(), percent),
-            change.p_value.map_or("-".to_owned(), |p| if p < 1e-12 { "<1e-12".to_owned() } else { format!("{p:.1e}") }),
+            change.p_value.map_or("-".to_owned(), |p| if p < 1e-12 { "< 10⁻¹²".to_owned() } else { number(p, 2) }),
             change.unit,
             if change.moved { "  moved" } else { "" }
         ));

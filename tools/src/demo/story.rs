@@ -4,6 +4,7 @@ use std::fmt::{self, Display, Formatter};
 
 use super::{Demo, NOISE_NM};
 use crate::fit::paper;
+use crate::number::{number, plus_minus};
 
 impl Display for Demo {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
@@ -61,8 +62,8 @@ impl Demo {
         writeln!(f, "\nTable 2 of the paper       published    identified ± standard deviation")?;
         for (name, value) in published {
             let Some(found) = self.fit.parameter(name) else { continue };
-            let sd = found.sd.map_or("not determined".to_owned(), |sd| format!("± {sd:.1e}"));
-            writeln!(f, "  {name:<18} {value:>15.4e} {:>13.4e} {sd} {}", found.value, found.unit)?;
+            let identified = found.sd.map_or("not determined".to_owned(), |sd| plus_minus(found.value, sd));
+            writeln!(f, "  {name:<18} {:>15}    {identified} {}", number(value, 5), found.unit)?;
         }
         writeln!(f, "  Of α, β and ω the loop fixes only e = αβ/(β²+ω²), h = αω/(β²+ω²) and ρ = β/ω: the three alone")?;
         writeln!(f, "  have no standard error.")

@@ -74,9 +74,13 @@ pub fn next(verdict: &DiagnosisVerdict, undecidable: &[Undecidable]) -> String {
         return String::new();
     };
     let aim = if members.is_empty() {
-        "would show what these recordings could not have".to_owned()
+        "shows what these recordings cannot".to_owned()
     } else {
-        format!("would tell {} apart", members.join(", "))
+        format!("tells {} apart", members.join(", "))
     };
-    format!("gmhm simulate M.toml --experiment {} -o next.csv: {}; it {aim}", best.name(), best.instruction())
+    format!(
+        "{}; this {aim} (on the virtual bench: gmhm simulate M.toml --experiment {} -o next.csv)",
+        best.instruction(),
+        best.name()
+    )
 }

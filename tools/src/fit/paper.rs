@@ -21,15 +21,6 @@ pub fn two_lines_over_model(lines: &[Comparison]) -> Option<(f64, f64)> {
     measured.is_finite().then_some((measured, TABLE_3.1 / TABLE_3.0))
 }
 
-/// The same in words.
-pub fn claim(lines: &[Comparison]) -> Option<String> {
-    let (model, of_lines) = TABLE_3;
-    let (measured, claimed) = two_lines_over_model(lines)?;
-    Some(format!(
-        "Two lines leave {measured:.0} times the squares of the first model here. The paper claims {claimed:.0} times for its own loop, {of_lines} against {model} N²m² (Table 3); lines fitted to its published cycle leave 9 to 10 times those {model} (gmhm demo)"
-    ))
-}
-
 /// Table 2, with the signs as printed.
 pub fn table_2() -> (Elastic, Memory) {
     let elastic = Elastic { c1_nm_per_rad: 2.4737e4, c2_nm_per_rad3: 1.0e9, c3_nm_per_rad5: -1.1774e14 };

@@ -2,18 +2,18 @@
 
 use super::bins::{BINS, binned, drawn_range};
 use super::figures;
-use super::number;
 use super::page::{Page, Provenance, Section, Table, TableRow, Tone, Verdict};
 use super::plot::{Curve, Drawing, Figure, HeatMap, Role, Side, Style};
 use crate::diagnose::Finding;
 use crate::diagnose::diagnosis::{Diagnosis, Effect, ParameterValue, UNKNOWN, Unit};
 use crate::diagnose::report_data::ReportData;
+use crate::number::{self, trimmed, whole};
 use crate::recording::{Recording, TorqueUnit};
 
 /// The page of a diagnosis of these recordings.
 pub fn page(finding: &Finding, recordings: &[Recording], provenance: Provenance) -> Page {
-    let unit = if finding.diagnosis.unit == Unit::Ampere { TorqueUnit::Ampere } else { TorqueUnit::NewtonMetre };
-    let mut sections: Vec<Section> = torques(finding, recordings, unit).into_iter().collect();
+    let unit = torque_unit(finding);
+    let mut sections: Vec<Section> = known(finding, recordings, unit).into_iter().collect();
     sections.extend([picture(finding, unit), gain(finding, unit)]);
     if finding.diagnosis.mismatch {
         sections.push(effects(&finding.diagnosis));
@@ -76,13 +76,9 @@ fn percent(share: f64) -> String {
     format!("{:.0} %", 100.0 * share)
 }
 
-fn whole(value: f64) -> String {
-    format!("{value:.0}").replace('-', "−")
-}
-
 /// A number that was not estimated.
 fn as_given(value: f64) -> String {
-    if value.fract() == 0.0 && value.abs() < 1e5 { whole(value) } else { four(value) }
+    trimmed(value, 4)
 }
 
 /// A number to four digits.
@@ -153,12 +149,29 @@ fn recordings_apart(report_data: &ReportData, line: &[f64]) -> Vec<f64> {
     spans.flat_map(|(from, to)| line[from..to].iter().copied().chain([f64::NAN])).collect()
 }
 
+/// The torque over deflection, or else over velocity or angle, measured and by both models; over time what they leave where there is none of these.
+pub fn drawing(finding: &Finding, recordings: &[Recording]) -> Drawing {
+    let unit = torque_unit(finding);
+    let first = torques(finding, recordings, unit, &format!("{}: ", finding.model.name)).into_iter().next();
+    first.unwrap_or_else(|| residual_over_time(finding, unit))
+}
+
+fn torque_unit(finding: &Finding) -> TorqueUnit {
+    if finding.diagnosis.unit == Unit::Ampere { TorqueUnit::Ampere } else { TorqueUnit::NewtonMetre }
+}
+
 /// What engineers know: the torque over deflection, or over velocity and angle, measured and by both models.
-fn torques(finding: &Finding, recordings: &[Recording], unit: TorqueUnit) -> Option<Section> {
+fn known(finding: &Finding, recordings: &[Recording], unit: TorqueUnit) -> Option<Section> {
+    let figures = torques(finding, recordings, unit, "");
+    let caption = |drawing| (drawing, "Recording and models, constant offsets included.".to_owned());
+    (!figures.is_empty()).then(|| Section::new("Recording and models").figures(figures.into_iter().map(caption)))
+}
+
+fn torques(finding: &Finding, recordings: &[Recording], unit: TorqueUnit, of: &str) -> Vec<Drawing> {
     let measured: Vec<f64> = recordings.iter().filter_map(|r| r.torque.as_deref()).flatten().copied().collect();
     let verdict = &finding.verdict;
     if measured.len() != verdict.base.residual.len() {
-        return None;
+        return Vec::new();
     }
     let apart = |line: &[f64]| recordings_apart(&finding.report_data, line);
     let modelled = |residual: &[f64]| -> Vec<f64> { measured.iter().zip(residual).map(|(t, r)| t - r).collect() };
@@ -180,7 +193,7 @@ fn torques(finding: &Finding, recordings: &[Recording], unit: TorqueUnit) -> Opt
         if coordinate.ends_with("angle") {
             curves = curves.into_iter().map(|curve| curve.styled(Style::Dots)).collect();
         }
-        let title = format!("{} over {}", capital(unit.quantity()), words(coordinate));
+        let title = capital(&format!("{of}{} over {}", unit.quantity(), words(coordinate)));
         let y_label = format!("{} in {}", unit.quantity(), unit.symbol());
         Some(Figure { title, x_label: label.into(), y_label, curves, by_row: true, ..Figure::default() }.draw())
     };
@@ -188,21 +201,11 @@ fn torques(finding: &Finding, recordings: &[Recording], unit: TorqueUnit) -> Opt
         Some(_) => &["deflection", "output_velocity"],
         None => &["output_velocity", "output_angle"],
     };
-    let figures: Vec<(Drawing, String)> = coordinates
-        .iter()
-        .filter_map(|coordinate| {
-            Some((draw(coordinate)?, "Recording and models, constant offsets included.".to_owned()))
-        })
-        .collect();
-    (!figures.is_empty()).then(|| Section::new("Recording and models").figures(figures))
+    coordinates.iter().filter_map(|coordinate| draw(coordinate)).collect()
 }
 
-fn picture(finding: &Finding, unit: TorqueUnit) -> Section {
-    let section = Section::new("Residual");
+fn residual_over_time(finding: &Finding, unit: TorqueUnit) -> Drawing {
     let found = &finding.diagnosis;
-    let first = found.places.first().map(|p| p.coordinate.as_str());
-    let fallback = if finding.report_data.coordinates.deflection.is_some() { "deflection" } else { "output_velocity" };
-    let coordinate = first.unwrap_or(fallback);
     let seconds: Vec<(f64, f64)> =
         found.places.first().map(|p| p.seconds.iter().map(|[a, b]| (*a, *b)).collect()).unwrap_or_default();
     let verdict = &finding.verdict;
@@ -213,13 +216,22 @@ fn picture(finding: &Finding, unit: TorqueUnit) -> Section {
         over_time.push(("with what was found", Role::Model, &extended[..]));
     }
     let shaded: &[(f64, f64)] = if seconds.len() < 20 { &seconds } else { &[] };
-    let time = figures::residual_over_time(
+    figures::residual_over_time(
         "What the models leave over time",
         &apart(&finding.report_data.coordinates.time),
         &over_time,
         shaded,
         unit,
-    );
+    )
+}
+
+fn picture(finding: &Finding, unit: TorqueUnit) -> Section {
+    let section = Section::new("Residual");
+    let found = &finding.diagnosis;
+    let first = found.places.first().map(|p| p.coordinate.as_str());
+    let fallback = if finding.report_data.coordinates.deflection.is_some() { "deflection" } else { "output_velocity" };
+    let coordinate = first.unwrap_or(fallback);
+    let time = residual_over_time(finding, unit);
     let caption = "Recording minus model against time. Shaded: where the effect is strong.".to_owned();
     match before_and_after(finding, coordinate, unit) {
         Some(drawing) => section.figures([

@@ -2,14 +2,13 @@
 
 use super::figures::{self, Abscissa, symbol};
 use super::fit_words::worded;
-use super::number::{estimate, number};
 use super::page::{Page, Provenance, Section, Table, TableRow, Tone, Verdict};
 use super::plot::{Drawing, Role};
 use crate::fit::Fit;
 use crate::fit::Method;
 use crate::fit::coverage::{Coverage, JointCoverage};
-use crate::fit::paper;
 use crate::fit::verdict::{Assessment, FitVerdict, Grade};
+use crate::number::{estimate, number};
 use crate::numerics::particle_swarm::Stop;
 use crate::recording::{Recording, TorqueUnit};
 use crate::regression::uncertainty::Estimated;
@@ -422,11 +421,10 @@ fn comparison(assessment: &Assessment, recordings: &[Recording], unit: TorqueUni
     } else {
         String::new()
     };
-    let claim = paper::claim(&assessment.comparison).map_or(String::new(), |claim| claim + ".");
     Section::new("Beside other models")
         .figure(
             figures::comparison(&assessment.comparison, unit),
-            format!("Every model is fitted to the same rows by the same estimator.{rows} {claim}"),
+            format!("Every model is fitted to the same rows by the same estimator.{rows}"),
         )
         .table(comparison_table(&assessment.comparison, unit))
 }

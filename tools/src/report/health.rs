@@ -1,10 +1,10 @@
 //! The report of the condition of a gear.
 
 use super::figures::{self, TrendAxis};
-use super::number::{number, plus_minus};
 use super::page::{Page, Provenance, Section, Table, TableRow, Tone, Verdict};
 use super::plot::Drawing;
 use crate::health::{Against, Health};
+use crate::number::{number, plus_minus};
 use crate::report::health_words::words;
 
 /// The page.

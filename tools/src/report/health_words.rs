@@ -3,7 +3,7 @@
 use crate::health::change::Change;
 use crate::health::condition::Condition;
 use crate::health::{Against, Health};
-use crate::report::number::{number, plus_minus};
+use crate::number::{number, plus_minus};
 
 /// Change of a stiffness with temperature as catalogues and literature have it, 1/K (MODEL.md section 7).
 const STIFFNESS_PER_K: f64 = -3e-4;

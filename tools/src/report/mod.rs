@@ -16,7 +16,6 @@ pub mod fit;
 pub mod fit_words;
 pub mod health;
 pub mod health_words;
-pub mod number;
 pub mod page;
 pub mod pictures;
 pub mod plot;

@@ -81,6 +81,8 @@ enum Command {
     },
     /// Print the structure of tools/src: lines per folder, import cycles, files that name a kind; fails where a limit is exceeded.
     Structure,
+    /// Run every command that the README shows.
+    Readme,
     /// Set up what is missing, then run every test.
     Test,
 }
@@ -108,6 +110,7 @@ fn run(arguments: Arguments) -> anyhow::Result<()> {
         Command::Fuzz { executions, seed } => fuzz::run(&shell, executions, seed),
         Command::RunImage { image } => emulate::run_image(&image),
         Command::Structure => structure::run(&shell),
+        Command::Readme => test::readme(&shell),
         Command::Test => test::run(&shell),
     }
 }

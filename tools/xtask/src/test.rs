@@ -1,6 +1,9 @@
 //! Every test, on the host and in the emulator.
 
-use anyhow::{Context, Result};
+use std::io::{BufRead, BufReader};
+use std::process::{Child, Command, Stdio};
+
+use anyhow::{Context, Result, bail};
 use xshell::{Shell, cmd};
 
 use crate::{c, cost, emulate, end_to_end, fuzz, setup, size, structure};
@@ -25,24 +28,72 @@ pub fn run(shell: &Shell) -> Result<()> {
     c::run(shell)?;
     end_to_end::run(shell, end_to_end::CUTS, end_to_end::SEED)?;
     fuzz::run(shell, fuzz::IN_TESTS, 1)?;
+    examples(shell)?;
     readme(shell)?;
     println!("test: all passed");
     Ok(())
 }
 
-/// Runs every `cargo run` that the README shows, with its model file in place.
-fn readme(shell: &Shell) -> Result<()> {
-    let text = shell.read_file("README.md")?;
-    let model = text.split("```toml\n").nth(1).and_then(|rest| rest.split("```").next());
-    shell.write_file("gear.toml", model.context("the README shows no model file")?)?;
-    for line in text.lines() {
-        if let Some(arguments) = line.strip_prefix("cargo run ") {
-            let arguments = arguments.split_whitespace();
-            cmd!(shell, "cargo run {arguments...}")
-                .ignore_stdout()
-                .run()
-                .with_context(|| format!("the README shows `{line}`, which fails"))?;
-        }
+/// Runs the examples.
+fn examples(shell: &Shell) -> Result<()> {
+    for (package, example) in [("gmhm-tools", "fit"), ("gmhm", "firmware")] {
+        cmd!(shell, "cargo run --quiet --locked --package {package} --example {example}")
+            .run()
+            .with_context(|| format!("the example `{example}` failed"))?;
     }
     Ok(())
+}
+
+/// Runs every `cargo run` that the README shows.
+pub fn readme(shell: &Shell) -> Result<()> {
+    let text = shell.read_file("README.md")?;
+    let mut running = Background::default();
+    for line in text.lines() {
+        let Some(arguments) = line.strip_prefix("cargo run") else { continue };
+        let fails = || format!("the README shows `{line}`, which fails");
+        if let Some(arguments) = arguments.strip_suffix(" &") {
+            running.start(shell, arguments).with_context(fails)?;
+            continue;
+        }
+        let arguments = arguments.split_whitespace();
+        cmd!(shell, "cargo run {arguments...}").ignore_stdout().run().with_context(fails)?;
+    }
+    Ok(())
+}
+
+/// Programs that run beside the others until the end.
+#[derive(Default)]
+struct Background(Vec<Child>);
+
+impl Background {
+    /// Starts the program of `cargo run ARGUMENTS` and waits for its first line.
+    fn start(&mut self, shell: &Shell, arguments: &str) -> Result<()> {
+        let arguments = arguments.split_once(" -- ").map_or("", |(_, rest)| rest);
+        // The program itself, not cargo, which would leave it running.
+        let program = shell.current_dir().join("target/release/gmhm");
+        let mut child = Command::new(program)
+            .args(arguments.split_whitespace())
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()?;
+        let output = child.stdout.take().context("no output")?;
+        self.0.push(child);
+        let mut output = BufReader::new(output);
+        let mut first = String::new();
+        output.read_line(&mut first)?;
+        if first.is_empty() {
+            bail!("it ended at once");
+        }
+        std::thread::spawn(move || output.lines().for_each(drop));
+        Ok(())
+    }
+}
+
+impl Drop for Background {
+    fn drop(&mut self) {
+        for child in &mut self.0 {
+            let _ = child.kill();
+            let _ = child.wait();
+        }
+    }
 }

@@ -139,13 +139,13 @@ impl JointReport {
 impl fmt::Display for JointReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "Error once settled, rms, by compensation, parameters as fitted (synthetic, seed {}):", self.seed)?;
-        writeln!(f, "{:<14}{:^46}  {:^46}", "", "tracking: link position in µrad", "pressing: torque in N·m")?;
-        let names = Compensation::ALL.map(|kind| format!("{:>11}", kind.name())).concat();
+        writeln!(f, "{:<14}{:^52}  {:^52}", "", "tracking: link position in µrad", "pressing: torque in N·m")?;
+        let names = Compensation::ALL.map(|kind| format!("{:>13}", kind.name())).concat();
         writeln!(f, "{:<14}{names}  {names}", "gear")?;
         for gear in &self.identified {
             let cell = |kind, number: fn(&Errors) -> String| {
                 let line = self.line(gear.plant, Knows::Fitted, kind);
-                format!("{:>11}", line.map_or("-".to_owned(), |line| number(&line.all)))
+                format!("{:>13}", line.map_or("-".to_owned(), |line| number(&line.all)))
             };
             let position =
                 Compensation::ALL.map(|kind| cell(kind, |errors| format!("{:.2}", 1e6 * errors.position_rad)));

@@ -4,7 +4,7 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
 use super::{AXIS, Canvas, Drawing, GRID, HEIGHT, Role, SHARPNESS, WORDS, anchored, drawing_of, font, head, px};
-use crate::report::number::{number, tick};
+use crate::number::{number, tick};
 
 /// One number a name, as horizontal bars from zero.
 #[derive(Debug, Clone, Default)]

@@ -9,7 +9,7 @@ use super::{
     AXIS, Canvas, Drawing, GRID, HEIGHT, Role, SHARPNESS, WORDS, anchored, drawing, font, head, legend_places, px,
     range,
 };
-use crate::report::number::tick;
+use crate::number::tick;
 
 /// How a curve is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

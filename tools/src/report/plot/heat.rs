@@ -6,7 +6,7 @@ use plotters::style::text_anchor::{HPos, VPos};
 use super::figure::shortened;
 use super::interactive::{self, InteractiveHeat};
 use super::{AXIS, Canvas, Drawing, Role, SHARPNESS, WORDS, anchored, drawing, font, head, px};
-use crate::report::number::{number, tick};
+use crate::number::{number, tick};
 
 /// What runs along a side of a heat map.
 #[derive(Debug, Clone, PartialEq)]

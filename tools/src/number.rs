@@ -1,4 +1,4 @@
-//! Numbers as people write them.
+//! Numbers as people write them: digits in groups of three, powers of ten where a number is very large or small.
 
 /// A number in the notation that suits its size, to four significant digits or as many as asked.
 pub fn number(value: f64, digits: usize) -> String {
@@ -20,9 +20,43 @@ pub fn number(value: f64, digits: usize) -> String {
             let raised: String = exponent.chars().map(superscript).collect();
             format!("{mantissa}·10{raised}")
         }
-        None => text,
+        None => grouped(&text),
     };
     shown.replace('-', "−")
+}
+
+/// The same without zeros at the end: for numbers that were given, not estimated.
+pub fn trimmed(value: f64, digits: usize) -> String {
+    let shown = number(value, digits);
+    let (mantissa, power) = shown.split_once('·').map_or((&shown[..], ""), |(mantissa, power)| (mantissa, power));
+    let mantissa = if mantissa.contains('.') { mantissa.trim_end_matches('0').trim_end_matches('.') } else { mantissa };
+    if power.is_empty() { mantissa.to_owned() } else { format!("{mantissa}·{power}") }
+}
+
+/// A number without decimals.
+pub fn whole(value: f64) -> String {
+    grouped(&format!("{value:.0}")).replace('-', "−")
+}
+
+/// Between groups of three digits: narrow, and no place to break a line.
+const GAP: char = '\u{202f}';
+
+/// The whole part in groups of three digits, from five digits on.
+fn grouped(text: &str) -> String {
+    let (whole, part) = text.split_once('.').map_or((text, None), |(whole, part)| (whole, Some(part)));
+    let count = whole.chars().filter(char::is_ascii_digit).count();
+    let mut shown = String::with_capacity(text.len() + 8);
+    let mut left = count;
+    for letter in whole.chars() {
+        if letter.is_ascii_digit() {
+            if count > 4 && left != count && left.is_multiple_of(3) {
+                shown.push(GAP);
+            }
+            left -= 1;
+        }
+        shown.push(letter);
+    }
+    part.map_or(shown.clone(), |part| format!("{shown}.{part}"))
 }
 
 /// An estimate as people write it: its value and the ends of ± two standard deviations, all to the place of the second digit of the standard deviation.
@@ -65,7 +99,7 @@ impl LastDigit {
     }
 
     fn digits(&self, x: f64) -> String {
-        format!("{:.*}", self.decimals, x / 10_f64.powi(self.scale)).replace('-', "−")
+        grouped(&format!("{:.*}", self.decimals, x / 10_f64.powi(self.scale))).replace('-', "−")
     }
 
     fn raised(&self, numbers: String) -> String {
@@ -95,7 +129,7 @@ pub fn tick(value: f64, span: f64) -> String {
         return number(value, ((largest / step).log10().ceil().max(0.0) as usize + 1).min(5));
     }
     let decimals = (0.01 - step.log10()).ceil().clamp(0.0, 8.0) as usize;
-    format!("{value:.decimals$}").replace('-', "−")
+    grouped(&format!("{value:.decimals$}")).replace('-', "−")
 }
 
 #[cfg(test)]
@@ -104,7 +138,10 @@ mod tests {
 
     #[test]
     fn numbers_read_as_people_write_them() {
-        assert_eq!(number(24737.4, 5), "24737");
+        assert_eq!(number(24737.4, 5), "24\u{202f}737");
+        assert_eq!(number(1234.0, 4), "1234");
+        assert_eq!(trimmed(-1.177e14, 9), "−1.177·10¹⁴");
+        assert_eq!((trimmed(2.0, 9), trimmed(0.25, 4), trimmed(120.0, 3)), ("2".into(), "0.25".into(), "120".into()));
         assert_eq!(number(-1.1774e14, 4), "−1.177·10¹⁴");
         assert_eq!(number(1.168e-3, 3), "0.00117");
         assert_eq!(number(5.8e-6, 2), "5.8·10⁻⁶");
@@ -121,16 +158,16 @@ mod tests {
         assert_eq!(written(2.1e5, 1.4e5), "2.1·10⁵ | (−0.7 … 4.9)·10⁵");
         assert_eq!(written(9.989e8, 2.87e7), "0.999·10⁹ | (0.942 … 1.056)·10⁹");
         assert_eq!(written(-1.41e14, 3.8e13), "−1.41·10¹⁴ | (−2.17 … −0.65)·10¹⁴");
-        assert_eq!(written(24797.0, 87.0), "24797 | 24623 … 24971");
+        assert_eq!(written(24797.0, 87.0), "24\u{202f}797 | 24\u{202f}623 … 24\u{202f}971");
         assert_eq!(written(5.0, 0.0), "5.00000 | –");
         assert_eq!(plus_minus(1.028e9, 8.4e7), "(1.028 ± 0.084)·10⁹");
-        assert_eq!(plus_minus(20908.3, 24.2), "20908 ± 24");
+        assert_eq!(plus_minus(20908.3, 24.2), "20\u{202f}908 ± 24");
     }
 
     #[test]
     fn ticks_tell_neighbours_apart() {
         assert_eq!(tick(-30.0, 66.0), "−30");
-        assert_eq!(tick(24_800.0, 1500.0), "24800");
+        assert_eq!(tick(24_800.0, 1500.0), "24\u{202f}800");
         assert_eq!(tick(-0.25, 0.5), "−0.25");
         assert_eq!(tick(1e-17, 2.0), "0");
         assert_eq!(tick(2e-6, 1e-5), "2.0·10⁻⁶");
