@@ -6,7 +6,6 @@
 //! | [`fit`], [`health`], [`diagnosis`] | the reports of a fit, of a series of states, of a diagnosis |
 //! | [`figures`] | which curves in which units |
 //! | [`pictures`] | recordings and models as they are |
-//! | [`number`] | numbers as people write them |
 //! | [`plot`] | curves, bars and heat maps as SVG |
 
 mod bins;
