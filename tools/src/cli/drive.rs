@@ -1,7 +1,7 @@
 //! `gmhm drive`.
 
 use std::fmt::Write as _;
-use std::io::Write as _;
+use std::io::{IsTerminal, Write as _};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -12,6 +12,7 @@ use serde::Serialize;
 use super::Session;
 use super::common::{json, positive};
 use super::failure::Failure;
+use super::live::Screen;
 use super::progress::Progress;
 use crate::block::read;
 use crate::device::{Client, Target, line, trial};
@@ -23,7 +24,7 @@ use crate::output::Outputs;
 /// only while it is disabled; it says so.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  gmhm drive --to serial:/dev/ttyUSB0 status\n  gmhm drive --to serial:/dev/ttyUSB0 try params.bin\n  gmhm drive --to serial:/dev/ttyUSB0 gain 0.3\n  gmhm drive --to serial:/dev/ttyUSB0 on\n  gmhm drive --to serial:/dev/ttyUSB0 live --seconds 10 --json live.json"
+    after_help = "Examples:\n  gmhm drive --to serial:/dev/ttyUSB0 status\n  gmhm drive --to serial:/dev/ttyUSB0 try params.bin\n  gmhm drive --to serial:/dev/ttyUSB0 gain 0.3\n  gmhm drive --to serial:/dev/ttyUSB0 on\n  gmhm drive --to serial:/dev/ttyUSB0 live --block params.bin\n  gmhm drive --to serial:/dev/ttyUSB0 live --seconds 10 --json live.json"
 )]
 pub struct DriveArgs {
     /// The drive: serial:PORT or tcp:HOST:PORT
@@ -44,15 +45,18 @@ enum Action {
         #[arg(long, value_name = "F.json")]
         json: Option<PathBuf>,
     },
-    /// What the drive measures and computes, line by line
+    /// What the drive measures and computes: on a terminal a screen with a running plot and keys, else line by line
     Live {
-        /// For how long
-        #[arg(long, value_name = "S", value_parser = positive, default_value = "1")]
-        seconds: f64,
+        /// Line by line for so long [default: 1 where there is no terminal]
+        #[arg(long, value_name = "S", value_parser = positive)]
+        seconds: Option<f64>,
+        /// The block that the key t of the screen tries, .bin or .hex
+        #[arg(long, value_name = "params.bin")]
+        block: Option<PathBuf>,
         /// Time between two lines
         #[arg(long, value_name = "S", value_parser = positive, default_value = "0.1")]
         every: f64,
-        /// The same as JSON
+        /// Line by line, and the same as JSON
         #[arg(long, value_name = "F.json")]
         json: Option<PathBuf>,
     },
@@ -99,7 +103,7 @@ impl DriveArgs {
             _ => {}
         }
         let block = match &self.action {
-            Action::Try { block } => read(block)?.bytes,
+            Action::Try { block } | Action::Live { block: Some(block), .. } => read(block)?.bytes,
             _ => Vec::new(),
         };
         let mut drive = Client::new(line::open(&self.to, self.baud)?);
@@ -109,7 +113,12 @@ impl DriveArgs {
                 write!(std::io::stdout().lock(), "{}", state.text())?;
                 write_json(json.as_deref(), &state)
             }
-            Action::Live { seconds, every, json } => live(&mut drive, *seconds, *every, json.as_deref()),
+            Action::Live { seconds: None, json: None, block: given, .. } if has_screen() => {
+                Screen::new(&mut drive, &self.to, given.is_some().then_some(block))?.run()
+            }
+            Action::Live { seconds, every, json, .. } => {
+                live(&mut drive, seconds.unwrap_or(1.0), *every, json.as_deref())
+            }
             Action::Read { output } => {
                 let bytes = trial::in_force(&mut drive)?;
                 let mut outputs = Outputs::new();
@@ -150,6 +159,11 @@ impl DriveArgs {
     fn say(&self, text: &str) -> Result<(), Failure> {
         Ok(writeln!(std::io::stdout().lock(), "{}: {text}", self.to)?)
     }
+}
+
+/// Whether someone sits before it.
+fn has_screen() -> bool {
+    std::io::stdin().is_terminal() && std::io::stdout().is_terminal()
 }
 
 fn compensation(on: bool, gain_ratio: f32) -> String {

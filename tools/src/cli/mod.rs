@@ -12,6 +12,7 @@ mod flash;
 mod health;
 mod inspect;
 mod invert;
+mod live;
 mod pack;
 mod plot;
 mod predict;
