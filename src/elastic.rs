@@ -1,4 +1,4 @@
-//! Elastic torque f(θ) = c1·θ + c2·θ³ + c3·θ⁵.
+//! Elastic torque f(θ) = c1·θ + c2·θ³ + c3·θ⁵, beyond κA continued by its tangent.
 
 use crate::scalar::Scalar;
 
@@ -25,7 +25,7 @@ impl Elastic {
         }
     }
 
-    /// f(θ) in N·m at a deflection in rad.
+    /// f(θ) in N·m at a deflection in rad, without the tangent that continues it beyond the calibrated range ([`ElasticTorque`]).
     pub fn torque_nm(&self, theta_rad: f64) -> f64 {
         self.normalised(1.0, 1.0).torque(theta_rad)
     }
@@ -73,8 +73,106 @@ impl<S: Scalar> Polynomial<S> {
     }
 }
 
+/// The largest κ: what a strain wave gear bears for a moment is some times its rated torque, and no calibration reaches there.
+pub const LARGEST_KNEE: f64 = 1.5;
+
+/// The share of the deflection at which f′ vanishes that κ keeps to.
+const KNEE_SHARE: f64 = 0.9;
+
+/// The elastic torque over all deflections: the polynomial up to u = ±κ, its tangent there beyond.
+///
+/// κ = 0.9 × the largest u with f′ > 0 everywhere below, at least 1 (the calibrated range keeps the polynomial) and at most
+/// [`LARGEST_KNEE`]. The torque is continuous, and never falls beyond κ: a spring that falls within ±A stays level outside.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ElasticTorque<S> {
+    polynomial: Polynomial<S>,
+    knee: S,
+    knee_torque: S,
+    knee_stiffness: S,
+}
+
+impl<S: Scalar> ElasticTorque<S> {
+    /// The torque that a polynomial gives within its range. Computed from the coefficients as they are rounded: the same on host and drive.
+    pub fn new(polynomial: Polynomial<S>) -> Self {
+        let Polynomial { k1, k3, k5 } = polynomial;
+        let exact = Polynomial { k1: k1.to_f64(), k3: k3.to_f64(), k5: k5.to_f64() };
+        let knee = (KNEE_SHARE * exact.rises_up_to()).clamp(1.0, LARGEST_KNEE);
+        Self {
+            polynomial,
+            knee: S::from_f64(knee),
+            knee_torque: S::from_f64(exact.torque(knee)),
+            knee_stiffness: S::from_f64(exact.stiffness(knee).max(0.0)),
+        }
+    }
+
+    /// The polynomial, which holds up to ±κ.
+    #[inline]
+    pub fn polynomial(&self) -> &Polynomial<S> {
+        &self.polynomial
+    }
+
+    /// κ.
+    #[inline]
+    pub fn knee(&self) -> S {
+        self.knee
+    }
+
+    /// f at any u.
+    #[inline]
+    pub fn torque(&self, u: S) -> S {
+        let size = u.abs();
+        if size <= self.knee {
+            return self.polynomial.torque(u);
+        }
+        let torque = self.knee_torque + (size - self.knee) * self.knee_stiffness;
+        if u < S::ZERO { -torque } else { torque }
+    }
+
+    /// f′ at any u.
+    #[inline]
+    pub fn stiffness(&self, u: S) -> S {
+        if u.abs() <= self.knee { self.polynomial.stiffness(u) } else { self.knee_stiffness }
+    }
+}
+
+impl Polynomial<f64> {
+    /// The largest u with a derivative above zero everywhere below; infinite where it never vanishes, 0 where it is not above zero at 0.
+    fn rises_up_to(&self) -> f64 {
+        // k1 + 3·k3·w + 5·k5·w² with w = u²: the least root above zero, in the form that does not cancel.
+        if self.k1 <= 0.0 {
+            return 0.0;
+        }
+        let (half, square) = (1.5 * self.k3, 5.0 * self.k5);
+        let discriminant = half * half - square * self.k1;
+        if discriminant < 0.0 {
+            return f64::INFINITY;
+        }
+        let divisor = libm::sqrt(discriminant) - half;
+        // Both roots are below zero where the divisor is: k1 > 0.
+        if divisor > 0.0 { libm::sqrt(self.k1 / divisor) } else { f64::INFINITY }
+    }
+}
+
 /// θ, θ³, θ⁵: the columns that c1, c2, c3 multiply.
 pub fn basis(theta_rad: f64) -> [f64; 3] {
     let column = |k1: f64, k3: f64, k5: f64| Polynomial { k1, k3, k5 }.torque(theta_rad);
     [column(1.0, 0.0, 0.0), column(0.0, 1.0, 0.0), column(0.0, 0.0, 1.0)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_tangent_begins_where_the_derivative_says() {
+        let of = |k1, k3, k5| ElasticTorque::new(Polynomial { k1, k3, k5 }).knee();
+        assert_eq!(of(1.0, 0.0, 0.0), 1.5);
+        // 1 − 3w/4 = 0 at u = 2/√3: κ = 0.9·1.1547.
+        assert!((of(1.0, -0.25, 0.0) - 0.9 * 2.0 / libm::sqrt(3.0)).abs() < 1e-15);
+        // 1 − w² = 0 at u = 1.
+        assert_eq!(of(1.0, 0.0, -0.2), 1.0);
+        // (1 − w)(1 − w/4): the nearer root counts.
+        assert_eq!(of(1.0, -1.25 / 3.0, 0.05), 1.0);
+        assert_eq!(of(1.0, 1.0, 1.0), 1.5);
+    }
 }

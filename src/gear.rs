@@ -1,8 +1,10 @@
 //! The gear: elastic torque and hysteresis torque of one deflection path.
 
-use crate::elastic::Polynomial;
+use core::fmt;
+
+use crate::elastic::ElasticTorque;
 use crate::memory::{AnyLaw, Frame, MemoryLaw, VaryingPeriod};
-use crate::params::Params;
+use crate::params::{Law, Params};
 use crate::scalar::{Float, Scalar};
 
 /// Longer sample periods are refused, s: no drive waits thirty years, and their products would overflow `f32`.
@@ -21,13 +23,56 @@ pub struct Output<S> {
 
 /// What the last sample was.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub struct Status {
     /// The deflection lies outside ±A, where the model is not calibrated: the gate is closed, the rest extrapolates.
     pub out_of_range: bool,
     /// The sample was NaN, infinite or beyond [`REFUSED_BEYOND`](Scalar::REFUSED_BEYOND) rated deflections, or its period was not
     /// a time: the state was left as it was, and the output is that of the last good sample.
     pub refused: bool,
+    /// The sample lies further from the last one than [`Gear::with_largest_step`] allows: the state was left as it was, and the output is that of the
+    /// last good sample.
+    pub quarantined: bool,
+    /// Quarantined samples agreed with one another: the gear was started anew at this one, its past unknown.
+    pub restarted: bool,
 }
+
+/// Quarantined samples in a row that agree with one another before the gear is started anew where they are.
+pub const AGREEING_SAMPLES: u8 = 3;
+
+/// A sample beyond this many rated deflections makes the past uncertain: it may have been an outlier.
+pub const UNCERTAIN_BEYOND: f64 = 1.25;
+
+/// A sample period that is no time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PeriodError {
+    /// What it was, s.
+    pub period_s: f64,
+}
+
+impl PeriodError {
+    /// Whether a constant sample period will do: from 0 to [`LONGEST_PERIOD_S`], above 0 in law `time`.
+    ///
+    /// # Errors
+    /// It will not.
+    pub fn check(law: Law, period_s: f64) -> Result<(), Self> {
+        // A NaN compares false.
+        let least = if law == Law::Time { f64::MIN_POSITIVE } else { 0.0 };
+        if period_s >= least && period_s <= LONGEST_PERIOD_S { Ok(()) } else { Err(Self { period_s }) }
+    }
+}
+
+impl fmt::Display for PeriodError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "the sample period {} s must lie between 0 and {LONGEST_PERIOD_S} s, and above 0 in law time",
+            self.period_s
+        )
+    }
+}
+
+impl core::error::Error for PeriodError {}
 
 /// Coefficients of one gear, computed once from [`Params`]; they serve any number of states.
 ///
@@ -35,8 +80,10 @@ pub struct Status {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gear<S: Scalar, L = AnyLaw<S>> {
     frame: Frame<S>,
-    elastic: Polynomial<S>,
+    elastic: ElasticTorque<S>,
     law: L,
+    /// The largest step between two samples; below zero where the law lacks a sample period, so that no sample passes.
+    largest_step: S,
 }
 
 /// The path of one gear so far, with room for `N` turning points (an even number of 4 or more; 16 on a microcontroller, 256 on a host).
@@ -45,19 +92,35 @@ pub struct State<S: Scalar, const N: usize = 16, L: MemoryLaw<S> = AnyLaw<S>> {
     theta: S,
     memory: L::State<N>,
     status: Status,
+    /// A sample beyond [`UNCERTAIN_BEYOND`] came since the last within ±A.
+    doubted: bool,
+    suspicion: Suspicion<S>,
+}
+
+/// Samples that were not taken; counts only while the last one was refused or quarantined.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct Suspicion<S> {
+    /// The last quarantined sample, and how many before it agree.
+    theta: S,
+    agreeing: u8,
+    /// How far the gear may have come in the meantime.
+    reach: S,
 }
 
 impl<S: Float> Gear<S> {
-    /// The gear of these parameters. In law `time` every sample then counts as simultaneous with the last (Δ = 0) unless
-    /// [`step_after`](Self::step_after) says otherwise.
+    /// The gear of these parameters, for samples whose period is known one by one: in law `time` take [`step_after`](Self::step_after), as
+    /// [`step`](Self::step) refuses every sample. The other laws know no time.
     pub fn new(params: &Params) -> Self {
-        Self::with_period(params, 0.0)
+        Self::with_law(params, AnyLaw::new(params, 0.0))
     }
 
-    /// The gear of these parameters at the constant sample period Δ ≥ 0 in s. Other periods count as 0.
-    pub fn with_period(params: &Params, period_s: f64) -> Self {
-        let period_s = if (0.0..=LONGEST_PERIOD_S).contains(&period_s) { period_s } else { 0.0 };
-        Self::with_law(params, AnyLaw::new(params, period_s))
+    /// The gear of these parameters at the constant sample period Δ in s.
+    ///
+    /// # Errors
+    /// [`PeriodError`]: NaN, below zero, beyond [`LONGEST_PERIOD_S`], or 0 in law `time`.
+    pub fn with_period(params: &Params, period_s: f64) -> Result<Self, PeriodError> {
+        PeriodError::check(params.memory().law, period_s)?;
+        Ok(Self::with_law(params, AnyLaw::new(params, period_s)))
     }
 }
 
@@ -65,12 +128,23 @@ impl<S: Scalar, L: MemoryLaw<S>> Gear<S, L> {
     /// The gear of these parameters with a law of one's own choice, such as [`Masing::new(&params)`](crate::memory::masing::Masing::new).
     pub fn with_law(params: &Params, law: L) -> Self {
         let elastic = params.elastic().normalised(params.rated_deflection_rad(), params.torque_scale_nm()).cast();
-        Self { frame: Frame::new(params), elastic, law }
+        Self::of(Frame::new(params), ElasticTorque::new(elastic), law)
     }
 
     /// The gear of coefficients that are rounded already.
-    pub(crate) fn of(frame: Frame<S>, elastic: Polynomial<S>, law: L) -> Self {
-        Self { frame, elastic, law }
+    pub(crate) fn of(frame: Frame<S>, elastic: ElasticTorque<S>, law: L) -> Self {
+        let largest_step = if law.has_period() { S::from_f64(S::LARGEST) } else { -S::ONE };
+        Self { frame, elastic, law, largest_step }
+    }
+
+    /// The same gear that takes no sample further than `largest_step` ≥ 0 (input units) from the last one: the product of sample period and the top speed of the
+    /// deflection. What is further is quarantined ([`Status::quarantined`]): it changes nothing, the output stays that of the last good sample, and the next one may lie
+    /// a step further away for each sample that was not taken, up to four. [`AGREEING_SAMPLES`] in a row that lie within a step of one another are no outliers: there
+    /// the gear is started anew ([`Status::restarted`]), with the uncertainty of a start. NaN, or below zero, means no limit.
+    #[must_use]
+    pub fn with_largest_step(self, largest_step: S) -> Self {
+        let set = self.law.has_period() && largest_step >= S::ZERO;
+        Self { largest_step: if set { largest_step } else { self.largest_step }, ..self }
     }
 
     /// The state of a gear whose past is unknown, at the deflection θ_0: y = 0 and m = 0 (MODEL.md sections 3 and 4). A θ_0 that is no deflection
@@ -78,8 +152,14 @@ impl<S: Scalar, L: MemoryLaw<S>> Gear<S, L> {
     pub fn start<const N: usize>(&self, theta_0: S) -> State<S, N, L> {
         let refused = !self.frame.accepts(theta_0);
         let theta = if refused { S::ZERO } else { theta_0 };
-        let status = Status { out_of_range: !self.frame.in_range(theta), refused };
-        State { theta, memory: self.law.start(&self.frame, theta), status }
+        let status = Status { out_of_range: !self.frame.in_range(theta), refused, ..Status::default() };
+        State {
+            theta,
+            memory: self.law.start(&self.frame, theta),
+            status,
+            doubted: self.is_doubtful(theta),
+            suspicion: Suspicion { reach: self.largest_step, ..Suspicion::default() },
+        }
     }
 
     /// Moves to the next deflection and returns the torques there.
@@ -90,51 +170,106 @@ impl<S: Scalar, L: MemoryLaw<S>> Gear<S, L> {
     /// turn at a tip, fading as e^(−ρ·abs(Δφ)).
     #[inline]
     pub fn step<const N: usize>(&self, state: &mut State<S, N, L>, theta: S) -> Output<S> {
-        let (gear, state) = if self.law.glide(&self.frame, &mut state.memory, theta) {
+        self.step_within(state, theta, self.largest_step)
+    }
+
+    /// [`step`](Self::step) with another largest step.
+    #[inline]
+    pub(crate) fn step_within<const N: usize>(
+        &self,
+        state: &mut State<S, N, L>,
+        theta: S,
+        largest_step: S,
+    ) -> Output<S> {
+        // A NaN compares false.
+        let near = (theta - state.theta).abs() <= largest_step;
+        if near && self.law.glide(&self.frame, &mut state.memory, theta) {
             state.theta = theta;
             state.status = Status::default();
-            (self, state)
-        } else if L::GLIDES_IN_RANGE {
-            let mut output = Output::default();
-            self.output_with_care(state, theta, &mut output);
-            return output;
-        } else {
-            self.step_with_care(state, theta)
-        };
-        gear.output(state)
-    }
-
-    /// A step to a sample beyond ±A, or to none, or one that the law does not take lightly. It hands back what it was given: then no register has to be
-    /// kept across the call where there is none.
-    #[cold]
-    #[inline(never)]
-    fn step_with_care<'a, const N: usize>(
-        &'a self,
-        state: &'a mut State<S, N, L>,
-        theta: S,
-    ) -> (&'a Self, &'a mut State<S, N, L>) {
-        if self.frame.accepts(theta) {
-            self.law.step(&self.frame, &mut state.memory, theta);
-            state.theta = theta;
-            state.status = Status { out_of_range: !self.frame.in_range(theta), refused: false };
-        } else {
-            state.status.refused = true;
+            return self.output_in_range(state);
         }
-        (self, state)
+        let mut output = Output::default();
+        self.step_with_care(state, theta, largest_step, &mut output);
+        output
     }
 
-    /// The same and the torques there.
+    /// A step to a sample beyond ±A, or to none, or one that the law or the gate does not take lightly.
     #[cold]
     #[inline(never)]
-    fn output_with_care<const N: usize>(&self, state: &mut State<S, N, L>, theta: S, output: &mut Output<S>) {
-        let (gear, state) = self.step_with_care(state, theta);
-        *output = gear.output(state);
+    fn step_with_care<const N: usize>(
+        &self,
+        state: &mut State<S, N, L>,
+        theta: S,
+        largest_step: S,
+        output: &mut Output<S>,
+    ) {
+        if self.admits(state, theta, largest_step) {
+            self.law.step(&self.frame, &mut state.memory, theta);
+            self.arrive(state, theta);
+        }
+        *output = self.output(state);
+    }
+
+    /// Whether a sample is to be stepped to; else says in the state what became of it.
+    pub(crate) fn admits<const N: usize>(&self, state: &mut State<S, N, L>, theta: S, largest_step: S) -> bool {
+        let missed = state.status.refused || state.status.quarantined;
+        let reach = if missed { state.suspicion.reach } else { largest_step };
+        let way = (theta - state.theta).abs();
+        let is_deflection = self.frame.accepts(theta) && largest_step >= S::ZERO;
+        if is_deflection && way <= reach {
+            return true;
+        }
+        let agrees = state.status.quarantined && (theta - state.suspicion.theta).abs() <= largest_step;
+        let agreeing = if agrees { state.suspicion.agreeing + 1 } else { 1 };
+        if is_deflection && agreeing >= AGREEING_SAMPLES {
+            *state = self.start(theta);
+            state.status.restarted = true;
+            return false;
+        }
+        let most = (largest_step + largest_step) + (largest_step + largest_step);
+        state.suspicion = Suspicion { theta, agreeing, reach: (reach + largest_step).min(most) };
+        state.status.restarted = false;
+        (state.status.refused, state.status.quarantined) = (!is_deflection, is_deflection);
+        false
+    }
+
+    /// Makes a state of this gear of one that another gear had: reversals keep their deflections (in fixed point as fractions of the rated one), their torques are
+    /// computed anew; the memory of laws `phase` and `time` grows with α. Another law starts anew, its past unknown.
+    pub fn take_over<const N: usize>(&self, before: &Self, state: &mut State<S, N, L>) {
+        let parts = (&before.law, &before.frame);
+        state.memory = self.law.take_over(&self.frame, parts, &state.memory, state.theta);
+    }
+
+    /// Says what the sample is that the law was moved to.
+    fn arrive<const N: usize>(&self, state: &mut State<S, N, L>, theta: S) {
+        state.theta = theta;
+        let in_range = self.frame.in_range(theta);
+        state.status = Status { out_of_range: !in_range, ..Status::default() };
+        let is_doubtful = self.is_doubtful(theta);
+        if is_doubtful || state.doubted && in_range {
+            self.law.doubt(&self.frame, &mut state.memory, theta);
+            state.doubted = is_doubtful;
+        }
+    }
+
+    fn is_doubtful(&self, theta: S) -> bool {
+        theta.abs() > self.frame.deflection(S::from_f64(UNCERTAIN_BEYOND))
     }
 
     /// The torques at the state's last good sample.
     #[inline]
     pub fn output<const N: usize>(&self, state: &State<S, N, L>) -> Output<S> {
-        let elastic = self.elastic.torque(self.frame.fraction(state.theta));
+        self.with_hysteresis(state, self.elastic.torque(self.frame.fraction(state.theta)))
+    }
+
+    /// The same within ±A.
+    #[inline(always)]
+    fn output_in_range<const N: usize>(&self, state: &State<S, N, L>) -> Output<S> {
+        self.with_hysteresis(state, self.elastic.polynomial().torque(self.frame.fraction(state.theta)))
+    }
+
+    #[inline(always)]
+    fn with_hysteresis<const N: usize>(&self, state: &State<S, N, L>, elastic: S) -> Output<S> {
         let hysteresis = self.law.torque(&self.frame, &state.memory, state.theta);
         Output {
             torque: self.frame.torque(elastic + hysteresis),
@@ -155,7 +290,7 @@ impl<S: Scalar, L: MemoryLaw<S>> Gear<S, L> {
     }
 
     /// The elastic part.
-    pub fn elastic(&self) -> &Polynomial<S> {
+    pub fn elastic(&self) -> &ElasticTorque<S> {
         &self.elastic
     }
 
@@ -175,14 +310,30 @@ impl<S: Float, L: VaryingPeriod<S>> Gear<S, L> {
     /// [`LONGEST_PERIOD_S`] is refused.
     #[inline]
     pub fn step_after<const N: usize>(&self, state: &mut State<S, N, L>, theta: S, period_s: S) -> Output<S> {
-        if self.accepts_after(theta, period_s) {
-            self.law.step_after(&self.frame, &mut state.memory, theta, period_s);
-            state.theta = theta;
-            state.status = Status { out_of_range: !self.frame.in_range(theta), refused: false };
-        } else {
-            state.status.refused = true;
+        if self.admits_after(state, theta, period_s) {
+            self.advance_after(state, theta, period_s);
         }
         self.output(state)
+    }
+
+    /// Whether a sample is to be stepped to; else says in the state what became of it.
+    #[inline]
+    pub(crate) fn admits_after<const N: usize>(&self, state: &mut State<S, N, L>, theta: S, period_s: S) -> bool {
+        // Only a constant period may be missing.
+        let any = S::from_f64(S::LARGEST);
+        let largest_step = if self.largest_step >= S::ZERO { self.largest_step } else { any };
+        let near = (theta - state.theta).abs() <= largest_step && self.accepts_after(theta, period_s);
+        if near {
+            return true;
+        }
+        self.admits(state, if is_period(period_s) { theta } else { S::from_f64(f64::NAN) }, largest_step)
+    }
+
+    /// A step to a sample that was admitted.
+    #[inline]
+    pub(crate) fn advance_after<const N: usize>(&self, state: &mut State<S, N, L>, theta: S, period_s: S) {
+        self.law.step_after(&self.frame, &mut state.memory, theta, period_s);
+        self.arrive(state, theta);
     }
 
     /// The torque that [`step_after`](Self::step_after) would return; the state stays as it is.
@@ -196,9 +347,14 @@ impl<S: Float, L: VaryingPeriod<S>> Gear<S, L> {
 
     #[inline]
     fn accepts_after(&self, theta: S, period_s: S) -> bool {
-        // A NaN compares false.
-        period_s >= S::ZERO && period_s <= S::from_f64(LONGEST_PERIOD_S) && self.frame.accepts(theta)
+        is_period(period_s) && self.frame.accepts(theta)
     }
+}
+
+#[inline]
+fn is_period<S: Float>(period_s: S) -> bool {
+    // A NaN compares false.
+    period_s >= S::ZERO && period_s <= S::from_f64(LONGEST_PERIOD_S)
 }
 
 impl<S: Scalar, const N: usize, L: MemoryLaw<S>> State<S, N, L> {

@@ -129,6 +129,17 @@ pub enum ParamError {
         /// The law.
         law: Law,
     },
+    /// A value or a torque that no strain wave gear has: mostly another unit.
+    OutOfRange {
+        /// Its name in model files, or what torque it is.
+        parameter: &'static str,
+        /// What it was.
+        value: f64,
+        /// The least that is accepted.
+        least: f64,
+        /// The most that is accepted.
+        most: f64,
+    },
     /// Elastic and memory parameters give no torque at all, or more than numbers can hold.
     NoTorque {
         /// The largest torque within the rated deflection, N·m.
@@ -147,6 +158,10 @@ impl fmt::Display for ParamError {
             }
             Self::NoSpeed => write!(f, "beta_per_s and omega_per_s must not both be zero in laws masing and phase"),
             Self::NotInLaw { parameter, law } => write!(f, "{parameter} has no meaning in law {}", law.name()),
+            Self::OutOfRange { parameter, value, least, most } => write!(
+                f,
+                "{parameter} = {value} is that of no gear: between {least} and {most} is accepted; check the units"
+            ),
             Self::NoTorque { torque_nm } => write!(
                 f,
                 "the parameters give a torque of {torque_nm} N·m within the rated deflection: it must be finite and not zero"
@@ -200,10 +215,29 @@ pub struct Params {
 impl Params {
     /// Checks the parameters and brings β and ω to their canonical signs.
     ///
+    /// | value | accepted | why |
+    /// |---|---|---|
+    /// | A | 1e-6 to 1 rad | from an encoder's resolution to far beyond any gear |
+    /// | c1 | 0 and more | a spring resists |
+    /// | f(A) | 0 and more, 1e-6 to 1e5 N·m where it is the [torque scale](Self::torque_scale_nm) | the largest strain wave gears bear 1e4 N·m |
+    /// | each of c1A, c2A³, c3A⁵, hysteresis torque | to 1e5 N·m either way, and a hysteresis torque to 10 times f(A) where f(A) > 0 | the same |
+    /// | play | 0 to A | it hides noise |
+    /// | β, ω | 0 to 1e9 /s | what `f32` can sample |
+    ///
+    /// # Errors
+    /// Names the first parameter that cannot be: what [`candidate`](Self::candidate) refuses, then what lies outside this table.
+    pub fn new(rated_deflection_rad: f64, elastic: Elastic, memory: Memory) -> Result<Self, ParamError> {
+        let params = Self::candidate(rated_deflection_rad, elastic, memory)?;
+        params.check_ranges()?;
+        Ok(params)
+    }
+
+    /// Parameters that can be computed with, whether or not a gear can have them: what a search tries on its way. Drives take those of [`new`](Self::new).
+    ///
     /// # Errors
     /// Names the first parameter that cannot be: not finite, rated deflection not above zero, α, play (or β in law `time`) below
     /// zero, β and ω of different signs or both zero, a kernel, gate or play that the law does not have, no torque at all.
-    pub fn new(rated_deflection_rad: f64, elastic: Elastic, memory: Memory) -> Result<Self, ParamError> {
+    pub fn candidate(rated_deflection_rad: f64, elastic: Elastic, memory: Memory) -> Result<Self, ParamError> {
         for (parameter, value) in [
             ("rated_deflection_rad", rated_deflection_rad),
             ("c1_nm_per_rad", elastic.c1_nm_per_rad),
@@ -241,6 +275,39 @@ impl Params {
         let mut params = Self { rated_deflection_rad, elastic, memory, torque_scale_nm: 1.0 };
         params.torque_scale_nm = params.choose_torque_scale_nm()?;
         Ok(params)
+    }
+
+    /// What [`new`](Self::new) accepts of parameters that can be computed with.
+    fn check_ranges(&self) -> Result<(), ParamError> {
+        const DEFLECTIONS_RAD: [f64; 2] = [1e-6, 1.0];
+        const TORQUES_NM: [f64; 2] = [1e-6, 1e5];
+        const LARGEST_SPEED_PER_S: f64 = 1e9;
+        const LARGEST_LOOP: f64 = 10.0;
+        let a = self.rated_deflection_rad;
+        within("rated_deflection_rad", a, DEFLECTIONS_RAD)?;
+        at_least_zero("c1_nm_per_rad", self.elastic.c1_nm_per_rad)?;
+        let [_, largest] = TORQUES_NM;
+        let raw = self.elastic.normalised(a, 1.0);
+        within("c1_nm_per_rad (times rated_deflection_rad, N·m)", raw.k1, [0.0, largest])?;
+        within("c2_nm_per_rad3 (times rated_deflection_rad³, N·m)", raw.k3, [-largest, largest])?;
+        within("c3_nm_per_rad5 (times rated_deflection_rad⁵, N·m)", raw.k5, [-largest, largest])?;
+        let rated = self.rated_torque_nm();
+        within("c1_nm_per_rad (as elastic torque at the rated deflection, N·m)", rated, [0.0, largest])?;
+        let most = if rated > 0.0 { (LARGEST_LOOP * rated).min(largest) } else { largest };
+        within("alpha (as hysteresis torque, N·m)", self.largest_memory_nm(), [0.0, most])?;
+        within("c1_nm_per_rad (as torque at the rated deflection, N·m)", self.torque_scale_nm, TORQUES_NM)?;
+        within("beta_per_s", self.memory.beta_per_s, [0.0, LARGEST_SPEED_PER_S])?;
+        within("omega_per_s", libm::fabs(self.memory.omega_per_s), [0.0, LARGEST_SPEED_PER_S])?;
+        within("reversal_play_rad", self.memory.reversal_play_rad, [0.0, a])
+    }
+
+    /// The largest hysteresis torque within ±A, N·m; in law `time`, kernel `deflection`, what a deflection held for 1/β, at most a second, leaves.
+    fn largest_memory_nm(&self) -> f64 {
+        let Memory { law, kernel, alpha, beta_per_s, .. } = self.memory;
+        if law == Law::Time && kernel == Kernel::Deflection {
+            return alpha * self.rated_deflection_rad / beta_per_s.max(1.0);
+        }
+        self.memory_bound_nm()
     }
 
     /// The rated torque T_A = f(A) where the spring carries most of the torque, else the largest single contribution, so that normalised
@@ -289,6 +356,11 @@ impl Params {
     pub fn memory(&self) -> Memory {
         self.memory
     }
+}
+
+fn within(parameter: &'static str, value: f64, [least, most]: [f64; 2]) -> Result<(), ParamError> {
+    // A NaN compares false.
+    if value >= least && value <= most { Ok(()) } else { Err(ParamError::OutOfRange { parameter, value, least, most }) }
 }
 
 fn at_least_zero(parameter: &'static str, value: f64) -> Result<(), ParamError> {

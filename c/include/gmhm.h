@@ -33,9 +33,10 @@ typedef struct gmhm_joint {
     uint64_t opaque[GMHM_JOINT_WORDS];
 } gmhm_joint;
 
-/* Codes of gmhm_init and gmhm_load. Refused blocks: 0x0101 to 0x0110, listed in docs/block.md. */
+/* Codes of gmhm_init, gmhm_load and gmhm_set_largest_step. Refused blocks: 0x0101 to 0x0110, listed in docs/block.md. */
 #define GMHM_OK 0x0000u
 #define GMHM_NULL 0x0001u
+#define GMHM_VALUE 0x0002u /* a number that is none, or out of its range: nothing changed */
 #define GMHM_ERROR_LENGTH 0x0101u
 #define GMHM_ERROR_MAGIC 0x0102u
 #define GMHM_ERROR_VERSION 0x0103u
@@ -60,6 +61,8 @@ typedef struct gmhm_joint {
 #define GMHM_FLAG_SATURATED 0x08u     /* beyond the invertible range: the deflection is its edge */
 #define GMHM_FLAG_NOT_CONVERGED 0x10u /* the search ended at its bound; it does not for parameters that gmhm pack accepts */
 #define GMHM_FLAG_NO_INVERSE 0x20u    /* the parameters in force have no inverse */
+#define GMHM_FLAG_QUARANTINED 0x40u   /* further from the last sample than gmhm_set_largest_step allows: nothing moved, the last good output again */
+#define GMHM_FLAG_RESTARTED 0x80u     /* three quarantined samples agreed: the path starts anew at this one */
 
 /* Signals that the terms in force need, bits of gmhm_status.needs. The deflection is always needed. */
 #define GMHM_NEEDS_MOTOR_ANGLE 0x01u
@@ -123,6 +126,12 @@ uint16_t gmhm_init(gmhm_joint *joint, const uint8_t *block, uint32_t length);
 
 /* Puts another block in force; its path starts at the next sample. A refused block changes nothing: what was in force stays so. */
 uint16_t gmhm_load(gmhm_joint *joint, const uint8_t *block, uint32_t length);
+
+/*
+ * The largest step of the deflection between two samples, rad, for this joint and every block that it loads: the top speed of the deflection times the control period. What is
+ * further from the last good sample is quarantined; for each sample that was not taken the next may lie a step further, up to four. INFINITY means no limit, as after gmhm_init.
+ */
+uint16_t gmhm_set_largest_step(gmhm_joint *joint, float largest_step_rad);
 
 /* Forgets the path: the next sample is a start. */
 void gmhm_restart(gmhm_joint *joint);

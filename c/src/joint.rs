@@ -4,7 +4,7 @@ use gmhm::block::{Block, BlockError, CheckedTerms, GEAR, Parameters, verify_firs
 use gmhm::memory::AnyLaw;
 use gmhm::terms::Sample;
 use gmhm::terms::compensated::{Compensated, CompensatedState, Total};
-use gmhm::{Inverse, Output, State};
+use gmhm::{Inverse, Output, State, Status};
 
 use crate::types::{OutputC, SampleC, SolutionC, StatusC, flag, need};
 
@@ -19,6 +19,7 @@ pub struct Joint {
     force: Option<Force>,
     path: Path,
     flags: u32,
+    largest_step_rad: f32,
 }
 
 /// What is in force.
@@ -89,7 +90,7 @@ fn check(block: &Block<'_>) -> Result<Parameters<f32, AnyLaw<f32>, CheckedTerms<
 impl Joint {
     /// No parameters in force.
     pub(crate) fn empty() -> Self {
-        Self { force: None, path: Path::New, flags: flag::NOT_LOADED }
+        Self { force: None, path: Path::New, flags: flag::NOT_LOADED, largest_step_rad: f32::INFINITY }
     }
 
     pub(crate) fn load(&mut self, block: &[u8]) -> Result<(), BlockError> {
@@ -104,10 +105,26 @@ impl Joint {
             period_s: parameters.header.period_s,
             gear: label,
             inverse: parameters.inverse,
-            compensated: Compensated { gear, stack: parameters.terms.plant(&block) },
+            compensated: Compensated {
+                gear: gear.with_largest_step(self.largest_step_rad),
+                stack: parameters.terms.plant(&block),
+            },
         });
         self.restart();
         Ok(())
+    }
+
+    /// Says whether it is a step.
+    pub(crate) fn set_largest_step(&mut self, largest_step_rad: f32) -> bool {
+        // A NaN compares false.
+        let is_step = largest_step_rad >= 0.0;
+        if is_step {
+            self.largest_step_rad = largest_step_rad;
+            if let Some(force) = &mut self.force {
+                force.compensated.gear = force.compensated.gear.with_largest_step(largest_step_rad);
+            }
+        }
+        is_step
     }
 
     pub(crate) fn restart(&mut self) {
@@ -195,8 +212,17 @@ fn base_output(output: Output<f32>, state: &State<f32, DEPTH>) -> OutputC {
         hysteresis_nm: output.hysteresis,
         terms_nm: 0.0,
         deflection_rad: state.theta(),
-        flags: sum(&[(status.refused, flag::REFUSED), (status.out_of_range, flag::OUT_OF_RANGE)]),
+        flags: status_flags(status.refused, &status),
     }
+}
+
+fn status_flags(refused: bool, status: &Status) -> u32 {
+    sum(&[
+        (refused, flag::REFUSED),
+        (status.out_of_range, flag::OUT_OF_RANGE),
+        (status.quarantined, flag::QUARANTINED),
+        (status.restarted, flag::RESTARTED),
+    ])
 }
 
 fn total_output(total: &Total<f32>, state: &State<f32, DEPTH>) -> OutputC {
@@ -206,6 +232,6 @@ fn total_output(total: &Total<f32>, state: &State<f32, DEPTH>) -> OutputC {
         hysteresis_nm: total.base.hysteresis,
         terms_nm: total.terms,
         deflection_rad: total.deflection,
-        flags: sum(&[(total.refused, flag::REFUSED), (state.status().out_of_range, flag::OUT_OF_RANGE)]),
+        flags: status_flags(total.refused, &state.status()),
     }
 }

@@ -23,6 +23,8 @@ pub use types::{OutputC, SampleC, SolutionC, StatusC, flag, need};
 pub const OK: u16 = 0;
 /// `GMHM_NULL`.
 pub const NULL: u16 = 1;
+/// `GMHM_VALUE`.
+pub const VALUE: u16 = 2;
 
 /// 64-bit words of `gmhm_joint`.
 pub const JOINT_WORDS: usize = 448;
@@ -76,6 +78,17 @@ pub unsafe extern "C" fn gmhm_load(joint: Option<&mut Joint>, block: *const u8, 
 pub extern "C" fn gmhm_restart(joint: Option<&mut Joint>) {
     if let Some(joint) = joint {
         joint.restart();
+    }
+}
+
+/// See `gmhm.h`.
+// SAFETY: as for `gmhm_init`.
+#[unsafe(no_mangle)]
+pub extern "C" fn gmhm_set_largest_step(joint: Option<&mut Joint>, largest_step_rad: f32) -> u16 {
+    match joint {
+        None => NULL,
+        Some(joint) if joint.set_largest_step(largest_step_rad) => OK,
+        Some(_) => VALUE,
     }
 }
 

@@ -94,6 +94,10 @@ pub mod flag {
     pub const NOT_CONVERGED: u32 = 0x10;
     /// The parameters have no inverse.
     pub const NO_INVERSE: u32 = 0x20;
+    /// Further from the last sample than the gear can have come.
+    pub const QUARANTINED: u32 = 0x40;
+    /// Quarantined samples agreed: started anew there.
+    pub const RESTARTED: u32 = 0x80;
 }
 
 /// Bits of the signals that terms need, in the order of this list.

@@ -36,7 +36,7 @@ fn block(params: &Params, terms: &[&str]) -> Vec<u8> {
     let mut buffer = vec![0; 4096];
     let header = Header { period_s: PERIOD_S as f32, ..Header::new(Identity::of_name("joint 3"), ScalarKind::F32) };
     let mut writer = Writer::new(&mut buffer, header);
-    writer.gear(&Gear::<f32>::with_period(params, PERIOD_S), params).expect("a gear");
+    writer.gear(&Gear::<f32>::with_period(params, PERIOD_S).expect("a period"), params).expect("a gear");
     writer.inverse::<f32>(params, PERIOD_S).expect("an inverse");
     writer.joint(&Joint { ratio: Some(100.0), ..Joint::default() }).expect("a joint");
     for term in terms {
@@ -180,6 +180,8 @@ fn the_header_says_what_the_library_does() {
         ("SATURATED", flag::SATURATED),
         ("NOT_CONVERGED", flag::NOT_CONVERGED),
         ("NO_INVERSE", flag::NO_INVERSE),
+        ("QUARANTINED", flag::QUARANTINED),
+        ("RESTARTED", flag::RESTARTED),
     ];
     for (name, value) in flags {
         assert_eq!(defined(&format!("GMHM_FLAG_{name}")), value);

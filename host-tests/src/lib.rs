@@ -34,9 +34,31 @@ impl Constants {
     pub const PUBLISHED: Self =
         Self { a: 1.168e-3, c1: 2.4737e4, c2: 1.0e9, c3: -1.1774e14, alpha: 2.6532e6, beta: 422.68, omega: 226.31 };
 
-    /// f(θ) = c1θ + c2θ³ + c3θ⁵, N·m.
+    /// f(θ) = c1θ + c2θ³ + c3θ⁵, N·m; beyond κA its tangent there.
     pub fn elastic(&self, theta: f64) -> f64 {
-        self.c1 * theta + self.c2 * theta.powi(3) + self.c3 * theta.powi(5)
+        let edge = if theta.abs() <= self.a { theta.abs() } else { theta.abs().min(self.knee() * self.a) };
+        let within = self.c1 * edge + self.c2 * edge.powi(3) + self.c3 * edge.powi(5);
+        theta.signum() * (within + (theta.abs() - edge) * self.stiffness(edge).max(0.0))
+    }
+
+    fn stiffness(&self, theta: f64) -> f64 {
+        self.c1 + 3.0 * self.c2 * theta.powi(2) + 5.0 * self.c3 * theta.powi(4)
+    }
+
+    /// κ = 0.9 × the largest abs(θ)/A with f′ > 0 everywhere below, within 1 and 1.5, by search.
+    pub fn knee(&self) -> f64 {
+        let rises = |u: f64| self.stiffness(u * self.a) > 0.0;
+        let Some(falling) = (0..=2000).map(|k| f64::from(k) * 1e-3).find(|u| !rises(*u)) else { return 1.5 };
+        let (mut low, mut high) = ((falling - 1e-3).max(0.0), falling);
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            if rises(middle) {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        (0.9 * low).clamp(1.0, 1.5)
     }
 
     /// g(θ) = √(max(0, (1−θ/A)(1+θ/A))). A ± θ is exact near the tips, where g is ill-conditioned.

@@ -4,9 +4,10 @@ mod common;
 
 use common::*;
 use gmhm::gear::LONGEST_PERIOD_S;
+use gmhm::memory::AnyLaw;
 use gmhm::scalar::Float;
 use gmhm::scalar::Scalar;
-use gmhm::{Gear, Law, Params, State};
+use gmhm::{Gear, Inverse, InverseError, Law, Params, State};
 use proptest::prelude::*;
 
 const BAD: [f64; 6] =
@@ -14,7 +15,7 @@ const BAD: [f64; 6] =
 
 /// The gear and its state after a few turns.
 fn warm<S: Float>(params: &Params) -> (Gear<S>, State<S, 16>) {
-    let gear = Gear::<S>::with_period(params, 1e-3);
+    let gear = Gear::<S>::with_period(params, 1e-3).expect("a period");
     let mut state = gear.start(S::ZERO);
     for u in [0.9, -0.5, 0.3, 0.1, 0.2] {
         gear.step(&mut state, S::from_f64(u * A));
@@ -75,11 +76,31 @@ fn a_period_of_zero_takes_the_limit() {
 }
 
 #[test]
-fn a_period_that_does_not_count_as_one_is_zero() {
-    for params in every_law().into_iter().filter(|p| p.memory().law == Law::Time) {
-        for period in [f64::NAN, f64::INFINITY, -1.0] {
-            assert_eq!(Gear::<f64>::with_period(&params, period), Gear::<f64>::with_period(&params, 0.0));
+fn a_constant_period_that_is_no_time_is_an_error() {
+    for params in every_law() {
+        for period in [f64::NAN, f64::INFINITY, -1.0, 1.001 * LONGEST_PERIOD_S] {
+            assert!(Gear::<f64>::with_period(&params, period).is_err(), "{period}");
         }
+        let at_once = Gear::<f64>::with_period(&params, 0.0);
+        assert_eq!(at_once.is_err(), params.memory().law == Law::Time);
+    }
+}
+
+#[test]
+fn law_time_without_a_period_refuses_what_brings_none() {
+    for params in every_law().into_iter().filter(|p| p.memory().law == Law::Time) {
+        let of_period = |period_s| Gear::with_law(&params, AnyLaw::<f64>::new(&params, period_s));
+        let gears = [Gear::new(&params), of_period(f64::NAN), of_period(-1.0), of_period(2.0 * LONGEST_PERIOD_S)];
+        for gear in gears {
+            for gear in [gear, gear.with_largest_step(A)] {
+                let mut state: State<f64, N> = gear.start(0.0);
+                assert_eq!(gear.step(&mut state, 0.5 * A).torque, 0.0);
+                assert!(state.status().refused);
+                assert!(gear.step_after(&mut state, 0.5 * A, 1e-3).torque != 0.0);
+                assert!(!state.status().refused);
+            }
+        }
+        assert!(matches!(Inverse::<f64>::new(&params), Err(InverseError::Period { .. })));
     }
 }
 
@@ -126,7 +147,7 @@ proptest! {
     #[test]
     fn varying_periods_agree_with_a_constant_one(turns in corners(1.0, 2..30), period in 1e-5..1e-2f64) {
         for params in every_law() {
-            let constant = Gear::<f64>::with_period(&params, period);
+            let constant = Gear::<f64>::with_period(&params, period).expect("a period");
             let varying = Gear::<f64>::new(&params);
             let mut a: State<f64, N> = constant.start(turns[0]);
             let mut b = a.clone();

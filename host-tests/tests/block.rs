@@ -32,7 +32,7 @@ fn block(header: Header, write: impl FnOnce(&mut Writer<'_>) -> Result<(), Block
 }
 
 fn write_gear(writer: &mut Writer<'_>, params: &Params) -> Result<(), BlockError> {
-    writer.gear(&Gear::<f32>::with_period(params, PERIOD_S), params)?;
+    writer.gear(&Gear::<f32>::with_period(params, PERIOD_S).expect("a period"), params)?;
     if Inverse::<f32>::with_period(params, PERIOD_S).is_ok() {
         writer.inverse::<f32>(params, PERIOD_S)?;
     }
@@ -96,7 +96,7 @@ fn every_law_loads_to_the_bit() {
     for params in common::every_law() {
         let bytes = block(header(), |writer| write_gear(writer, &params));
         let loaded = Parameters::<f32>::load(&bytes, 16).expect("a good block");
-        assert_eq!(loaded.gear, Some(Gear::with_period(&params, PERIOD_S)));
+        assert_eq!(loaded.gear, Some(Gear::with_period(&params, PERIOD_S).expect("a period")));
         assert_eq!(loaded.inverse, Inverse::with_period(&params, PERIOD_S).ok());
         assert_eq!(loaded.joint, Joint { ratio: Some(-100.0), deflection_zero_rad: 0.1, motor_side: true });
         assert_eq!(loaded.scales, Some(Scales::of(&params)));

@@ -92,7 +92,7 @@ fn the_published_signs_give_the_same_bits() {
         let published = Memory { beta_per_s: -canonical.beta_per_s, omega_per_s: -canonical.omega_per_s, ..canonical };
         let torques = |memory: Memory| -> Vec<u64> {
             let params = Params::new(A, elastic(), memory).expect("the published gear");
-            let gear = Gear::<f64>::with_period(&params, 1e-3);
+            let gear = Gear::<f64>::with_period(&params, 1e-3).expect("a period");
             let mut state = gear.start::<16>(0.0);
             (0..2000).map(|k| gear.step(&mut state, A * (f64::from(k) * 0.01).sin()).torque.to_bits()).collect()
         };
@@ -139,7 +139,7 @@ fn law_time_solves_the_ramp_at_any_sample_period() {
         let (theta_0, v) = (-0.9 * A, 1.8 * A / 0.2);
         // βΔ from 4e-6 to 8.
         for period in [1e-8, 1e-6, 1e-4, 1e-3, 0.02] {
-            let gear = Gear::<f64>::with_period(&params, period);
+            let gear = Gear::<f64>::with_period(&params, period).expect("a period");
             let mut state = gear.start::<16>(theta_0);
             let samples = ((0.2 / period) as u32).min(2000);
             let pairs = (1..=samples).map(|k| {
@@ -151,7 +151,7 @@ fn law_time_solves_the_ramp_at_any_sample_period() {
             hold(&format!("law time, kernel {}, Δ = {period} s", kernel.name()), &params, 1e-9, pairs);
         }
         // From θ = 0 the first samples of kernel `deflection` are φ2 alone.
-        let gear = Gear::<f64>::with_period(&params, 1e-8);
+        let gear = Gear::<f64>::with_period(&params, 1e-8).expect("a period");
         let mut state = gear.start::<16>(0.0);
         for k in 1..=100 {
             let t = 1e-8 * f64::from(k);

@@ -255,7 +255,7 @@ fn a_cascade_settles_and_keeps_its_limit() {
         filter_rad_per_s: TAU * 300.0,
         limit_nm: 10.0,
     };
-    let cascade = Cascade::<f32>::new(&gains);
+    let cascade = Cascade::<f32>::new(&gains).expect("gains");
     let mut state = CascadeState::default();
     let (mut angle, mut velocity, mut most) = (0.0_f64, 0.0_f64, 0.0_f32);
     for _ in 0..4000 {

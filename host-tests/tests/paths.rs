@@ -115,7 +115,7 @@ fn largest_memory(params: &Params) -> f64 {
 fn compare<S: Float, const N: usize>(params: &Params, period_s: f64, path: &Path, bounds: Bounds, worst: &mut Worst) {
     let a = params.rated_deflection_rad();
     let rated = params.rated_torque_nm();
-    let gear = Gear::<S>::with_period(params, period_s);
+    let gear = Gear::<S>::with_period(params, period_s).expect("a period");
     let mut state = gear.start::<N>(S::from_f64(path.theta[0]));
     let mut reference = Reference::new(params, N, period_s, path.theta[0]);
     for (k, &theta) in path.theta.iter().enumerate().skip(1) {

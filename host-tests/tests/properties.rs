@@ -108,7 +108,7 @@ proptest! {
     #[test]
     fn a_zero_increment_changes_nothing_but_time(turns in corners(1.0, 2..12)) {
         for p in every_law() {
-            let gear = Gear::<f64>::with_period(&p, 1e-3);
+            let gear = Gear::<f64>::with_period(&p, 1e-3).expect("a period");
             let mut state = after(&gear, &turns);
             let before = gear.output(&state);
             let still = gear.step(&mut state, *turns.last().unwrap());
@@ -267,7 +267,7 @@ proptest! {
         let path = walk(&turns, 0.01);
         for law in [Law::Phase, Law::Time] {
             let p = params(law, Kernel::Rate, Gate::None);
-            let gear = Gear::<f64>::with_period(&p, if slow { 1e-2 } else { 1e-4 });
+            let gear = Gear::<f64>::with_period(&p, if slow { 1e-2 } else { 1e-4 }).expect("a period");
             let mut state: State<f64, N> = gear.start(path[0]);
             let z: Vec<f64> = path.iter().enumerate().map(|(k, &x)| if k == 0 { 0.0 } else { gear.step(&mut state, x).hysteresis }).collect();
             // z between samples lies above its chord on the way up and below on the way down, so the trapezoidal rule underrates the loss.
@@ -308,7 +308,7 @@ proptest! {
     fn plain_memory_in_time_is_monotone_a_step_ahead(turns in corners(1.0, 2..10), a in -1.0..1.0f64, b in -1.0..1.0f64) {
         // f′ + αφ1 > 0 (rate) and f′ > αΔφ2 (deflection) hold for these parameters.
         for kernel in [Kernel::Rate, Kernel::Deflection] {
-            let gear = Gear::<f64>::with_period(&params(Law::Time, kernel, Gate::None), 1e-4);
+            let gear = Gear::<f64>::with_period(&params(Law::Time, kernel, Gate::None), 1e-4).expect("a period");
             let state = after(&gear, &walk(&turns, 0.1));
             let at = |u: f64| gear.step(&mut state.clone(), u * A).torque;
             prop_assert!((a - b) * (at(a) - at(b)) >= 0.0);

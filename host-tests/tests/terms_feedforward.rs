@@ -101,7 +101,7 @@ fn round_trip<S: Float<Carry = S>>(kinds: &[(&str, usize)], rows: u32) -> (f64, 
     let params = published();
     let inverse =
         CompensatedInverse { inverse: Inverse::<S>::with_period(&params, PERIOD_S).unwrap(), stack: stack.clone() };
-    let forward = Compensated { gear: Gear::<S>::with_period(&params, PERIOD_S), stack };
+    let forward = Compensated { gear: Gear::<S>::with_period(&params, PERIOD_S).expect("a period"), stack };
     // The start takes the first sample: terms of the deflection stand between the gear at 0 and the encoders.
     let error = forward.stack.terms().iter().fold(S::ZERO, |sum, term| sum + term.deflection_error(&sample(0)));
     let first = Sample { deflection: error, ..sample(0) };

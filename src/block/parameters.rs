@@ -7,7 +7,7 @@ use super::law::{BlockLaw, number};
 use super::layout::{GEAR, INVERSE, JOINT, MASING, MAY_SKIP, PHASE, RECORDS, TERM_TAGS, TIME};
 use super::record::{Block, Record, double, verify};
 use super::term::TermRecord;
-use crate::elastic::Polynomial;
+use crate::elastic::{ElasticTorque, Polynomial};
 use crate::gear::Gear;
 use crate::inverse::{Inverse, Monotony};
 use crate::memory::{AnyLaw, Frame};
@@ -107,7 +107,7 @@ impl<S: Word, L: BlockLaw<S>, T: TermStack> Parameters<S, L, T> {
                 return Err(BlockError::StackDepth(header.stack_depth));
             }
             parameters.inverse = inverse(block, gear, scales, f64::from(header.period_s))?;
-            let c1 = gear.elastic().k1.to_f64() * scales.torque_scale_nm / scales.rated_deflection_rad;
+            let c1 = gear.elastic().polynomial().k1.to_f64() * scales.torque_scale_nm / scales.rated_deflection_rad;
             let rated_deflection = scales.rated_deflection_rad as f32;
             parameters.terms = T::empty(Setting { sigma: joint.sigma(), c1: c1 as f32, rated_deflection }, true);
             (parameters.gear, parameters.scales) = (Some(gear), Some(scales));
@@ -229,7 +229,7 @@ fn gear<S: Word, L: BlockLaw<S>>(block: &Block<'_>, record: &Record<'_>) -> Resu
     let [a0, a1, t0, t1, k1, k3, k5] = record.checked::<S, 7>(&GEAR)?;
     let scales = Scales { rated_deflection_rad: double([a0, a1]), torque_scale_nm: double([t0, t1]) };
     let frame = Frame::of(scales.rated_deflection_rad, scales.torque_scale_nm);
-    let elastic = Polynomial { k1: number(k1), k3: number(k3), k5: number(k5) };
+    let elastic = ElasticTorque::new(Polynomial { k1: number(k1), k3: number(k3), k5: number(k5) });
     Ok((Gear::of(frame, elastic, L::of_block(block)?), scales))
 }
 

@@ -9,6 +9,7 @@ use super::layout::{FIRST_TERM, GEAR, INVERSE, JOINT, NAME, RecordInfo};
 use super::parameters::Joint;
 use super::record::{MOST_BYTES, check, double_words, verify};
 use super::{CRC, Word, term};
+use crate::elastic::Polynomial;
 use crate::gear::Gear;
 use crate::inverse::{InverseError, Monotony};
 use crate::params::Params;
@@ -66,7 +67,8 @@ impl<'a> Writer<'a> {
     /// A value that the format cannot hold, no room.
     pub fn gear<S: Word, L: BlockLaw<S>>(&mut self, gear: &Gear<S, L>, params: &Params) -> Result<(), BlockError> {
         let [[a0, a1], [t0, t1]] = [params.rated_deflection_rad(), params.torque_scale_nm()].map(double_words);
-        let [k1, k3, k5] = [gear.elastic().k1, gear.elastic().k3, gear.elastic().k5].map(S::word);
+        let Polynomial { k1, k3, k5 } = *gear.elastic().polynomial();
+        let [k1, k3, k5] = [k1, k3, k5].map(S::word);
         self.fixed::<S>(&GEAR, &[a0, a1, t0, t1, k1, k3, k5])?;
         let (info, words) = gear.law().record(params);
         self.fixed::<S>(info, &words)

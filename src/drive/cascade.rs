@@ -3,27 +3,64 @@
 //! With the position error e, its difference over a period through a first-order filter v̂, and the feed-forward torque T_ff:
 //! ε = v̂ + k_p·e, T = clamp(T_ff + k_v·ε + I), and I grows by k_v·ω_i·Δ·ε while T is not limited.
 //!
+//! **Bad input.** A period whose error or feed-forward is not finite is refused: nothing of the state moves, and the torque is the last good one on its way to zero, at
+//! the limit per [`FADE_S`]. The velocity is not estimated across a refused period, nor where the error jumps by more than [`TOP_SPEED_RAD_PER_S`]: one good
+//! period, and the torque is again what it would have been. The integral stays within the limit.
+//!
+//! **Other gains** begin where the old ones ended ([`CascadeState::bridge`]): what the torque would jump by fades at the same rate.
+//!
 //! The compensation of the gear is an offset of the motor's position (MODEL.md section 5), so it enters through e: the error is taken in counts, a large angle
 //! never meets a small offset in `f32`.
 
+use core::fmt;
+
+use crate::feedforward::towards;
+use crate::gear::LONGEST_PERIOD_S;
 use crate::scalar::Float;
+
+/// The torque limit fades to zero in this time, s.
+pub const FADE_S: f64 = 0.1;
+
+/// No motor turns faster, rad/s: an error that changes faster is another reference, or was misread.
+pub const TOP_SPEED_RAD_PER_S: f64 = 1e4;
 
 /// What a servo is tuned to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gains {
-    /// Δ, s.
+    /// Δ > 0, s.
     pub period_s: f64,
-    /// k_p, 1/s.
+    /// k_p ≥ 0, 1/s.
     pub position_per_s: f64,
-    /// k_v, N·m·s/rad.
+    /// k_v ≥ 0, N·m·s/rad.
     pub velocity_nms_per_rad: f64,
-    /// ω_i, rad/s.
+    /// ω_i ≥ 0, rad/s.
     pub integral_rad_per_s: f64,
-    /// Corner of the velocity filter, rad/s.
+    /// Corner of the velocity filter, above 0, rad/s.
     pub filter_rad_per_s: f64,
-    /// Most torque either way, N·m.
+    /// Most torque either way, above 0, N·m.
     pub limit_nm: f64,
 }
+
+/// A gain that is none.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GainsError {
+    /// Its field in [`Gains`].
+    pub gain: &'static str,
+    /// What it was.
+    pub value: f64,
+}
+
+impl fmt::Display for GainsError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{} = {} must be finite and not negative; period_s, filter_rad_per_s and limit_nm must be above zero",
+            self.gain, self.value
+        )
+    }
+}
+
+impl core::error::Error for GainsError {}
 
 /// A servo; its state is apart.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,6 +71,8 @@ pub struct Cascade<S> {
     integral: S,
     filter: S,
     limit: S,
+    largest_change: S,
+    fade: S,
 }
 
 /// What a servo remembers.
@@ -42,33 +81,108 @@ pub struct CascadeState<S> {
     error: S,
     velocity: S,
     integral: S,
+    /// The last torque.
+    torque: S,
+    /// What other gains would change the torque by, on its way to zero.
+    gap: S,
+    bridges: bool,
+    refused: bool,
 }
 
 impl<S: Float> Cascade<S> {
     /// A servo of these gains.
-    pub fn new(gains: &Gains) -> Self {
-        Self {
-            rate: S::from_f64(1.0 / gains.period_s),
-            position: S::from_f64(gains.position_per_s),
-            velocity: S::from_f64(gains.velocity_nms_per_rad),
-            integral: S::from_f64(gains.velocity_nms_per_rad * gains.integral_rad_per_s * gains.period_s),
-            filter: S::from_f64(-libm::expm1(-gains.filter_rad_per_s * gains.period_s)),
-            limit: S::from_f64(gains.limit_nm),
+    ///
+    /// # Errors
+    /// [`GainsError`]: the first that is NaN, infinite, negative, or zero where it must not be, also as the scalar rounds it.
+    pub fn new(gains: &Gains) -> Result<Self, GainsError> {
+        let Gains { period_s, position_per_s, velocity_nms_per_rad, integral_rad_per_s, filter_rad_per_s, limit_nm } =
+            *gains;
+        for (gain, value, zero, most) in [
+            ("period_s", period_s, false, LONGEST_PERIOD_S),
+            ("position_per_s", position_per_s, true, f64::INFINITY),
+            ("velocity_nms_per_rad", velocity_nms_per_rad, true, f64::INFINITY),
+            ("integral_rad_per_s", integral_rad_per_s, true, f64::INFINITY),
+            ("filter_rad_per_s", filter_rad_per_s, false, f64::INFINITY),
+            ("limit_nm", limit_nm, false, f64::INFINITY),
+        ] {
+            // A NaN compares false.
+            let positive = value > 0.0 && S::from_f64(value) > S::ZERO || zero && value == 0.0;
+            if !positive || value > most || !S::from_f64(value).is_finite() {
+                return Err(GainsError { gain, value });
+            }
         }
+        let integral = velocity_nms_per_rad * integral_rad_per_s * period_s;
+        for (gain, value, rounded) in
+            [("period_s", period_s, 1.0 / period_s), ("integral_rad_per_s", integral_rad_per_s, integral)]
+        {
+            if !S::from_f64(rounded).is_finite() {
+                return Err(GainsError { gain, value });
+            }
+        }
+        Ok(Self {
+            rate: S::from_f64(1.0 / period_s),
+            position: S::from_f64(position_per_s),
+            velocity: S::from_f64(velocity_nms_per_rad),
+            integral: S::from_f64(integral),
+            filter: S::from_f64(-libm::expm1(-filter_rad_per_s * period_s)),
+            limit: S::from_f64(limit_nm),
+            largest_change: S::from_f64(TOP_SPEED_RAD_PER_S * period_s),
+            fade: S::from_f64(limit_nm * (period_s / FADE_S).min(1.0)),
+        })
     }
 
-    /// One period: the position error, rad, and the feed-forward torque, N·m, to the torque, N·m.
+    /// One period: the position error, rad, and the feed-forward torque, N·m, to the torque, N·m, always within the limit.
     #[inline]
     pub fn step(&self, state: &mut CascadeState<S>, error: S, feed_forward: S) -> S {
-        let raw = (error - state.error) * self.rate;
-        state.error = error;
-        state.velocity = state.velocity + self.filter * (raw - state.velocity);
-        let deviation = state.velocity + self.position * error;
-        let asked = feed_forward + self.velocity * deviation + state.integral;
-        let torque = asked.clamp(-self.limit, self.limit);
-        if torque == asked {
-            state.integral = state.integral + self.integral * deviation;
+        let change = error - state.error;
+        let follows = change.abs() <= self.largest_change && !state.refused;
+        let raw = if follows { change * self.rate } else { state.velocity };
+        let velocity = state.velocity + self.filter * (raw - state.velocity);
+        let deviation = velocity + self.position * error;
+        let alone = feed_forward + self.velocity * deviation + state.integral;
+        if !alone.is_finite() {
+            return self.refuse(state);
         }
+        let gap = if state.bridges { state.torque - alone.clamp(-self.limit, self.limit) } else { state.gap };
+        let asked = alone + gap;
+        let torque = asked.clamp(-self.limit, self.limit);
+        let integral = if torque == asked { state.integral + self.integral * deviation } else { state.integral };
+        *state = CascadeState {
+            error,
+            velocity,
+            integral: integral.clamp(-self.limit, self.limit),
+            torque,
+            gap: towards(gap, S::ZERO, self.fade),
+            bridges: false,
+            refused: false,
+        };
         torque
+    }
+
+    /// One period without input: the state stays, the last torque fades.
+    #[cold]
+    #[inline(never)]
+    pub fn refuse(&self, state: &mut CascadeState<S>) -> S {
+        state.refused = true;
+        state.torque = towards(state.torque.clamp(-self.limit, self.limit), S::ZERO, self.fade);
+        state.torque
+    }
+}
+
+impl<S: Float> CascadeState<S> {
+    /// Whether the last period was refused.
+    pub fn is_refused(&self) -> bool {
+        self.refused
+    }
+
+    /// The next period is that of other gains: its torque begins at the last one, and the gap fades.
+    pub fn bridge(&mut self) {
+        self.bridges = true;
+    }
+
+    /// A fresh state that begins at the last torque.
+    #[must_use]
+    pub fn restarted(&self) -> Self {
+        Self { torque: self.torque, bridges: true, ..Self::default() }
     }
 }

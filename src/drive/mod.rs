@@ -44,7 +44,7 @@ pub mod pwm;
 pub mod servo;
 
 pub use as5047p::As5047p;
-pub use cascade::{Cascade, CascadeState, Gains};
+pub use cascade::{Cascade, CascadeState, Gains, GainsError};
 pub use joint::{Fault, Joint};
 pub use pair::{EncoderPair, FromCounts, Mounting, Reading, Setup, SetupError};
 pub use pwm::CentredPwm;

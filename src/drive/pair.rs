@@ -224,10 +224,20 @@ impl<S: FromCounts> EncoderPair<S> {
 
     /// The first reading: the motor is taken to be in the turn that makes the deflection least.
     pub fn start(&self, motor: u32, output: u32) -> Reading<S> {
-        let (mut motor, output) = (self.motor.start(motor), self.output.start(output));
+        let (motor, output) = (self.motor.start(motor), self.output.start(output));
+        self.in_nearest_turn(motor, output)
+    }
+
+    /// The same reading with the motor in the turn that makes the deflection least: after counts that were misread.
+    pub fn find_turn(&self, reading: &Reading<S>) -> Reading<S> {
+        self.in_nearest_turn(reading.motor, reading.output)
+    }
+
+    fn in_nearest_turn(&self, mut motor: Place, output: Place) -> Reading<S> {
         let counts_per_turn = i64::from(self.motor.counts_per_turn);
         let turn = self.motor.weight.wrapping_mul(counts_per_turn);
-        motor.counts -= nearest(self.units(motor.counts, output.counts), turn) * counts_per_turn;
+        let turns = nearest(self.units(motor.counts, output.counts), turn);
+        motor.counts = motor.counts.wrapping_sub(turns.wrapping_mul(counts_per_turn));
         self.reading(motor, output)
     }
 
@@ -329,7 +339,7 @@ pub(crate) const fn gcd(mut a: u64, mut b: u64) -> u64 {
 
 /// a/b to the nearest integer, b > 0.
 const fn nearest(a: i64, b: i64) -> i64 {
-    match (a + b / 2).checked_div_euclid(b) {
+    match a.saturating_add(b / 2).checked_div_euclid(b) {
         Some(quotient) => quotient,
         None => 0,
     }

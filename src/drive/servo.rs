@@ -6,7 +6,7 @@
 use core::fmt;
 
 use super::pair::{EncoderPair, FromCounts, Reading, Setup, SetupError};
-use super::{Cascade, CascadeState, Gains};
+use super::{Cascade, CascadeState, Gains, GainsError};
 use crate::feedforward::{
     Contribution, Controls, Demand, FeedForward, FeedForwardError, FeedForwardState, MotorEncoder, MotorSide, Settings,
 };
@@ -33,6 +33,8 @@ pub enum ServoError {
     Encoders(SetupError),
     /// The gear cannot be fed forward.
     FeedForward(FeedForwardError),
+    /// A gain of the cascade is none.
+    Gains(GainsError),
 }
 
 impl fmt::Display for ServoError {
@@ -40,6 +42,7 @@ impl fmt::Display for ServoError {
         match self {
             Self::Encoders(error) => error.fmt(f),
             Self::FeedForward(error) => error.fmt(f),
+            Self::Gains(error) => error.fmt(f),
         }
     }
 }
@@ -49,6 +52,12 @@ impl core::error::Error for ServoError {}
 impl From<SetupError> for ServoError {
     fn from(error: SetupError) -> Self {
         Self::Encoders(error)
+    }
+}
+
+impl From<GainsError> for ServoError {
+    fn from(error: GainsError) -> Self {
+        Self::Gains(error)
     }
 }
 
@@ -76,6 +85,7 @@ pub struct Servo<S: FromCounts> {
     motor: MotorSide<S>,
     feed_forward: FeedForward<S>,
     cascade: Cascade<S>,
+    largest_deflection: S,
 }
 
 /// What the servo of one joint remembers, with room for `N` turning points.
@@ -86,7 +96,12 @@ pub struct ServoState<S: Float<Carry = S>, const N: usize = 16> {
     seen: Reading<S>,
     /// Where the motor should be, of the period before.
     position: i64,
+    /// The last counts were misread: `seen` is older.
+    misread: bool,
 }
+
+/// A deflection beyond this many rated ones was misread, or the joint is breaking.
+pub const MISREAD_BEYOND: f64 = 4.0;
 
 impl<S: Float<Carry = S> + FromCounts> Servo<S> {
     /// A servo for a gear.
@@ -106,7 +121,8 @@ impl<S: Float<Carry = S> + FromCounts> Servo<S> {
             pair: EncoderPair::new(encoders)?,
             motor: MotorSide::new(&encoder)?,
             feed_forward: FeedForward::new(params, &settings)?,
-            cascade: Cascade::new(gains),
+            cascade: Cascade::new(gains)?,
+            largest_deflection: S::from_f64(MISREAD_BEYOND * params.rated_deflection_rad()),
         })
     }
 
@@ -118,10 +134,31 @@ impl<S: Float<Carry = S> + FromCounts> Servo<S> {
             cascade: CascadeState::default(),
             seen,
             position: self.motor.position(counts, S::ZERO),
+            misread: false,
         }
     }
 
-    /// One period: the raw counts that motor and output have at its start, to the torque that is to act in the next one, N·m.
+    /// Goes on with a state that the servo `before` had: other parameters, settings or gains with the loop running. The encoders are the same. The torque begins at
+    /// the last one: what the feed-forward would change comes within [`Settings::ramp_s`] and its slew limits, what the gains would within
+    /// [`FADE_S`](super::cascade::FADE_S).
+    pub fn take_over<const N: usize>(&self, before: &Self, state: &mut ServoState<S, N>) {
+        self.feed_forward.take_over(&before.feed_forward, &mut state.feed_forward);
+        state.cascade.bridge();
+    }
+
+    /// Starts anew from raw counts with the loop running: the gear's past is unknown, the torque begins at the last one.
+    pub fn restart<const N: usize>(&self, state: &mut ServoState<S, N>, motor: u32, output: u32, counts: i64) {
+        state.seen = self.pair.start(motor, output);
+        self.feed_forward.restart(&mut state.feed_forward, state.seen.deflection);
+        state.cascade = state.cascade.restarted();
+        state.position = self.motor.position(counts, state.feed_forward.contribution().offset);
+        state.misread = false;
+    }
+
+    /// One period: the raw counts that motor and output have at its start, to the torque that is to act in the next one, N·m, always within the limit.
+    ///
+    /// Input that is none is refused: [`FeedForward`] and [`Cascade`] say how each goes on. Counts that give a deflection beyond [`MISREAD_BEYOND`] rated ones, in
+    /// whatever turn the motor is, were misread: the period that would work on them is one without input.
     #[inline]
     pub fn period<const N: usize>(
         &self,
@@ -135,8 +172,21 @@ impl<S: Float<Carry = S> + FromCounts> Servo<S> {
         let offset = self.feed_forward.step(&mut state.feed_forward, controls, &demand).offset;
         let position = core::mem::replace(&mut state.position, self.motor.position(reference.counts, offset));
         let error = self.motor.error(position, &state.seen.motor);
-        state.seen = self.pair.follow(&state.seen, motor, output);
+        let misread = state.misread;
+        let seen = self.pair.follow(&state.seen, motor, output);
+        let seen = if self.is_plausible(&seen) { seen } else { self.pair.find_turn(&seen) };
+        state.misread = !self.is_plausible(&seen);
+        if !state.misread {
+            state.seen = seen;
+        }
+        if misread {
+            return self.cascade.refuse(&mut state.cascade);
+        }
         self.cascade.step(&mut state.cascade, error, reference.feed_forward)
+    }
+
+    fn is_plausible(&self, seen: &Reading<S>) -> bool {
+        seen.deflection.abs() <= self.largest_deflection
     }
 }
 
@@ -144,6 +194,11 @@ impl<S: Float<Carry = S> + FromCounts, const N: usize> ServoState<S, N> {
     /// What the encoders said last.
     pub fn seen(&self) -> &Reading<S> {
         &self.seen
+    }
+
+    /// Whether the last period had no input to work on: it was not finite, or the counts were misread.
+    pub fn is_refused(&self) -> bool {
+        self.cascade.is_refused()
     }
 
     /// What the gear's feed-forward adds.

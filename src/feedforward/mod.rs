@@ -15,6 +15,12 @@
 //! switching makes no step: a period adds at most Δ/ramp of the contribution. What another source would change comes as slowly. Then each is limited in its
 //! change, whatever the cause. The memory goes on while the contribution is off.
 //!
+//! **Bad input.** Where the torque or the measured deflection is NaN, infinite or absurd, or [quarantined](crate::Gear::with_largest_step), the memory stays as it was and
+//! the last good contribution fades with the gain; it comes back with the gain.
+//!
+//! **Other parameters, another start.** [`FeedForward::take_over`] and [`FeedForward::restart`] change them while the loop runs: the contribution goes on from where it is, what is
+//! between the two fades within [`Settings::ramp_s`] and the slew limits. Reversals keep their deflections, their torques are computed anew.
+//!
 //! **Start.** After power-up the loop y (z without its single-valued part z_s) is known within ±U only ([`Gear::start_uncertainty`](crate::Gear::start_uncertainty)),
 //! U_0 = hA for a gear at θ = 0. It enters with the weight
 //!
@@ -114,7 +120,7 @@ pub struct Contribution<S> {
     pub certainty: S,
     /// The torque lies beyond the invertible range: θ* is its edge.
     pub saturated: bool,
-    /// Torque or measured deflection was NaN, infinite or absurd: θ* and z are those of the period before.
+    /// Torque or measured deflection was NaN, infinite, absurd or quarantined: θ* and z are those of the period before, the gain fades.
     pub refused: bool,
     /// A slew limit holds the contribution back.
     pub slewing: bool,
@@ -141,6 +147,8 @@ pub struct FeedForwardState<S: Scalar, const N: usize = 16, L: MemoryLaw<S> = An
     /// What `wanted` lost when the source changed, and how much of it is still made up for.
     gap: [S; 2],
     bridge: S,
+    /// The memory is another than in the period before.
+    renewed: bool,
     contribution: Contribution<S>,
 }
 
@@ -181,8 +189,21 @@ impl<S: Scalar, L: Invertible<S>> FeedForward<S, L> {
             source: Source::default(),
             gap: [S::ZERO; 2],
             bridge: S::ZERO,
+            renewed: false,
             contribution: Contribution::default(),
         }
+    }
+
+    /// Goes on with a state that the feed-forward `before` had: other parameters with the loop running. The contribution does not jump.
+    pub fn take_over<const N: usize>(&self, before: &Self, state: &mut FeedForwardState<S, N, L>) {
+        self.inverse.gear().take_over(before.inverse.gear(), &mut state.gear);
+        state.renewed = true;
+    }
+
+    /// Starts the memory anew at the measured deflection, its past unknown, with the loop running. The contribution does not jump.
+    pub fn restart<const N: usize>(&self, state: &mut FeedForwardState<S, N, L>, deflection: S) {
+        state.gear = self.inverse.gear().start(deflection);
+        state.renewed = true;
     }
 
     /// One control period.
@@ -197,12 +218,14 @@ impl<S: Scalar, L: Invertible<S>> FeedForward<S, L> {
         let (solution, now) = match controls.source {
             Source::Reference => self.inverse.commit(&mut state.gear, demand.torque),
             Source::Measurement => {
-                let now = gear.step(&mut state.gear, demand.deflection);
+                let now = gear.step_within(&mut state.gear, demand.deflection, self.steps.largest);
                 (self.inverse.peek(&state.gear, demand.torque), now)
             }
         };
         let certainty = self.certainty(&state.gear);
-        let refused = solution.refused || state.gear.status().refused;
+        let status = state.gear.status();
+        let refused = solution.refused || status.refused || status.quarantined;
+        state.renewed |= status.restarted;
         if !refused {
             let mut wanted = [solution.theta, now.hysteresis];
             if certainty < S::ONE {
@@ -211,7 +234,9 @@ impl<S: Scalar, L: Invertible<S>> FeedForward<S, L> {
             state.want(controls.source, wanted, self.steps.gain);
         }
         let last = state.contribution;
-        let ratio = if controls.on { controls.ratio.clamp(S::ZERO, S::ONE) } else { S::ZERO };
+        // A NaN compares false.
+        let feeds = controls.on && !refused && controls.ratio > S::ZERO;
+        let ratio = if feeds { controls.ratio.min(S::ONE) } else { S::ZERO };
         let gain = towards(last.gain, ratio, self.steps.gain);
         let [offset, hysteresis] = state.wanted.map(|wanted| gain * wanted);
         let contribution = Contribution {
@@ -263,18 +288,19 @@ impl<S: Scalar, L: Invertible<S>> FeedForward<S, L> {
 
 /// From `from` to `to` by no more than `step`.
 #[inline]
-fn towards<S: Scalar>(from: S, to: S, step: S) -> S {
+pub(crate) fn towards<S: Scalar>(from: S, to: S, step: S) -> S {
     let way = to - from;
     if way.abs() <= step { to } else { from + way.clamp(-step, step) }
 }
 
 impl<S: Scalar, const N: usize, L: MemoryLaw<S>> FeedForwardState<S, N, L> {
-    /// Follows what is wanted; from another source than before, the gap between the two fades away by `step` a period.
+    /// Follows what is wanted; from another source or memory than before, the gap between the two fades away by `step` a period.
     #[inline]
     fn want(&mut self, source: Source, wanted: [S; 2], step: S) {
         let gap = |of: usize| self.wanted[of] - wanted[of];
-        if source != self.source {
+        if source != self.source || self.renewed {
             (self.source, self.gap, self.bridge) = (source, [gap(0), gap(1)], S::ONE);
+            self.renewed = false;
         }
         self.bridge = towards(self.bridge, S::ZERO, step);
         let [offset, hysteresis] = self.gap.map(|gap| gap * self.bridge);

@@ -17,12 +17,21 @@ pub struct Settings {
     pub offset_slew_rad_per_s: f64,
     /// The most that the hysteresis torque changes, N·m/s; may be infinite.
     pub torque_slew_nm_per_s: f64,
+    /// The top speed of the deflection, rad/s; may be infinite. Along the measurement a sample that it does not allow is
+    /// [quarantined](crate::Gear::with_largest_step).
+    pub largest_rate_rad_per_s: f64,
 }
 
 impl Default for Settings {
-    /// 1 kHz, a ramp of half a second, no slew limits.
+    /// 1 kHz, a ramp of half a second, no slew limits, no top speed.
     fn default() -> Self {
-        Self { period_s: 1e-3, ramp_s: 0.5, offset_slew_rad_per_s: f64::INFINITY, torque_slew_nm_per_s: f64::INFINITY }
+        Self {
+            period_s: 1e-3,
+            ramp_s: 0.5,
+            offset_slew_rad_per_s: f64::INFINITY,
+            torque_slew_nm_per_s: f64::INFINITY,
+            largest_rate_rad_per_s: f64::INFINITY,
+        }
     }
 }
 
@@ -73,17 +82,20 @@ pub(super) struct Steps<S> {
     pub(super) gain: S,
     pub(super) offset: S,
     pub(super) torque: S,
+    /// Of the measured deflection.
+    pub(super) largest: S,
 }
 
 impl Settings {
     /// A step that the scalar cannot tell from none counts as its spacing next to 1, that nothing stands still.
     pub(super) fn steps<S: Scalar>(&self, params: &Params) -> Result<Steps<S>, FeedForwardError> {
-        let Self { period_s, ramp_s, offset_slew_rad_per_s, torque_slew_nm_per_s } = *self;
+        let Self { period_s, ramp_s, offset_slew_rad_per_s, torque_slew_nm_per_s, largest_rate_rad_per_s } = *self;
         for (setting, value, most) in [
             ("period_s", period_s, f64::MAX),
             ("ramp_s", ramp_s, f64::MAX),
             ("offset_slew_rad_per_s", offset_slew_rad_per_s, f64::INFINITY),
             ("torque_slew_nm_per_s", torque_slew_nm_per_s, f64::INFINITY),
+            ("largest_rate_rad_per_s", largest_rate_rad_per_s, f64::INFINITY),
         ] {
             // A NaN compares false.
             if !(value > 0.0 && value <= most) {
@@ -100,6 +112,10 @@ impl Settings {
             gain: step(1.0 / ramp_s, 1.0),
             offset: step(offset_slew_rad_per_s, a),
             torque: step(torque_slew_nm_per_s, scale),
+            // No gear is accepted as far apart as this.
+            largest: S::from_f64(
+                (largest_rate_rad_per_s * period_s / a).min(2.0 * S::REFUSED_BEYOND) * if S::SI { a } else { 1.0 },
+            ),
         })
     }
 }

@@ -12,15 +12,6 @@ struct SingleValued<'a, S> {
     e: S,
 }
 
-impl<S: Scalar> SingleValued<'_, S> {
-    /// The torque and e·u·g.
-    #[inline]
-    fn torque(&self, u: S, square: S, g: S) -> (S, S) {
-        let eug = self.e * (u * g);
-        (self.spring.torque(u, square) - eug, eug)
-    }
-}
-
 /// The same with the loop, h·η(u) = level + (linear + quadratic·u)·u.
 struct Loop<'a, S> {
     single: SingleValued<'a, S>,
@@ -156,8 +147,9 @@ impl<S: Scalar> Invertible<S> for Masing<S> {
         let single = SingleValued { spring, e: self.e };
         let (u, g) = (task.frame.fraction(theta), task.frame.gate(theta));
         let outside = u.abs() > *reach;
-        let (now, _) = single.torque(u, u * u, g);
-        let missing = task.torque - (now + self.h * state.eta());
+        // A deflection outside may lie beyond κA.
+        let elastic = task.elastic.torque(u);
+        let missing = task.torque - (elastic - self.e * (u * g) + self.h * state.eta());
         if missing.abs() <= limits.tolerance && !outside {
             return Solution::held(theta);
         }

@@ -44,7 +44,8 @@ pub(crate) use range::Monotony;
 pub use range::{InverseError, invertible_range, least_rising_slope};
 pub use solve::MOST_STEPS;
 
-use crate::gear::{Gear, Output, State};
+use crate::elastic::ElasticTorque;
+use crate::gear::{Gear, Output, PeriodError, State};
 use crate::memory::{AnyLaw, Frame, MemoryLaw, VaryingPeriod};
 use crate::params::{Gate, Params};
 use crate::scalar::{Float, Scalar};
@@ -106,6 +107,7 @@ impl<S> Solution<S> {
 #[derive(Debug)]
 pub struct Task<'a, S> {
     frame: &'a Frame<S>,
+    elastic: &'a ElasticTorque<S>,
     solver: &'a Solver<S>,
     /// T*/T_A.
     torque: S,
@@ -138,10 +140,10 @@ impl<S: Float> InvertibleAfter<S> for crate::memory::masing::Masing<S> {}
 impl<S: Float> InvertibleAfter<S> for crate::memory::phase::Phase<S> {}
 
 impl<S: Float> Inverse<S> {
-    /// The inverse of the gear of these parameters. In law `time` every sample counts as simultaneous with the last.
+    /// The inverse of the gear of these parameters, laws `masing` and `phase`: law `time` needs [`with_period`](Self::with_period).
     ///
     /// # Errors
-    /// Parameters without an invertible range.
+    /// Parameters without an invertible range; law `time`.
     pub fn new(params: &Params) -> Result<Self, InverseError> {
         Self::with_period(params, 0.0)
     }
@@ -161,6 +163,7 @@ impl<S: Scalar, L: Invertible<S>> Inverse<S, L> {
     /// # Errors
     /// Parameters without an invertible range, a period that is no time, numbers beyond the format.
     pub fn of(params: &Params, law: L, longest_period_s: f64) -> Result<Self, InverseError> {
+        PeriodError::check(params.memory().law, longest_period_s)?;
         let monotony = Monotony::of::<S>(params, longest_period_s)?;
         let gear = Gear::with_law(params, law);
         Ok(Self::with_monotony(gear, params.torque_scale_nm(), &monotony, longest_period_s))
@@ -179,7 +182,7 @@ impl<S: Scalar, L: Invertible<S>> Inverse<S, L> {
         // Short of the edge by its rounding, so that no solution lies beyond.
         let inner = if reach < 1.0 { reach * (1.0 - 4.0 * S::EPSILON) } else { reach };
         let solver = Solver {
-            spring: Spring::new(gear.elastic()),
+            spring: Spring::new(gear.elastic().polynomial()),
             limits: Limits {
                 tolerance: S::from_f64(tolerance),
                 last_step: S::from_f64(libm::cbrt(6.0 * tolerance / third)),
@@ -234,7 +237,12 @@ impl<S: Scalar, L: Invertible<S>> Inverse<S, L> {
     #[inline]
     pub fn commit<const N: usize>(&self, state: &mut State<S, N, L>, torque: S) -> (Solution<S>, Output<S>) {
         let solution = self.peek(state, torque);
-        let output = if solution.refused { self.gear.output(state) } else { self.gear.step(state, solution.theta) };
+        let output = if solution.refused {
+            self.gear.output(state)
+        } else {
+            // What the inverse asks for is no measurement.
+            self.gear.step_within(state, solution.theta, S::from_f64(S::LARGEST))
+        };
         (solution, output)
     }
 
@@ -247,7 +255,8 @@ impl<S: Scalar, L: Invertible<S>> Inverse<S, L> {
     /// What the law is asked.
     #[inline]
     fn task(&self, torque: S) -> Task<'_, S> {
-        Task { frame: self.gear.frame(), solver: &self.solver, torque: torque.normalise(self.inverse_torque_scale) }
+        let torque = torque.normalise(self.inverse_torque_scale);
+        Task { frame: self.gear.frame(), elastic: self.gear.elastic(), solver: &self.solver, torque }
     }
 }
 
@@ -275,7 +284,8 @@ impl<S: Float, L: InvertibleAfter<S>> Inverse<S, L> {
         let output = if solution.refused {
             self.gear.output(state)
         } else {
-            self.gear.step_after(state, solution.theta, period_s)
+            self.gear.advance_after(state, solution.theta, period_s);
+            self.gear.output(state)
         };
         (solution, output)
     }

@@ -37,7 +37,7 @@ impl<S: Float> Invertible<S> for Phase<S> {
     fn solve<const N: usize>(&self, task: &Task<S>, state: &PhaseState<S>, theta: S) -> Solution<S> {
         let z = MemoryLaw::<S>::torque::<N>(self, task.frame, state, theta);
         let u = task.frame.fraction(theta);
-        let missing = task.torque - (task.solver.spring.torque(u, u * u) + z);
+        let missing = task.torque - (task.elastic.torque(u) + z);
         if missing.abs() <= task.solver.limits.tolerance && u.abs() <= task.solver.reach {
             return Solution::held(theta);
         }

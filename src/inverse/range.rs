@@ -3,7 +3,7 @@
 use core::fmt;
 
 use crate::elastic::Polynomial;
-use crate::gear::LONGEST_PERIOD_S;
+use crate::gear::{LONGEST_PERIOD_S, PeriodError};
 use crate::memory::phase::Phase;
 use crate::memory::time::Time;
 use crate::params::{Gate, Kernel, Law, Params};
@@ -19,7 +19,7 @@ pub enum InverseError {
         /// The least slope dT/dθ about θ = 0, N·m/rad.
         slope_nm_per_rad: f64,
     },
-    /// The longest sample period is no time, or beyond [`LONGEST_PERIOD_S`].
+    /// The longest sample period is no time, 0 in law `time`, or beyond [`LONGEST_PERIOD_S`].
     Period {
         /// What it was, s.
         period_s: f64,
@@ -41,9 +41,7 @@ impl fmt::Display for InverseError {
                 "law {} with these parameters has no inverse: the torque can fall while the deflection rises through zero (least slope {slope_nm_per_rad:.3e} N·m/rad)",
                 law.name()
             ),
-            Self::Period { period_s } => {
-                write!(f, "the sample period {period_s} s must be between 0 and {LONGEST_PERIOD_S} s")
-            }
+            Self::Period { period_s } => PeriodError { period_s: *period_s }.fmt(f),
             Self::Format { number, largest } => write!(
                 f,
                 "these parameters have no inverse in fixed point: their torque bends by {number} rated torques over the rated deflection, and numbers end at {largest}; invert them in floating point"
@@ -53,6 +51,12 @@ impl fmt::Display for InverseError {
 }
 
 impl core::error::Error for InverseError {}
+
+impl From<PeriodError> for InverseError {
+    fn from(PeriodError { period_s }: PeriodError) -> Self {
+        Self::Period { period_s }
+    }
+}
 
 /// The largest r up to which the torque increases with the deflection for all abs(θ) ≤ rA, whatever the past (MODEL.md section 4): in both
 /// directions and at every memory that a past within ±A can leave. In law `time` at every sample period up to the longest.

@@ -90,6 +90,36 @@ impl<S: Float> MemoryLaw<S> for AnyLaw<S> {
         dispatch!(self, state, S::ZERO, |law, state| law.start_uncertainty::<N>(frame, state, theta))
     }
 
+    fn take_over<const N: usize>(
+        &self,
+        frame: &Frame<S>,
+        (law, old_frame): (&Self, &Frame<S>),
+        state: &AnyMemory<S, N>,
+        theta: S,
+    ) -> AnyMemory<S, N> {
+        match (self, law, state) {
+            (Self::Masing(new), Self::Masing(old), AnyMemory::Masing(state)) => {
+                AnyMemory::Masing(new.take_over(frame, (old, old_frame), state, theta))
+            }
+            (Self::Phase(new), Self::Phase(old), AnyMemory::Phase(state)) => {
+                AnyMemory::Phase(new.take_over::<N>(frame, (old, old_frame), state, theta))
+            }
+            (Self::Time(new), Self::Time(old), AnyMemory::Time(state)) => {
+                AnyMemory::Time(new.take_over::<N>(frame, (old, old_frame), state, theta))
+            }
+            // What another law remembers says nothing here.
+            _ => self.start(frame, theta),
+        }
+    }
+
+    fn doubt<const N: usize>(&self, frame: &Frame<S>, state: &mut AnyMemory<S, N>, theta: S) {
+        dispatch!(self, state, (), |law, state| law.doubt::<N>(frame, state, theta));
+    }
+
+    fn has_period(&self) -> bool {
+        if let Self::Time(law) = self { law.has_period() } else { true }
+    }
+
     fn merged_pairs<const N: usize>(&self, state: &AnyMemory<S, N>) -> u32 {
         dispatch!(self, state, 0, |law, state| law.merged_pairs::<N>(state))
     }

@@ -200,6 +200,19 @@ impl<S: Scalar, const N: usize> Path<S, N> {
         self.eta
     }
 
+    /// The same turns in another frame: their angles stay, η is computed anew.
+    fn anew(&self, frame: &Frame<S>, half_play: S) -> Self {
+        let mut path = Self { merged_pairs: self.merged_pairs, ..Self::start(self.origin) };
+        // The first turning point only mirrors the second.
+        for point in self.turning_points.iter().skip(1) {
+            path.step(frame, S::ZERO, point.theta);
+        }
+        path.step(frame, S::ZERO, self.filtered);
+        path.farthest = self.farthest;
+        path.see_ahead(frame, half_play);
+        path
+    }
+
     /// η at the next deflection, without moving there.
     pub fn peek(&self, frame: &Frame<S>, half_play: S, theta: S) -> S {
         let Some((theta, sign)) = self.moved(half_play, theta) else { return self.eta };
@@ -260,6 +273,14 @@ impl<S: Scalar, const N: usize> Path<S, N> {
         self.branch = branch;
         self.glide = Glide::new(frame, half_play, self.sign, &self.branch, target);
     }
+
+    /// The short way of the present branch.
+    fn see_ahead(&mut self, frame: &Frame<S>, half_play: S) {
+        if self.sign != S::ZERO {
+            let target = self.turning_points.last_chunk::<2>().map(|[target, _]| target.theta);
+            self.glide = Glide::new(frame, half_play, self.sign, &self.branch, target);
+        }
+    }
 }
 
 /// The coefficients of law `masing`.
@@ -294,8 +315,6 @@ impl<S: Float> VaryingPeriod<S> for Masing<S> {
 }
 
 impl<S: Scalar> MemoryLaw<S> for Masing<S> {
-    const GLIDES_IN_RANGE: bool = false;
-
     type State<const N: usize> = Path<S, N>;
 
     fn start<const N: usize>(&self, _frame: &Frame<S>, theta: S) -> Path<S, N> {
@@ -323,6 +342,20 @@ impl<S: Scalar> MemoryLaw<S> for Masing<S> {
 
     fn start_uncertainty<const N: usize>(&self, frame: &Frame<S>, state: &Path<S, N>, _theta: S) -> S {
         self.h * state.start_uncertainty(frame)
+    }
+
+    fn take_over<const N: usize>(
+        &self,
+        frame: &Frame<S>,
+        _before: (&Self, &Frame<S>),
+        state: &Path<S, N>,
+        _theta: S,
+    ) -> Path<S, N> {
+        state.anew(frame, self.half_play)
+    }
+
+    fn doubt<const N: usize>(&self, _frame: &Frame<S>, state: &mut Path<S, N>, _theta: S) {
+        state.farthest = [-state.filtered, state.filtered];
     }
 
     fn merged_pairs<const N: usize>(&self, state: &Path<S, N>) -> u32 {

@@ -39,9 +39,6 @@ pub trait VaryingPeriod<S: Float>: MemoryLaw<S> {
 
 /// A memory law with its coefficients; its state is apart, so that one set of coefficients serves many gears of a kind.
 pub trait MemoryLaw<S: Scalar>: Copy {
-    /// Whether every sample within ±A takes little, so that [`glide`](Self::glide) seldom fails.
-    const GLIDES_IN_RANGE: bool = true;
-
     /// What the law remembers, with room for `N` turning points.
     type State<const N: usize>: Clone;
 
@@ -71,6 +68,23 @@ pub trait MemoryLaw<S: Scalar>: Copy {
 
     /// How far z/T_A may be off because the past before the start is unknown.
     fn start_uncertainty<const N: usize>(&self, frame: &Frame<S>, state: &Self::State<N>, theta: S) -> S;
+
+    /// The memory that a state of this law with other coefficients becomes: the path in input units stays, torques are computed anew.
+    fn take_over<const N: usize>(
+        &self,
+        frame: &Frame<S>,
+        before: (&Self, &Frame<S>),
+        state: &Self::State<N>,
+        theta: S,
+    ) -> Self::State<N>;
+
+    /// The present deflection may have been an outlier: from here on the past counts as unknown, the torque stays.
+    fn doubt<const N: usize>(&self, frame: &Frame<S>, state: &mut Self::State<N>, theta: S);
+
+    /// Whether the law knows the sample period that [`step`](Self::step) needs.
+    fn has_period(&self) -> bool {
+        true
+    }
 
     /// Pairs of turning points given up so far because the stack was full.
     fn merged_pairs<const N: usize>(&self, _state: &Self::State<N>) -> u32 {

@@ -143,10 +143,35 @@ impl<S: Float> MemoryLaw<S> for Phase<S> {
         }
         within
     }
+
     #[inline]
     fn torque<const N: usize>(&self, _frame: &Frame<S>, state: &PhaseState<S>, _theta: S) -> S {
         let memory = state.memory(self);
         if self.gate == Gate::Cycle { state.g * memory } else { memory }
+    }
+
+    fn take_over<const N: usize>(
+        &self,
+        frame: &Frame<S>,
+        (law, _): (&Self, &Frame<S>),
+        state: &PhaseState<S>,
+        theta: S,
+    ) -> PhaseState<S> {
+        let size = |law: &Self| law.in_phase.abs() + law.quadrature.abs();
+        let (old, new) = (size(law), size(self));
+        // A memory that was none tells nothing of a strong one.
+        if old <= S::HALF * S::HALF * new {
+            return MemoryLaw::<S>::start::<N>(self, frame, theta);
+        }
+        // The transient is as large beside the steady state as it was.
+        let scale = new.over(old);
+        let (u, g) = (frame.clamped_fraction(theta), frame.gate(theta));
+        let [transient, uncertainty] = [state.transient, state.uncertainty].map(|part| part * scale);
+        PhaseState { u, g, transient, uncertainty, ..*state }
+    }
+
+    fn doubt<const N: usize>(&self, _frame: &Frame<S>, state: &mut PhaseState<S>, _theta: S) {
+        state.uncertainty = self.in_phase.abs() + self.quadrature.abs();
     }
 
     fn start_uncertainty<const N: usize>(&self, _frame: &Frame<S>, state: &PhaseState<S>, _theta: S) -> S {

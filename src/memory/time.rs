@@ -10,6 +10,7 @@
 //! in the last place in `f32`.
 
 use super::{Frame, MemoryLaw, VaryingPeriod};
+use crate::gear::LONGEST_PERIOD_S;
 use crate::params::{Gate, Kernel, Params};
 use crate::scalar::{Float, Scalar};
 
@@ -21,6 +22,7 @@ pub struct Time<S: Scalar> {
     /// The largest m/T_A that a past within ±A can leave, its part without and its part with abs(θ)/A.
     bound: [S; 2],
     gate: Gate,
+    has_period: bool,
 }
 
 /// What does not depend on the sample period.
@@ -122,9 +124,12 @@ impl<S: Float> Rates<S> {
 }
 
 impl<S: Scalar> Time<S> {
-    /// The coefficients of a gear at the sample period Δ ≥ 0 (s), whatever the law that its parameters name.
+    /// The coefficients of a gear at the sample period Δ > 0 (s), whatever the law that its parameters name. With another period, or one beyond
+    /// [`LONGEST_PERIOD_S`], the law has none: a gear then refuses every sample that does not bring its own.
     pub fn new(params: &Params, period_s: f64) -> Self {
         let rates = Rates::new(params);
+        let has_period = period_s > 0.0 && period_s <= LONGEST_PERIOD_S;
+        let period_s = if has_period { period_s } else { 0.0 };
         let TimeStep { forgotten, level, increment } = rates.over(period_s);
         let bound = match rates.kernel {
             // Without forgetting there is no bound: as good as unknown.
@@ -132,13 +137,14 @@ impl<S: Scalar> Time<S> {
             Kernel::Rate => [rates.gain, rates.gain],
         };
         let step = [forgotten, level, increment].map(S::gain_from_f64);
-        Self::of(rates, params.memory().gate, step, bound.map(S::from_f64))
+        Self { has_period, ..Self::of(rates, params.memory().gate, step, bound.map(S::from_f64)) }
     }
 
-    /// The law of its rates and of coefficients that are rounded already: what a step forgets, adds per level and per increment; the largest m.
+    /// The law of its rates and of coefficients that are rounded already, at a period: what a step forgets, adds per level and per increment; the largest m.
     pub(crate) fn of(rates: Rates<f64>, gate: Gate, step: [S::Gain; 3], bound: [S; 2]) -> Self {
         let [forgotten, level, increment] = step;
-        Self { rates: rates.cast(), step: TimeStep { forgotten, level, increment }, bound, gate }
+        let step = TimeStep { forgotten, level, increment };
+        Self { rates: rates.cast(), step, bound, gate, has_period: true }
     }
 
     /// The coefficients of a step and the largest m, as [`of`](Self::of) takes them.
@@ -223,6 +229,33 @@ impl<S: Scalar> MemoryLaw<S> for Time<S> {
     #[inline]
     fn torque<const N: usize>(&self, frame: &Frame<S>, state: &TimeState<S>, theta: S) -> S {
         self.gated(frame, state.memory, theta)
+    }
+
+    fn take_over<const N: usize>(
+        &self,
+        frame: &Frame<S>,
+        (law, old_frame): (&Self, &Frame<S>),
+        state: &TimeState<S>,
+        theta: S,
+    ) -> TimeState<S> {
+        let (old, new) = (law.rates.gain, self.rates.gain);
+        // A memory that was none tells nothing of a strong one.
+        if law.rates.kernel != self.rates.kernel || old <= S::HALF * S::HALF * S::HALF * new {
+            return MemoryLaw::<S>::start::<N>(self, frame, theta);
+        }
+        // m is proportional to α.
+        let scale = new.over(old) * old_frame.rated().over(frame.rated());
+        let [memory, uncertainty] = [state.memory, state.uncertainty].map(|part| part * scale);
+        TimeState { memory, uncertainty, carry: S::Carry::default(), ..*state }
+    }
+
+    fn doubt<const N: usize>(&self, _frame: &Frame<S>, state: &mut TimeState<S>, _theta: S) {
+        let [fixed, per_fraction] = self.bound;
+        state.uncertainty = fixed + per_fraction;
+    }
+
+    fn has_period(&self) -> bool {
+        self.has_period
     }
 
     fn start_uncertainty<const N: usize>(&self, frame: &Frame<S>, state: &TimeState<S>, theta: S) -> S {

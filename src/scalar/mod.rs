@@ -110,9 +110,16 @@ pub trait Scalar:
         if self < other { self } else { other }
     }
 
-    /// x limited to [low, high].
+    /// x limited to [low, high]; NaN stays NaN, so that no limit is ever taken for it.
+    #[inline]
     fn clamp(self, low: Self, high: Self) -> Self {
-        self.max(low).min(high)
+        if self < low {
+            low
+        } else if self > high {
+            high
+        } else {
+            self
+        }
     }
 }
 

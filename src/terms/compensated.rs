@@ -25,7 +25,8 @@ pub struct Total<S> {
     pub base: Output<S>,
     /// The corrected deflection, rad.
     pub deflection: S,
-    /// The sample was none (NaN, infinite, an absurd deflection): nothing moved, and the torques are those of the last good sample.
+    /// The sample was none (NaN, infinite, an absurd deflection): nothing moved, and the torques are those of the last good sample. They are so, too, where the base
+    /// model [quarantines](crate::Status::quarantined) it.
     pub refused: bool,
 }
 
@@ -40,6 +41,8 @@ pub struct CompensatedState<
     gear: State<S, N, L>,
     stack: StackState<S, K>,
     last: Total<S>,
+    /// What the terms took off the last deflection.
+    correction: S,
 }
 
 impl<S: Float<Carry = S>, L: VaryingPeriod<S>, const K: usize> Compensated<S, L, K> {
@@ -55,7 +58,8 @@ impl<S: Float<Carry = S>, L: VaryingPeriod<S>, const K: usize> Compensated<S, L,
         let gear = self.gear.start::<N>(theta);
         let base = self.gear.output(&gear);
         let refused = !accepted || !corrects;
-        let mut state = CompensatedState { gear, stack, last: Total { refused, ..Total::default() } };
+        let correction = sample.deflection - theta;
+        let mut state = CompensatedState { gear, stack, last: Total { refused, ..Total::default() }, correction };
         state.last = self.finish(&mut state.stack, &sample, theta, base, state.last);
         state
     }
@@ -68,6 +72,11 @@ impl<S: Float<Carry = S>, L: VaryingPeriod<S>, const K: usize> Compensated<S, L,
             state.last.refused = true;
             return state.last;
         }
+        // A step of the encoders is one of the gear, but for what little the terms change in a period.
+        if !self.gear.admits_after(&mut state.gear, sample.deflection - state.correction, sample.period) {
+            state.last.refused = state.gear.status().refused;
+            return state.last;
+        }
         let before = &state.gear;
         let transmitted = |theta| self.gear.peek_after(before, theta, sample.period);
         let theta = self.stack.correct(&mut state.stack, sample, &transmitted);
@@ -76,7 +85,9 @@ impl<S: Float<Carry = S>, L: VaryingPeriod<S>, const K: usize> Compensated<S, L,
             state.last.refused = true;
             return state.last;
         }
-        let base = self.gear.step_after(&mut state.gear, theta, sample.period);
+        self.gear.advance_after(&mut state.gear, theta, sample.period);
+        state.correction = sample.deflection - theta;
+        let base = self.gear.output(&state.gear);
         state.last = self.finish(&mut state.stack, sample, theta, base, Total { refused: false, ..state.last });
         state.last
     }

@@ -75,7 +75,7 @@ pub fn walk(corners: &[f64], step: f64) -> Vec<f64> {
 
 /// Torques along a path, its first sample included; `period_s` counts in law `time` alone.
 pub fn torques(params: &Params, path: &[f64], period_s: f64) -> Vec<f64> {
-    let gear = Gear::<f64>::with_period(params, period_s);
+    let gear = Gear::<f64>::with_period(params, period_s).expect("a period");
     let mut state: State<f64, N> = gear.start(path[0]);
     path.iter()
         .enumerate()

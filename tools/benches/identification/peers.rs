@@ -110,7 +110,7 @@ fn own(recording: &Recording, seeds: usize, method: Method) -> Runs {
 /// θ, θ³, θ⁵, the columns of e and h, and the torque.
 fn columns(recording: &Recording) -> Vec<[f64; 6]> {
     let (elastic, memory) = published();
-    let Ok(params) = Params::new(A, elastic, memory) else { return Vec::new() };
+    let Ok(params) = Params::candidate(A, elastic, memory) else { return Vec::new() };
     let frame = Frame::<f64>::new(&params);
     let deflection = recording.deflection_rad.iter().flatten();
     let mut path: Option<LoopPath<f64, 16>> = None;

@@ -20,7 +20,8 @@ pub fn closed_form(rated_deflection_rad: f64) -> Baseline {
         move |nonlinear| {
             let memory = Memory { alpha: 1.0, beta_per_s: nonlinear[0].exp(), omega_per_s: 1.0, ..Memory::default() };
             let spring = Elastic { c1_nm_per_rad: 1.0, ..Elastic::default() };
-            let form = Params::new(rated_deflection_rad, spring, memory).map(|params| ClosedForm::<f64>::new(&params));
+            let form =
+                Params::candidate(rated_deflection_rad, spring, memory).map(|params| ClosedForm::<f64>::new(&params));
             let mut direction = Direction::default();
             Box::new(move |theta, out| {
                 direction.step(theta);

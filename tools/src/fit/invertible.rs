@@ -132,7 +132,7 @@ impl Bounded<'_> {
     fn params(&self, nonlinear: &[f64], gear: &[f64]) -> Option<Params> {
         let linear = Linear { gear: gear.to_vec(), recordings: Vec::new() };
         let (elastic, memory) = self.assembly.coefficients(nonlinear, &linear, 1.0);
-        Params::new(self.assembly.rated_deflection_rad, elastic, memory).ok()
+        Params::candidate(self.assembly.rated_deflection_rad, elastic, memory).ok()
     }
 
     fn at(&self, nonlinear: &[f64]) -> Option<Held> {

@@ -161,6 +161,7 @@ fn key_of(error: &ParamError) -> &'static str {
         ParamError::NotFinite { parameter }
         | ParamError::NotPositive { parameter, .. }
         | ParamError::Negative { parameter, .. }
+        | ParamError::OutOfRange { parameter, .. }
         | ParamError::NotInLaw { parameter, .. } => parameter.split(' ').next().unwrap_or(parameter),
         ParamError::MixedSigns { .. } => "omega_per_s",
         ParamError::NoSpeed => "beta_per_s",

@@ -214,7 +214,7 @@ fn unit_gear(
     let elastic = Elastic { c1_nm_per_rad: 1.0, c2_nm_per_rad3: 0.0, c3_nm_per_rad5: 0.0 };
     let Structure { law, kernel, gate, .. } = structure;
     let memory = Memory { law, kernel, gate, alpha: 1.0, beta_per_s, omega_per_s, reversal_play_rad: 0.0 };
-    Params::new(rated_deflection_rad, elastic, memory)
+    Params::candidate(rated_deflection_rad, elastic, memory)
 }
 
 struct IntegralPath {

@@ -140,7 +140,7 @@ impl Contribution for WholeGear {
         };
         let elastic = Elastic { c1_nm_per_rad: p[0], c2_nm_per_rad3: p[1], c3_nm_per_rad5: p[2] };
         let memory = Memory { alpha: p[3], beta_per_s: p[4], omega_per_s: p[5], ..self.memory };
-        let params = Params::new(self.rated_deflection_rad, elastic, memory);
+        let params = Params::candidate(self.rated_deflection_rad, elastic, memory);
         let known_start = self.memory.law == Law::Masing || self.known_start.get(index).copied().unwrap_or(false);
         Box::new(GearPath { gear: params.ok().map(|p| Gear::new(&p)), state: None, tip_rad, known_start })
     }

@@ -9,8 +9,16 @@ use crate::machine::{M0, M4F};
 use crate::size::is_panic;
 
 /// What `gmhm.h` declares.
-const FUNCTIONS: [&str; 7] =
-    ["gmhm_init", "gmhm_load", "gmhm_restart", "gmhm_step", "gmhm_invert", "gmhm_get_status", "gmhm_sdo_abort"];
+const FUNCTIONS: [&str; 8] = [
+    "gmhm_init",
+    "gmhm_load",
+    "gmhm_restart",
+    "gmhm_set_largest_step",
+    "gmhm_step",
+    "gmhm_invert",
+    "gmhm_get_status",
+    "gmhm_sdo_abort",
+];
 
 /// Code and constants of the whole library, with terms of every kind; a firmware links less where it calls less.
 const CODE_LIMIT: u64 = 110_000;

@@ -1,4 +1,4 @@
-//! Fuzzing of what takes bytes from outside: blocks, the link, the store. Coverage-guided where it pays, on a stable compiler.
+//! Fuzzing of what takes input from outside: blocks, the link, the store, the control path. Coverage-guided where it pays, on a stable compiler.
 
 use anyhow::{Context, Result};
 use xshell::{Shell, cmd};
@@ -13,16 +13,31 @@ pub const IN_TESTS: u64 = 300_000;
 /// The targets of `fuzz/`, and the longest input of each: several sessions; both slots.
 const TARGETS: [(&str, &str); 2] = [("link", "256"), ("store", "1200")];
 
+/// Seeded tests: what they fuzz, where they are, which of their file, and what a failure means.
+const TESTS: [(&str, &str, &str, &str, &str); 3] = [
+    ("block", "gmhm-host-tests", "block_fuzz", "", "a block was neither refused nor computed with"),
+    (
+        "cascade, feed-forward and servo",
+        "gmhm-host-tests",
+        "control_faults",
+        "fuzzed",
+        "bad input left its limits, or did not pass",
+    ),
+    ("library for C", "gmhm-c", "faults", "fuzzed", "a sample was not answered with finite numbers"),
+];
+
 /// Runs each fuzzer so often, from one seed.
 pub fn run(shell: &Shell, executions: u64, seed: u64) -> Result<()> {
     let (count, seed) = (executions.to_string(), seed.to_string());
-    println!("fuzz: block");
-    cmd!(shell, "cargo test --quiet --locked --package gmhm-host-tests --test block_fuzz -- --nocapture")
-        .env("GMHM_FUZZ", &count)
-        .env("GMHM_FUZZ_SEED", &seed)
-        .quiet()
-        .run()
-        .context("a block was neither refused nor computed with")?;
+    for (what, package, test, filter, failure) in TESTS {
+        println!("fuzz: {what}");
+        cmd!(shell, "cargo test --quiet --locked --package {package} --test {test} -- --nocapture {filter}")
+            .env("GMHM_FUZZ", &count)
+            .env("GMHM_FUZZ_SEED", &seed)
+            .quiet()
+            .run()
+            .context(failure)?;
+    }
 
     let host = cmd!(shell, "rustc --print host-tuple").quiet().read()?;
     let folder = shell.current_dir().join("target/fuzz");

@@ -64,7 +64,7 @@ enum Command {
         #[arg(long, default_value_t = end_to_end::SEED)]
         seed: u64,
     },
-    /// Fuzz the block parser, the link and the store.
+    /// Fuzz the block parser, the link, the store, the control path and the library for C.
     Fuzz {
         /// Executions of each.
         #[arg(long, default_value_t = 10_000_000)]

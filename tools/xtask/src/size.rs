@@ -37,7 +37,7 @@ const PATHS: [Path; 6] = [
         image: "core_path",
         machine: machine::M4F,
         title: "law `masing`, forward and inverse, 16 turning points",
-        code_limit: 4096,
+        code_limit: 4608,
         joint_limit: 256,
     },
     Path {

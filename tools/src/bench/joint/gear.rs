@@ -56,7 +56,8 @@ impl JointGear {
     pub fn of(plant: Plant, params: &Params, period_s: f64) -> Self {
         match Elements::of(plant) {
             None => {
-                let gear = Gear::with_period(params, period_s);
+                // Rows of a path are a time apart.
+                let gear = Gear::with_period(params, period_s).unwrap_or_else(|_| Gear::new(params));
                 Self::Model(gear, Box::new(gear.start(0.0)))
             }
             Some(elements) => Self::MaxwellSlip(MaxwellSlip::new(&elements, params)),

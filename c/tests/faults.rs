@@ -1,0 +1,115 @@
+//! Whatever C hands over, a joint answers with finite numbers and is back at the next good sample.
+//!
+//! `GMHM_FUZZ=10000000 cargo test --release -p gmhm-c --test faults` fuzzes as many samples; `GMHM_FUZZ_SEED` chooses others.
+
+use std::mem::MaybeUninit;
+
+use gmhm::block::{Header, Identity, Joint as JointOfGear, ScalarKind, Writer};
+use gmhm::{Elastic, Gear, Memory, Params};
+use gmhm_c::{
+    Joint, NULL, OK, SampleC, VALUE, flag, gmhm_init, gmhm_invert, gmhm_restart, gmhm_set_largest_step, gmhm_step,
+};
+
+const A: f32 = 1.168e-3;
+const EXECUTIONS: u64 = 100_000;
+
+fn number(name: &str, otherwise: u64) -> u64 {
+    match std::env::var(name) {
+        Ok(text) => text.parse().unwrap_or_else(|_| panic!("{name} must be a number")),
+        Err(_) => otherwise,
+    }
+}
+
+fn block() -> Vec<u8> {
+    let elastic = Elastic { c1_nm_per_rad: 2.4737e4, c2_nm_per_rad3: 1.0e9, c3_nm_per_rad5: -1.1774e14 };
+    let memory = Memory { alpha: 2.6532e6, beta_per_s: 422.68, omega_per_s: 226.31, ..Memory::default() };
+    let params = Params::new(f64::from(A), elastic, memory).expect("the published gear");
+    let mut buffer = vec![0; 4096];
+    let header = Header { period_s: 1e-3, ..Header::new(Identity::of_name("joint 3"), ScalarKind::F32) };
+    let mut writer = Writer::new(&mut buffer, header);
+    writer.gear(&Gear::<f32>::with_period(&params, 1e-3).expect("a period"), &params).expect("a gear");
+    writer.inverse::<f32>(&params, 1e-3).expect("an inverse");
+    writer.joint(&JointOfGear::default()).expect("a joint");
+    let length = writer.finish().expect("a block");
+    buffer.truncate(length);
+    buffer
+}
+
+fn joint() -> Box<Joint> {
+    let (mut joint, block) = (Box::new(MaybeUninit::uninit()), block());
+    // SAFETY: the block outlives the call.
+    let code = unsafe { gmhm_init(Some(&mut joint), block.as_ptr(), block.len() as u32) };
+    assert_eq!(code, OK);
+    // SAFETY: gmhm_init has written it.
+    unsafe { joint.assume_init() }
+}
+
+fn at(deflection_rad: f32) -> SampleC {
+    SampleC { deflection_rad, ..SampleC::default() }
+}
+
+#[test]
+fn a_spike_is_quarantined_and_a_new_place_is_a_start() {
+    let mut joint = joint();
+    assert_eq!(gmhm_set_largest_step(None, 1.0), NULL);
+    for none in [f32::NAN, -1.0] {
+        assert_eq!(gmhm_set_largest_step(Some(&mut joint), none), VALUE);
+    }
+    assert_eq!(gmhm_set_largest_step(Some(&mut joint), 0.1 * A), OK);
+    let mut step = |u: f32| gmhm_step(Some(&mut joint), Some(&at(u * A)));
+    step(0.0);
+    let good = step(0.08);
+    let spike = step(5.0);
+    assert_eq!((spike.flags, spike.torque_nm), (flag::QUARANTINED, good.torque_nm));
+    assert_eq!(step(0.1).flags, 0);
+    let flags = [0.7, 0.72, 0.74, 0.76].map(|u| step(u).flags);
+    assert_eq!(flags, [flag::QUARANTINED, flag::QUARANTINED, flag::RESTARTED, 0]);
+    let far = 5.0 * A;
+    assert_eq!(gmhm_set_largest_step(Some(&mut joint), f32::INFINITY), OK);
+    let beyond = gmhm_step(Some(&mut joint), Some(&at(far)));
+    assert_eq!(beyond.flags, flag::OUT_OF_RANGE);
+    assert!((140.0..160.0).contains(&beyond.elastic_nm), "{}", beyond.elastic_nm);
+}
+
+#[test]
+fn fuzzed_samples_are_answered() {
+    let mut random = number("GMHM_FUZZ_SEED", 1) as u32 | 1;
+    let mut next = move || {
+        random ^= random << 13;
+        random ^= random >> 17;
+        random ^= random << 5;
+        random
+    };
+    for gated in [false, true] {
+        let mut joint = joint();
+        if gated {
+            assert_eq!(gmhm_set_largest_step(Some(&mut joint), 0.1 * A), OK);
+        }
+        let mut good = 0;
+        for k in 0..number("GMHM_FUZZ", EXECUTIONS) / 2 {
+            let mut theta = 0.8 * A * (k as f32 * 1e-2).sin();
+            good += 1;
+            if next() % 8 == 0 {
+                good = 0;
+                theta = match next() % 5 {
+                    0 => f32::NAN,
+                    1 => f32::INFINITY,
+                    2 => 1e5 * A * 0.99,
+                    3 => theta + A,
+                    _ => f32::from_bits(next()),
+                };
+            }
+            let output = gmhm_step(Some(&mut joint), Some(&at(theta)));
+            assert!(output.torque_nm.abs() < 4e6 && output.hysteresis_nm.abs() < 20.0, "{output:?}");
+            assert!(good == 0 || output.flags & flag::REFUSED == 0);
+            // Samples that agreed may have been taken for a new place.
+            assert!(good < 4 || output.flags == 0, "{k}: {:x}", output.flags);
+            let torque = if next() % 8 == 0 { f32::from_bits(next()) } else { output.torque_nm };
+            let solution = gmhm_invert(Some(&joint), torque);
+            assert!(solution.deflection_rad.abs() <= 1.01e5 * A, "{solution:?} for {torque}");
+            if next() % 10_000 == 0 {
+                gmhm_restart(Some(&mut joint));
+            }
+        }
+    }
+}
