@@ -118,7 +118,7 @@ impl<S: Scalar> ElasticTorque<S> {
     }
 
     /// f at any u.
-    #[inline]
+    #[inline(always)]
     pub fn torque(&self, u: S) -> S {
         let size = u.abs();
         if size <= self.knee {

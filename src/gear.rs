@@ -38,10 +38,7 @@ pub struct Status {
 }
 
 /// Quarantined samples in a row that agree with one another before the gear is started anew where they are.
-pub const AGREEING_SAMPLES: u8 = 3;
-
-/// A sample beyond this many rated deflections makes the past uncertain: it may have been an outlier.
-pub const UNCERTAIN_BEYOND: f64 = 1.25;
+pub const AGREEING_SAMPLES: u32 = 3;
 
 /// A sample period that is no time.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -92,8 +89,6 @@ pub struct State<S: Scalar, const N: usize = 16, L: MemoryLaw<S> = AnyLaw<S>> {
     theta: S,
     memory: L::State<N>,
     status: Status,
-    /// A sample beyond [`UNCERTAIN_BEYOND`] came since the last within ±A.
-    doubted: bool,
     suspicion: Suspicion<S>,
 }
 
@@ -102,7 +97,7 @@ pub struct State<S: Scalar, const N: usize = 16, L: MemoryLaw<S> = AnyLaw<S>> {
 struct Suspicion<S> {
     /// The last quarantined sample, and how many before it agree.
     theta: S,
-    agreeing: u8,
+    agreeing: u32,
     /// How far the gear may have come in the meantime.
     reach: S,
 }
@@ -153,13 +148,7 @@ impl<S: Scalar, L: MemoryLaw<S>> Gear<S, L> {
         let refused = !self.frame.accepts(theta_0);
         let theta = if refused { S::ZERO } else { theta_0 };
         let status = Status { out_of_range: !self.frame.in_range(theta), refused, ..Status::default() };
-        State {
-            theta,
-            memory: self.law.start(&self.frame, theta),
-            status,
-            doubted: self.is_doubtful(theta),
-            suspicion: Suspicion { reach: self.largest_step, ..Suspicion::default() },
-        }
+        State { theta, memory: self.law.start(&self.frame, theta), status, suspicion: Suspicion::default() }
     }
 
     /// Moves to the next deflection and returns the torques there.
@@ -183,53 +172,55 @@ impl<S: Scalar, L: MemoryLaw<S>> Gear<S, L> {
     ) -> Output<S> {
         // A NaN compares false.
         let near = (theta - state.theta).abs() <= largest_step;
-        if near && self.law.glide(&self.frame, &mut state.memory, theta) {
+        let (gear, state) = if near && self.law.glide(&self.frame, &mut state.memory, theta) {
             state.theta = theta;
             state.status = Status::default();
-            return self.output_in_range(state);
-        }
-        let mut output = Output::default();
-        self.step_with_care(state, theta, largest_step, &mut output);
-        output
+            (self, state)
+        } else {
+            self.step_with_care(state, theta, largest_step)
+        };
+        gear.output(state)
     }
 
-    /// A step to a sample beyond ±A, or to none, or one that the law or the gate does not take lightly.
+    /// A step to a sample beyond ±A, or to none, or one that the law or the gate does not take lightly. It hands back what it was given: then no register has to be
+    /// kept across the call where there is none.
     #[cold]
     #[inline(never)]
-    fn step_with_care<const N: usize>(
-        &self,
-        state: &mut State<S, N, L>,
+    fn step_with_care<'a, const N: usize>(
+        &'a self,
+        state: &'a mut State<S, N, L>,
         theta: S,
         largest_step: S,
-        output: &mut Output<S>,
-    ) {
-        if self.admits(state, theta, largest_step) {
+    ) -> (&'a Self, &'a mut State<S, N, L>) {
+        let near = (theta - state.theta).abs() <= largest_step && self.frame.accepts(theta);
+        if near || self.admits(state, theta, largest_step) {
             self.law.step(&self.frame, &mut state.memory, theta);
             self.arrive(state, theta);
         }
-        *output = self.output(state);
+        (self, state)
     }
 
-    /// Whether a sample is to be stepped to; else says in the state what became of it.
-    pub(crate) fn admits<const N: usize>(&self, state: &mut State<S, N, L>, theta: S, largest_step: S) -> bool {
-        let missed = state.status.refused || state.status.quarantined;
-        let reach = if missed { state.suspicion.reach } else { largest_step };
-        let way = (theta - state.theta).abs();
+    /// Whether a sample that is none or further than a step is to be stepped to; else says in the state what became of it.
+    fn admits<const N: usize>(&self, state: &mut State<S, N, L>, theta: S, largest_step: S) -> bool {
+        let Suspicion { theta: last, agreeing, reach } = state.suspicion;
+        let Status { refused, quarantined, .. } = state.status;
+        let reach = if refused || quarantined { reach } else { largest_step };
         let is_deflection = self.frame.accepts(theta) && largest_step >= S::ZERO;
-        if is_deflection && way <= reach {
+        if is_deflection && (theta - state.theta).abs() <= reach {
             return true;
         }
-        let agrees = state.status.quarantined && (theta - state.suspicion.theta).abs() <= largest_step;
-        let agreeing = if agrees { state.suspicion.agreeing + 1 } else { 1 };
-        if is_deflection && agreeing >= AGREEING_SAMPLES {
-            *state = self.start(theta);
-            state.status.restarted = true;
-            return false;
+        let agrees = quarantined && (theta - last).abs() <= largest_step;
+        let agreeing = if agrees { agreeing + 1 } else { 1 };
+        let restarts = is_deflection && agreeing >= AGREEING_SAMPLES;
+        if restarts {
+            self.law.restart(&self.frame, &mut state.memory, theta);
+            self.arrive(state, theta);
+        } else {
+            let most = (largest_step + largest_step) + (largest_step + largest_step);
+            state.suspicion = Suspicion { theta, agreeing, reach: (reach + largest_step).min(most) };
+            (state.status.refused, state.status.quarantined) = (!is_deflection, is_deflection);
         }
-        let most = (largest_step + largest_step) + (largest_step + largest_step);
-        state.suspicion = Suspicion { theta, agreeing, reach: (reach + largest_step).min(most) };
-        state.status.restarted = false;
-        (state.status.refused, state.status.quarantined) = (!is_deflection, is_deflection);
+        state.status.restarted = restarts;
         false
     }
 
@@ -243,33 +234,13 @@ impl<S: Scalar, L: MemoryLaw<S>> Gear<S, L> {
     /// Says what the sample is that the law was moved to.
     fn arrive<const N: usize>(&self, state: &mut State<S, N, L>, theta: S) {
         state.theta = theta;
-        let in_range = self.frame.in_range(theta);
-        state.status = Status { out_of_range: !in_range, ..Status::default() };
-        let is_doubtful = self.is_doubtful(theta);
-        if is_doubtful || state.doubted && in_range {
-            self.law.doubt(&self.frame, &mut state.memory, theta);
-            state.doubted = is_doubtful;
-        }
-    }
-
-    fn is_doubtful(&self, theta: S) -> bool {
-        theta.abs() > self.frame.deflection(S::from_f64(UNCERTAIN_BEYOND))
+        state.status = Status { out_of_range: !self.frame.in_range(theta), ..Status::default() };
     }
 
     /// The torques at the state's last good sample.
     #[inline]
     pub fn output<const N: usize>(&self, state: &State<S, N, L>) -> Output<S> {
-        self.with_hysteresis(state, self.elastic.torque(self.frame.fraction(state.theta)))
-    }
-
-    /// The same within ±A.
-    #[inline(always)]
-    fn output_in_range<const N: usize>(&self, state: &State<S, N, L>) -> Output<S> {
-        self.with_hysteresis(state, self.elastic.polynomial().torque(self.frame.fraction(state.theta)))
-    }
-
-    #[inline(always)]
-    fn with_hysteresis<const N: usize>(&self, state: &State<S, N, L>, elastic: S) -> Output<S> {
+        let elastic = self.elastic.torque(self.frame.fraction(state.theta));
         let hysteresis = self.law.torque(&self.frame, &state.memory, state.theta);
         Output {
             torque: self.frame.torque(elastic + hysteresis),

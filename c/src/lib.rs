@@ -87,8 +87,13 @@ pub extern "C" fn gmhm_restart(joint: Option<&mut Joint>) {
 pub extern "C" fn gmhm_set_largest_step(joint: Option<&mut Joint>, largest_step_rad: f32) -> u16 {
     match joint {
         None => NULL,
-        Some(joint) if joint.set_largest_step(largest_step_rad) => OK,
-        Some(_) => VALUE,
+        Some(joint) => {
+            if joint.set_largest_step(largest_step_rad) {
+                OK
+            } else {
+                VALUE
+            }
+        }
     }
 }
 

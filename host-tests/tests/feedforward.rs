@@ -249,33 +249,50 @@ fn over_all_pasts_the_first_stroke_is_better_with_the_fade() {
 }
 
 #[test]
-fn what_is_no_number_holds_the_contribution() {
-    let feed_forward = FeedForward::<f32>::new(&masing(), &instant()).expect("a feed-forward");
+fn what_is_no_number_holds_the_contribution_and_fades_it() {
+    let settings = Settings { ramp_s: 100.0 * PERIOD_S, ..instant() };
+    let feed_forward = FeedForward::<f32>::new(&masing(), &settings).expect("a feed-forward");
     for source in [Source::Reference, Source::Measurement] {
         let controls = whole(source);
         let mut state = settled(&feed_forward, &controls);
-        let good = feed_forward.step(&mut state, &controls, &Demand { torque: 12.0, deflection: 4e-4 });
+        let step = |_| feed_forward.step(&mut state, &controls, &Demand { torque: 12.0, deflection: 4e-4 });
+        let good = (0..200).map(step).last().expect("a period");
         for bad in [f32::NAN, f32::INFINITY, -1e30] {
             let mut demands = vec![Demand { torque: bad, deflection: 4e-4 }];
             if source == Source::Measurement {
                 demands.push(Demand { torque: 12.0, deflection: bad });
             }
             for demand in demands {
-                let is = feed_forward.step(&mut state, &controls, &demand);
-                assert!(is.refused, "{demand:?}");
-                assert_eq!((is.offset, is.hysteresis, is.change), (good.offset, good.hysteresis, 0.0), "{demand:?}");
+                let mut state = state.clone();
+                for k in 1..=120 {
+                    let is = feed_forward.step(&mut state, &controls, &demand);
+                    assert!(is.refused, "{demand:?}");
+                    let share = (1.0 - 0.01 * k as f32).max(0.0);
+                    assert!((is.gain - share).abs() < 1e-5, "{demand:?}: {} in period {k}", is.gain);
+                    assert!((is.offset - share * good.offset).abs() < 1e-8, "{demand:?} in period {k}");
+                    assert!((is.hysteresis - share * good.hysteresis).abs() < 1e-4, "{demand:?} in period {k}");
+                }
+                let is = feed_forward.step(&mut state, &controls, &Demand { torque: 12.0, deflection: 4e-4 });
+                assert!(!is.refused && (is.gain - 0.01).abs() < 1e-5);
             }
         }
         let is = feed_forward.step(&mut state, &controls, &Demand { torque: 12.0, deflection: 4e-4 });
         assert!(!is.refused && (is.offset - good.offset).abs() < 1e-9);
+        // One bad period costs one step of the ramp, and one good period brings it back.
+        feed_forward.step(&mut state, &controls, &Demand { torque: f32::NAN, deflection: 4e-4 });
+        let is = feed_forward.step(&mut state, &controls, &Demand { torque: 12.0, deflection: 4e-4 });
+        assert!(!is.refused && (is.offset - good.offset).abs() < 1e-9);
         // A ratio that is none switches off.
-        let is = feed_forward.step(
-            &mut state,
-            &Controls { ratio: f32::NAN, ..controls },
-            &Demand { torque: 12.0, deflection: 4e-4 },
-        );
+        let is = (0..100).fold(is, |_, _| {
+            feed_forward.step(
+                &mut state,
+                &Controls { ratio: f32::NAN, ..controls },
+                &Demand { torque: 12.0, deflection: 4e-4 },
+            )
+        });
         assert_eq!((is.gain, is.offset), (0.0, 0.0));
     }
+    let feed_forward = FeedForward::<f32>::new(&masing(), &instant()).expect("a feed-forward");
     let saturated = feed_forward.step(
         &mut feed_forward.start::<16>(0.0),
         &whole(Source::Reference),

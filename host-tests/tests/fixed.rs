@@ -223,13 +223,13 @@ fn no_word_makes_a_step_wrap_or_panic() {
     let mut laws = vec![];
     for play in [0.0, 0.01, 5.0] {
         let memory = Memory { reversal_play_rad: play * common::A, ..common::masing().memory() };
-        laws.push(Params::new(common::A, elastic(), memory).expect("a gear"));
+        laws.push(Params::candidate(common::A, elastic(), memory).expect("a gear"));
     }
     for params in laws {
         storm(&Gear::with_law(&params, MasingLaw::<Fixed>::new(&params)), &mut dice);
     }
     for params in common::every_law().into_iter().filter(|params| params.memory().law == Law::Time) {
-        for period_s in [0.0, 1e-9, 1e-4, 1.0, 1e9] {
+        for period_s in [1e-9, 1e-4, 1.0, 1e9] {
             storm(&Gear::with_law(&params, Time::<Fixed>::new(&params, period_s)), &mut dice);
         }
     }
@@ -256,7 +256,7 @@ fn no_word_makes_an_inverse_wrap_or_panic() {
     let mut dice = ChaCha8Rng::seed_from_u64(6);
     for play in [0.0, 0.01, 5.0] {
         let memory = Memory { reversal_play_rad: play * common::A, ..common::masing().memory() };
-        let params = Params::new(common::A, elastic(), memory).expect("a gear");
+        let params = Params::candidate(common::A, elastic(), memory).expect("a gear");
         invert_storm(&Inverse::of(&params, MasingLaw::<Fixed>::new(&params), 0.0).expect("a range"), &mut dice);
     }
     for params in common::every_law().into_iter().filter(|params| params.memory().law == Law::Time) {
@@ -290,6 +290,6 @@ fn saturation_keeps_the_sign() {
     let up = gear.step(&mut state, Fixed::from_f64(2.5));
     assert_eq!(up.torque, Fixed::from_bits(i32::MAX));
     let down = gear.step(&mut state, Fixed::from_f64(-2.5));
-    assert_eq!(down.torque, Fixed::from_bits(i32::MIN));
+    assert_eq!(down.torque, -up.torque);
     assert!(state.status().out_of_range);
 }

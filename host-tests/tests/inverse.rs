@@ -411,7 +411,7 @@ fn what_is_no_torque_is_refused_and_moves_nothing() {
 #[test]
 fn a_start_under_load_carries_it() {
     for params in common::every_law() {
-        let inverse = Inverse::<f64>::new(&params).expect("a range");
+        let inverse = Inverse::<f64>::with_period(&params, 1e-3).expect("a range");
         for torque in [-5.0, 0.0, 4.0] {
             let (state, solution) = inverse.start::<16>(torque);
             assert_eq!(state.theta(), solution.theta);

@@ -4,7 +4,7 @@
 //! ε = v̂ + k_p·e, T = clamp(T_ff + k_v·ε + I), and I grows by k_v·ω_i·Δ·ε while T is not limited.
 //!
 //! **Bad input.** A period whose error or feed-forward is not finite is refused: nothing of the state moves, and the torque is the last good one on its way to zero, at
-//! the limit per [`FADE_S`]. The velocity is not estimated across a refused period, nor where the error jumps by more than [`TOP_SPEED_RAD_PER_S`]: one good
+//! the limit per [`FADE_S`]. The velocity is not estimated across a refused period or a change of gains, nor where the error jumps by more than [`TOP_SPEED_RAD_PER_S`]: one good
 //! period, and the torque is again what it would have been. The integral stays within the limit.
 //!
 //! **Other gains** begin where the old ones ended ([`CascadeState::bridge`]): what the torque would jump by fades at the same rate.
@@ -135,7 +135,7 @@ impl<S: Float> Cascade<S> {
     #[inline]
     pub fn step(&self, state: &mut CascadeState<S>, error: S, feed_forward: S) -> S {
         let change = error - state.error;
-        let follows = change.abs() <= self.largest_change && !state.refused;
+        let follows = change.abs() <= self.largest_change && !state.refused && !state.bridges;
         let raw = if follows { change * self.rate } else { state.velocity };
         let velocity = state.velocity + self.filter * (raw - state.velocity);
         let deviation = velocity + self.position * error;
@@ -143,10 +143,12 @@ impl<S: Float> Cascade<S> {
         if !alone.is_finite() {
             return self.refuse(state);
         }
-        let gap = if state.bridges { state.torque - alone.clamp(-self.limit, self.limit) } else { state.gap };
-        let asked = alone + gap;
+        let within = alone.clamp(-self.limit, self.limit);
+        let gap = if state.bridges { state.torque - within } else { state.gap };
+        let asked = within + gap;
         let torque = asked.clamp(-self.limit, self.limit);
-        let integral = if torque == asked { state.integral + self.integral * deviation } else { state.integral };
+        let free = within == alone && torque == asked;
+        let integral = if free { state.integral + self.integral * deviation } else { state.integral };
         *state = CascadeState {
             error,
             velocity,

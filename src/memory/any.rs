@@ -90,6 +90,10 @@ impl<S: Float> MemoryLaw<S> for AnyLaw<S> {
         dispatch!(self, state, S::ZERO, |law, state| law.start_uncertainty::<N>(frame, state, theta))
     }
 
+    fn restart<const N: usize>(&self, frame: &Frame<S>, state: &mut AnyMemory<S, N>, theta: S) {
+        dispatch!(self, state, (), |law, state| law.restart::<N>(frame, state, theta));
+    }
+
     fn take_over<const N: usize>(
         &self,
         frame: &Frame<S>,
@@ -110,10 +114,6 @@ impl<S: Float> MemoryLaw<S> for AnyLaw<S> {
             // What another law remembers says nothing here.
             _ => self.start(frame, theta),
         }
-    }
-
-    fn doubt<const N: usize>(&self, frame: &Frame<S>, state: &mut AnyMemory<S, N>, theta: S) {
-        dispatch!(self, state, (), |law, state| law.doubt::<N>(frame, state, theta));
     }
 
     fn has_period(&self) -> bool {

@@ -3,6 +3,9 @@
 use crate::params::Params;
 use crate::scalar::Scalar;
 
+/// A sample beyond this many rated deflections makes the past uncertain: it may have been an outlier.
+pub const DOUBTED_BEYOND: f64 = 1.25;
+
 /// Rated deflection and torque scale in input units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Frame<S> {
@@ -70,6 +73,12 @@ impl<S: Scalar> Frame<S> {
     #[inline]
     pub fn in_range(&self, theta: S) -> bool {
         theta.abs() <= self.rated
+    }
+
+    /// Whether the sample lies so far out that it may have been an outlier: beyond [`DOUBTED_BEYOND`]. What is known of the past is then in doubt.
+    #[inline]
+    pub fn is_doubtful(&self, theta: S) -> bool {
+        theta.abs() > self.deflection(S::from_f64(DOUBTED_BEYOND))
     }
 
     /// clamp(θ/A, −1, 1).

@@ -159,7 +159,8 @@ impl<S: Scalar, const N: usize> Path<S, N> {
     /// The deflection after the play that a sample leads to, and 1 or −1 by its side; `None` if it stays.
     #[inline]
     fn moved(&self, half_play: S, theta: S) -> Option<(S, S)> {
-        let theta = if half_play > S::ZERO { self.filtered.clamp(theta - half_play, theta + half_play) } else { theta };
+        let theta =
+            if half_play > S::ZERO { self.filtered.max(theta - half_play).min(theta + half_play) } else { theta };
         if theta > self.filtered {
             Some((theta, S::ONE))
         } else if theta < self.filtered {
@@ -176,7 +177,7 @@ impl<S: Scalar, const N: usize> Path<S, N> {
         let mut entry = TurningPoint { theta: self.filtered, eta: self.eta };
         let turns = sign != self.sign;
         if turns {
-            self.turn(sign, entry);
+            self.turn(frame, sign, entry);
         }
         let (odd, loops) = (self.turning_points.len() % 2, self.turning_points.len() / 2);
         let there = theta.signed(sign);
@@ -238,14 +239,18 @@ impl<S: Scalar, const N: usize> Path<S, N> {
 
     /// Turns at the last sample; before the first movement there is nothing to turn.
     #[inline]
-    fn turn(&mut self, sign: S, here: TurningPoint<S>) {
+    fn turn(&mut self, frame: &Frame<S>, sign: S, here: TurningPoint<S>) {
         let first = self.sign == S::ZERO;
         self.sign = sign;
+        let far = &mut self.farthest[usize::from(sign < S::ZERO)];
+        *far = far.max(-here.theta.signed(sign));
+        if frame.is_doubtful(here.theta) {
+            // Only what comes from here on counts.
+            self.farthest = [-frame.rated(); 2];
+        }
         if first {
             return;
         }
-        let far = &mut self.farthest[usize::from(sign < S::ZERO)];
-        *far = far.max(-here.theta.signed(sign));
         if self.turning_points.is_empty() {
             self.push(TurningPoint { theta: self.origin + (self.origin - here.theta), eta: -here.eta });
         } else if self.turning_points.is_full() {
@@ -352,10 +357,6 @@ impl<S: Scalar> MemoryLaw<S> for Masing<S> {
         _theta: S,
     ) -> Path<S, N> {
         state.anew(frame, self.half_play)
-    }
-
-    fn doubt<const N: usize>(&self, _frame: &Frame<S>, state: &mut Path<S, N>, _theta: S) {
-        state.farthest = [-state.filtered, state.filtered];
     }
 
     fn merged_pairs<const N: usize>(&self, state: &Path<S, N>) -> u32 {

@@ -49,14 +49,7 @@ pub trait MemoryLaw<S: Scalar>: Copy {
     fn step<const N: usize>(&self, frame: &Frame<S>, state: &mut Self::State<N>, theta: S);
 
     /// Moves to a sample within ±A if that takes little, and says so; else leaves the state alone. NaN is not within ±A.
-    #[inline]
-    fn glide<const N: usize>(&self, frame: &Frame<S>, state: &mut Self::State<N>, theta: S) -> bool {
-        let within = frame.in_range(theta);
-        if within {
-            self.step(frame, state, theta);
-        }
-        within
-    }
+    fn glide<const N: usize>(&self, frame: &Frame<S>, state: &mut Self::State<N>, theta: S) -> bool;
 
     /// z/T_A at the deflection that `state` was last moved to.
     fn torque<const N: usize>(&self, frame: &Frame<S>, state: &Self::State<N>, theta: S) -> S;
@@ -66,8 +59,13 @@ pub trait MemoryLaw<S: Scalar>: Copy {
         S::ZERO
     }
 
-    /// How far z/T_A may be off because the past before the start is unknown.
+    /// How far z/T_A may be off because the past before the start is unknown. After a sample that is [doubtful](Frame::is_doubtful) the past is unknown again.
     fn start_uncertainty<const N: usize>(&self, frame: &Frame<S>, state: &Self::State<N>, theta: S) -> S;
+
+    /// Makes a state that of an unknown past at a deflection, where it is.
+    fn restart<const N: usize>(&self, frame: &Frame<S>, state: &mut Self::State<N>, theta: S) {
+        *state = self.start(frame, theta);
+    }
 
     /// The memory that a state of this law with other coefficients becomes: the path in input units stays, torques are computed anew.
     fn take_over<const N: usize>(
@@ -77,9 +75,6 @@ pub trait MemoryLaw<S: Scalar>: Copy {
         state: &Self::State<N>,
         theta: S,
     ) -> Self::State<N>;
-
-    /// The present deflection may have been an outlier: from here on the past counts as unknown, the torque stays.
-    fn doubt<const N: usize>(&self, frame: &Frame<S>, state: &mut Self::State<N>, theta: S);
 
     /// Whether the law knows the sample period that [`step`](Self::step) needs.
     fn has_period(&self) -> bool {

@@ -133,6 +133,9 @@ impl<S: Float> MemoryLaw<S> for Phase<S> {
     #[inline]
     fn step<const N: usize>(&self, frame: &Frame<S>, state: &mut PhaseState<S>, theta: S) {
         self.advance(state, theta, frame.clamped_fraction(theta), frame.gate(theta));
+        if frame.is_doubtful(theta) {
+            state.uncertainty = self.in_phase.abs() + self.quadrature.abs();
+        }
     }
 
     #[inline]
@@ -168,10 +171,6 @@ impl<S: Float> MemoryLaw<S> for Phase<S> {
         let (u, g) = (frame.clamped_fraction(theta), frame.gate(theta));
         let [transient, uncertainty] = [state.transient, state.uncertainty].map(|part| part * scale);
         PhaseState { u, g, transient, uncertainty, ..*state }
-    }
-
-    fn doubt<const N: usize>(&self, _frame: &Frame<S>, state: &mut PhaseState<S>, _theta: S) {
-        state.uncertainty = self.in_phase.abs() + self.quadrature.abs();
     }
 
     fn start_uncertainty<const N: usize>(&self, _frame: &Frame<S>, state: &PhaseState<S>, _theta: S) -> S {

@@ -190,6 +190,14 @@ impl<S: Scalar> Time<S> {
         state.theta = theta;
     }
 
+    #[inline]
+    fn doubt(&self, frame: &Frame<S>, state: &mut TimeState<S>, theta: S) {
+        if frame.is_doubtful(theta) {
+            let [fixed, per_fraction] = self.bound;
+            state.uncertainty = fixed + per_fraction;
+        }
+    }
+
     fn gated(&self, frame: &Frame<S>, memory: S, theta: S) -> S {
         if self.gate == Gate::Cycle { frame.gate(theta) * memory } else { memory }
     }
@@ -209,6 +217,7 @@ impl<S: Float> VaryingPeriod<S> for Time<S> {
     #[inline]
     fn step_after<const N: usize>(&self, frame: &Frame<S>, state: &mut TimeState<S>, theta: S, period_s: S) {
         Self::advance(frame, state, theta, &self.rates.over(period_s));
+        self.doubt(frame, state, theta);
     }
 }
 
@@ -224,6 +233,16 @@ impl<S: Scalar> MemoryLaw<S> for Time<S> {
     #[inline]
     fn step<const N: usize>(&self, frame: &Frame<S>, state: &mut TimeState<S>, theta: S) {
         Self::advance(frame, state, theta, &self.step);
+        self.doubt(frame, state, theta);
+    }
+
+    #[inline]
+    fn glide<const N: usize>(&self, frame: &Frame<S>, state: &mut TimeState<S>, theta: S) -> bool {
+        let within = frame.in_range(theta);
+        if within {
+            Self::advance(frame, state, theta, &self.step);
+        }
+        within
     }
 
     #[inline]
@@ -247,11 +266,6 @@ impl<S: Scalar> MemoryLaw<S> for Time<S> {
         let scale = new.over(old) * old_frame.rated().over(frame.rated());
         let [memory, uncertainty] = [state.memory, state.uncertainty].map(|part| part * scale);
         TimeState { memory, uncertainty, carry: S::Carry::default(), ..*state }
-    }
-
-    fn doubt<const N: usize>(&self, _frame: &Frame<S>, state: &mut TimeState<S>, _theta: S) {
-        let [fixed, per_fraction] = self.bound;
-        state.uncertainty = fixed + per_fraction;
     }
 
     fn has_period(&self) -> bool {

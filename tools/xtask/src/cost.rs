@@ -42,10 +42,10 @@ const IMAGES: [Image; 2] = [
 
 const LIMITS: [(&str, f64); 13] = [
     ("law `masing`, away from a reversal", 75.0),
-    ("law `masing`, reversal", 250.0),
+    ("law `masing`, reversal", 280.0),
     ("law `masing`, reversal with a full stack", 280.0),
-    ("law `masing`, full stack wiped out", 250.0),
-    ("law `masing`, reversal that wipes out a full stack", 250.0),
+    ("law `masing`, full stack wiped out", 280.0),
+    ("law `masing`, reversal that wipes out a full stack", 280.0),
     ("inverse of law `masing`, mean of a sine", 320.0),
     ("inverse of law `masing`, across a full stack", 700.0),
     ("inverse of law `masing`, the dearest of 5000", 700.0),

@@ -58,14 +58,14 @@ const PATHS: [Path; 6] = [
         image: "varying_path",
         machine: machine::M4F,
         title: "law chosen at run time, forward and inverse, samples at uneven periods",
-        code_limit: 12_288,
+        code_limit: 12_800,
         joint_limit: 256,
     },
     Path {
         image: "terms_path",
         machine: machine::M4F,
         title: "law `masing`, forward, with room for eight terms of every kind",
-        code_limit: 20_480,
+        code_limit: 21_504,
         joint_limit: 1024,
     },
 ];
