@@ -51,7 +51,7 @@ const LIMITS: [(&str, f64); 13] = [
     ("inverse of law `masing`, the dearest of 5000", 700.0),
     ("inverse of law `masing`, the dearest of 300 000", 700.0),
     ("law `phase`, away from a reversal", 250.0),
-    ("law `phase`, reversal by a large step", 250.0),
+    ("law `phase`, reversal by a large step", 265.0),
     ("law `time`, kernel `deflection`, gate `cycle`", 75.0),
     ("law `time`, kernel `rate`, gate `none`", 75.0),
 ];
