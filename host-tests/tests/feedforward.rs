@@ -283,7 +283,7 @@ fn what_is_no_number_holds_the_contribution_and_fades_it() {
         let is = feed_forward.step(&mut state, &controls, &Demand { torque: 12.0, deflection: 4e-4 });
         assert!(!is.refused && (is.offset - good.offset).abs() < 1e-9);
         // A ratio that is none switches off.
-        let is = (0..100).fold(is, |_, _| {
+        let is = (0..101).fold(is, |_, _| {
             feed_forward.step(
                 &mut state,
                 &Controls { ratio: f32::NAN, ..controls },

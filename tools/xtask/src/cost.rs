@@ -57,10 +57,10 @@ const LIMITS: [(&str, f64); 13] = [
 ];
 
 const FIXED_LIMITS: [(&str, f64); 7] = [
-    ("law `masing`, away from a reversal", 400.0),
-    ("law `masing`, reversal with a full stack", 1000.0),
-    ("law `masing`, full stack wiped out", 1000.0),
-    ("law `masing`, reversal that wipes out a full stack", 1000.0),
+    ("law `masing`, away from a reversal", 410.0),
+    ("law `masing`, reversal with a full stack", 1100.0),
+    ("law `masing`, full stack wiped out", 1100.0),
+    ("law `masing`, reversal that wipes out a full stack", 1100.0),
     ("inverse of law `masing`, across a full stack", 5000.0),
     ("inverse of law `masing`, the dearest of 5000", 5000.0),
     ("inverse of law `masing`, the dearest of 300 000", 5000.0),
