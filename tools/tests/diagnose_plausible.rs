@@ -178,7 +178,7 @@ fn the_commands_say_so() {
     dir.refuse(&format!("diagnose gear.toml rec.csv {map} --rated-deflection 1e-5 -o out.toml"), &["rated"]);
     let done = dir.succeed(&format!("diagnose gear.toml rec.csv {map} -o out.toml"));
     assert!(!done.stderr.contains("note:"), "{}", done.stderr);
-    let open: Vec<&str> = done.stdout.lines().skip_while(|l| !l.ends_with("not have shown:")).skip(1).collect();
+    let open: Vec<&str> = done.stdout.lines().skip_while(|l| !l.ends_with("cannot show:")).skip(1).collect();
     let list: Vec<&str> = open.into_iter().take_while(|l| l.starts_with("    ")).collect();
     assert!(list.len() > 1 && list.iter().all(|line| line.len() <= 100), "{}", done.stdout);
     let done =

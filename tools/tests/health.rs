@@ -271,7 +271,7 @@ fn what_does_not_compare_is_refused() {
     dir.refuse("health a.csv b.csv --against temperature_c", &["a.csv", "no such column"]);
     dir.refuse("health a.csv b.csv --against age", &["age", "temperature_c", "TABLE.csv:COLUMN"]);
     dir.refuse("health a.csv b.csv --against service.csv:hours", &["no row for b.csv"]);
-    dir.refuse("health a.csv b.csv --against words.csv:hours", &["words.csv, line 3", "no number"]);
+    dir.refuse("health a.csv b.csv --against words.csv:hours", &["words.csv, line 3", "not a number"]);
     dir.refuse("health a.csv b.csv --rated-torque 300", &["300", "beyond", "--rated-torque"]);
     dir.refuse("health a.csv b.csv --t1 20 --t2 10", &["20 < 10", "--t1"]);
     assert_eq!(dir.gmhm("health").status, Some(2));

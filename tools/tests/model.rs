@@ -63,7 +63,7 @@ fn each_malformed_file_is_refused_at_its_place() {
     let cases = [
         (String::new(), "`format = 1` is missing"),
         (swap("format = 1", "format = 2"), "line 1, format: format 2 is not known"),
-        (swap("ratio = 100", "ratio ="), "line 4: is no TOML"),
+        (swap("ratio = 100", "ratio ="), "line 4: is not TOML"),
         (swap("ratio = 100", "ratio = 1\nratio = 2"), "line 5"),
         (swap("ratio", "ratoi"), "line 4, [gear] ratoi: unknown key; did you mean `ratio`?"),
         (swap("[memory]", "[memroy]"), "line 10, memroy: unknown key or section; did you mean `memory`?"),

@@ -49,7 +49,7 @@ pub enum PackError {
     #[error("the model has {0} terms, and a drive has room for {DRIVE_TERMS}")]
     TooManyTerms(usize),
     /// The core refuses what was made.
-    #[error("the block cannot be: {0}")]
+    #[error("the block is invalid: {0}")]
     Block(#[from] BlockError),
 }
 

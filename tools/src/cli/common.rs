@@ -14,7 +14,7 @@ use crate::report::page::{Input, Provenance};
 /// Which recordings.
 #[derive(Debug, Args)]
 pub struct RecordingArgs {
-    /// Recordings of one gear or joint: CSV (.gz, .zst), Parquet, MAT, MDF4 or MCAP; a folder stands for those in it, - for standard input
+    /// Recordings of one gear or joint: CSV (.gz, .zst), Parquet, MAT, MDF4 or MCAP; a folder means the recordings in it, - is standard input
     #[arg(required_unless_present = "files_from", value_name = "RECORDING")]
     recordings: Vec<PathBuf>,
     /// A list of more recordings, a path a line; - for standard input

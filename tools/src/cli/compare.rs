@@ -17,7 +17,7 @@ use crate::report::figures;
 
 /// Compare the hysteresis model with lines, a polynomial, Dahl, Bouc-Wen and Maxwell slip on the same recordings
 ///
-/// Every model is fitted by the same estimator. Prints what each leaves of the torque: in the rows that it was fitted to, in blocks held out and,
+/// Every model is fitted by the same estimator. Prints the error of each: in the rows that it was fitted to, in blocks held out and,
 /// with two recordings or more, in recordings held out whole.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  gmhm compare small-amplitude.csv large-amplitude.csv --json compared.json")]

@@ -13,7 +13,7 @@ use crate::output::Outputs;
 
 /// Run the whole chain on a built-in recording: identify, write the model, evaluate it as the drive would
 ///
-/// The recording is synthetic: the published gear with noise on its torque. Prints what is left of the torque beside a linear spring and two lines,
+/// The recording is synthetic: the published gear with noise on its torque. Prints the torque error beside that of a linear spring and two lines,
 /// and the tables of the paper next to what is measured.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  gmhm demo --out gmhm-demo")]

@@ -18,10 +18,10 @@ use crate::report;
 use crate::report::page::Input;
 use crate::signal::encoder_zeros;
 
-/// Where recordings and a model differ, what physics was left out, and the model with it
+/// Find where recordings differ from a model and which physics is missing; write the extended model
 ///
-/// Refits the base model together with every kind of physics it knows, against noise whose colour it estimates, and names only what explains all the
-/// structure there is. What the recordings cannot tell apart is one class; what they could not have shown is listed with the experiment that would.
+/// Refits the base model together with every kind of physics in the library, against coloured noise, and names a kind only if it explains the whole
+/// structure. Kinds that the recordings cannot distinguish are reported as one class; kinds that they cannot show are listed with the experiment that can.
 /// With a column torque_sim_nm the recordings are compared with that simulation instead of the model.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:

@@ -64,7 +64,7 @@ pub enum Failure {
     #[error(transparent)]
     Health(#[from] HealthError),
     /// A proof on real noise only, without any.
-    #[error("{}: holds none of the real recordings whose residual is to be the noise of block real-noise", folder.display())]
+    #[error("{}: has none of the real recordings that block real-noise takes its noise from", folder.display())]
     NoRealNoise {
         /// The folder that was looked into.
         folder: PathBuf,

@@ -38,7 +38,7 @@ pub struct FlashArgs {
     /// With a probe: where the firmware keeps its block, or its two
     #[arg(long, value_name = "ADDRESS[,ADDRESS]", value_parser = address, value_delimiter = ',', conflicts_with = "elf")]
     address: Vec<u32>,
-    /// With a probe: the firmware, whose symbols say where
+    /// With a probe: the firmware, whose symbols give the place
     #[arg(long, value_name = "FIRMWARE.elf")]
     elf: Option<PathBuf>,
     /// Their symbols
@@ -90,9 +90,9 @@ impl FlashArgs {
     fn places(&self, firmware: Option<&Elf>) -> Result<Places, ProbeError> {
         match firmware {
             Some(elf) => Places::of(&self.symbol.iter().map(|name| elf.address(name)).collect::<Result<Vec<_>, _>>()?),
-            None if self.address.is_empty() => super::wrong_usage(
-                "a debug probe has to be told where the firmware keeps its blocks: --address or --elf",
-            ),
+            None if self.address.is_empty() => {
+                super::wrong_usage("with a debug probe give the place of the blocks in flash: --address or --elf")
+            }
             None => Places::of(&self.address.iter().copied().map(u64::from).collect::<Vec<_>>()),
         }
     }

@@ -19,7 +19,7 @@ use crate::report::page::Input;
 
 /// Follow the condition of a gear: what changed between recordings or fits, against its uncertainty; of one, its catalogue figures
 ///
-/// Fits every recording with one law and rated deflection and tells which parameters moved, and the stiffness K1, K2, K3, the hysteresis loss and
+/// Fits every recording with one law and rated deflection and reports which parameters changed, and the stiffness K1, K2, K3, the hysteresis loss and
 /// the lost motion as catalogues quote them. Of a single one, the figures with their uncertainty.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
@@ -28,7 +28,7 @@ use crate::report::page::Input;
   gmhm health cold.csv warm.csv hot.csv --against temperature_c --json health.json
   gmhm health --models 2024.toml 2026.toml --against service.csv:hours")]
 pub struct HealthArgs {
-    /// Recordings of one gear, in order: CSV (.gz, .zst), Parquet, MAT, MDF4 or MCAP; a folder stands for those in it, - for standard input
+    /// Recordings of one gear, in order: CSV (.gz, .zst), Parquet, MAT, MDF4 or MCAP; a folder means the recordings in it, - is standard input
     #[arg(required_unless_present_any = ["models", "files_from"], value_name = "RECORDING")]
     recordings: Vec<PathBuf>,
     /// A list of more recordings, a path a line; - for standard input

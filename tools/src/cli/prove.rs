@@ -16,7 +16,7 @@ use crate::prove::mix::{self, BLOCKS};
 use crate::prove::real::{self, Part, RealReport, Split};
 use crate::prove::{FULL_CASES, QUICK_CASES, Sealed, answers, export, generator};
 
-/// Prove the diagnosis on recordings whose missing physics only a key knows
+/// Test the diagnosis on recordings with concealed physics
 ///
 /// Makes each case from the seed by a generator that shares no code with the diagnosis, fixes all keys by a hash, hands over the noisy recordings and a
 /// base model, and only then opens the keys. Prints what was seen, named, located and predicted, with 95 % Wilson intervals, beside the aims. 60 cases take

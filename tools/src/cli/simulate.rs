@@ -18,7 +18,7 @@ use crate::output::Outputs;
 /// Run the virtual test bench on the gear of a model file: a synthetic recording
 ///
 /// The bench has a motor, the gear, a torque sensor, two encoders and a machine that loads and brakes. The torque is that of the core, as in
-/// gmhm predict; sensors add noise and quantisation. What was true goes into the key. Experiment joint also tells what each compensation leaves,
+/// gmhm predict; sensors add noise and quantisation. The true values are written into the key. Experiment joint also reports the error of each compensation,
 /// on the gear of --plant or else on all of them.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
@@ -37,16 +37,16 @@ pub struct SimulateArgs {
     /// Where to write the recording
     #[arg(short, long, value_name = "REC.csv")]
     output: PathBuf,
-    /// Where to write what was true
+    /// Where to write the true values
     #[arg(long, value_name = "K.toml")]
     key: Option<PathBuf>,
     /// Where to draw the link's error by compensation, on the gear of --plant or else maxwell-slip (joint) [default: beside the recording]
     #[arg(long, value_name = "F.svg")]
     plot: Option<PathBuf>,
-    /// Where to write what each compensation leaves (joint)
+    /// Where to write the error of each compensation (joint)
     #[arg(long, value_name = "F.json")]
     json: Option<PathBuf>,
-    /// Drive of a run in lock-step, serial:PORT or tcp:HOST:PORT, held against the same servo on this host (joint)
+    /// Drive of a run in lock-step, serial:PORT or tcp:HOST:PORT, compared with the same servo on this host (joint)
     #[arg(long, value_name = "TARGET", conflicts_with_all = ["plot", "json"])]
     drive: Option<Target>,
     #[command(flatten)]

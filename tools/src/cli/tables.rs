@@ -58,8 +58,12 @@ pub(super) fn fit(fit: &Fit) -> String {
     let width = fit.uncertainty.parameters.iter().map(|p| p.name.len()).max().unwrap_or(0);
     lines.extend(fit.uncertainty.parameters.iter().map(|p| parameter(p, width)));
     lines.extend(notes(&fit.uncertainty.parameters));
+    let left_out = match fit.unsettled_rows.iter().sum::<usize>() {
+        0 => String::new(),
+        rows => format!(" ({rows} before the loop has settled are left out)"),
+    };
     lines.push(format!(
-        "Residual: {} {unit} rms over {} rows; {} on blocks held out. ± is one standard deviation.",
+        "Residual: {} {unit} rms over {} rows{left_out}; {} on blocks held out. ± is one standard deviation.",
         four(fit.rms),
         fit.rows,
         four(fit.heldout_rms)
@@ -72,15 +76,12 @@ pub(super) fn diagnosis(found: &Diagnosis) -> String {
     let unit = if found.unit == Unit::Ampere { "A" } else { "N·m" };
     let mut lines = Vec::new();
     if !found.mismatch {
-        lines.push(format!(
-            "No structure beyond noise ({} of noise alone would look like some).",
-            percent(found.false_alarm_rate)
-        ));
+        lines.push(format!("No structure beyond noise (false alarms: {}).", percent(found.false_alarm_rate)));
     }
     for effect in &found.effects {
         let class = match effect.equivalents.as_slice() {
             [] => String::new(),
-            others => format!(" (or {}: these recordings cannot tell)", others.join(", ")),
+            others => format!(" (or {}: the recordings cannot distinguish them)", others.join(", ")),
         };
         let share = percent(effect.share);
         lines.push(format!("{}{class}: {share} of the structure, confidence {:.2}", effect.name, effect.confidence));

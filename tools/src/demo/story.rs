@@ -14,7 +14,7 @@ impl Display for Demo {
             self.built_in.recording.name,
             self.built_in.recording.len()
         )?;
-        writeln!(f, "Torque error left, rms in N·m    against the recording   against the torque without its noise")?;
+        writeln!(f, "Torque error, rms in N·m         against the recording   against the torque without its noise")?;
         for left in &self.left {
             writeln!(f, "  {:<30} {:>10.4} {:>25.4}", left.model, left.recorded_rms_nm, left.noise_free_rms_nm)?;
         }
@@ -26,7 +26,7 @@ impl Display for Demo {
 
 impl Demo {
     fn table_1(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        writeln!(f, "\nTable 1 of the paper (the rows known here), torque in N·m")?;
+        writeln!(f, "\nTable 1 of the paper (the rows that are known), torque in N·m")?;
         writeln!(f, "                        measured   published parameters        identified here")?;
         writeln!(f, "  branch      θ in mrad by the paper  cycle  from remanence    cycle  from remanence")?;
         for (published, identified) in &self.table_1 {

@@ -40,7 +40,7 @@ pub enum DeviceError {
     #[error("the line to the drive broke: {0}")]
     Line(#[from] std::io::Error),
     /// The other end hung up.
-    #[error("the other end closed the line")]
+    #[error("the drive closed the line")]
     Closed,
     /// No answer.
     #[error("the drive did not answer within {seconds} s")]
@@ -139,7 +139,7 @@ impl DeviceError {
             Self::NoLine => "name the drive's line: serial:PORT or tcp:HOST:PORT".to_owned(),
             Self::NoProbe => "build it with `--features probe`, use serial: or tcp:, or write the file of gmhm pack -o params.hex --address ADDRESS with the probe's own tool".to_owned(),
             Self::Line(_) | Self::Closed | Self::Silent { .. } => {
-                "check cable, power and --baud; what the drive had stored is untouched or replaced whole".to_owned()
+                "check cable, power and --baud; the stored block is unchanged or completely replaced".to_owned()
             }
             Self::Enabled => "disable the drive, then flash again".to_owned(),
             Self::OtherGear { .. } => {

@@ -507,7 +507,7 @@ fn why(effect: &EffectVerdict, term: Option<&Term>) -> String {
                 place.coordinate
             ),
             (None, Some(place)) if let Some(TermValue::Text(along)) = term.and_then(|t| t.values.get("coordinate")) => {
-                format!("no kind explains what is seen over {}; a curve over {along} stands in", place.coordinate)
+                format!("no kind explains the structure over {}; a curve over {along} describes it", place.coordinate)
             }
             (None, Some(place)) => format!(
                 "no kind explains what is seen over {}, and no curve predicts blocks held out better: the model holds none",

@@ -89,7 +89,7 @@ pub fn property(asked: &str, recordings: &[Recording]) -> Result<Property, Healt
         values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(*v), high.max(*v)));
     if high - low < 0.1 * within {
         let problem = format!(
-            "its means lie {:.2e} apart, and within a recording it changes by {within:.2e}: nothing can be said",
+            "its means differ by {:.2e}, and within a recording it changes by {within:.2e}: no regression is possible",
             high - low
         );
         return Err(fault(problem));
@@ -124,7 +124,7 @@ pub fn tabled(asked: &str, names: &[String]) -> Result<Property, HealthError> {
             .get(column)
             .and_then(|text| text.parse().ok())
             .filter(|v: &f64| v.is_finite())
-            .ok_or_else(|| fault(format!("{file}, line {line}: {wanted} is no number")))?;
+            .ok_or_else(|| fault(format!("{file}, line {line}: {wanted} is not a number")))?;
         rows.push((record.get(0).unwrap_or_default().to_owned(), value));
     }
     let values = names

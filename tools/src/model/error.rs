@@ -26,7 +26,7 @@ pub enum ModelProblem {
     #[error("cannot be read: {0}")]
     Unreadable(String),
     /// No TOML.
-    #[error("is no TOML: {0}")]
+    #[error("is not TOML: {0}")]
     Syntax(String),
     /// A key or section that model files do not have.
     #[error("unknown {what}{}", near.as_ref().map(|n| format!("; did you mean `{n}`?")).unwrap_or_default())]

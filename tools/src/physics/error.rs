@@ -31,7 +31,7 @@ pub enum PredictError {
         error: TermError,
     },
     /// A signal that a term cannot do without.
-    #[error("{file}: the term `{kind}` needs {}, which the recording does not tell: {} is missing", need.words(), column(*need))]
+    #[error("{file}: the term `{kind}` needs {}, which the recording does not have: {} is missing", need.words(), column(*need))]
     MissingSignal {
         /// The recording.
         file: String,

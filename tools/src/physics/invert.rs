@@ -35,7 +35,7 @@ pub enum InvertError {
     #[error("the model has no gear ([elastic] and [memory]): there is no deflection to find")]
     NoGear,
     /// No deflection tells the rated one.
-    #[error("the model states no rated_deflection_rad, and torques do not tell it")]
+    #[error("the model states no rated_deflection_rad; it cannot be derived from torques")]
     NotRated,
     /// Torque increases with the deflection nowhere.
     #[error(transparent)]
@@ -51,7 +51,7 @@ pub enum InvertError {
         expected: &'static str,
     },
     /// A term that depends on more than the deflection and the time.
-    #[error("the term `{kind}` needs more than torques tell: its share of the torque depends on {needs}")]
+    #[error("the term `{kind}` cannot be inverted from torques alone: its share of the torque depends on {needs}")]
     Term {
         /// Its kind.
         kind: String,

@@ -106,7 +106,7 @@ pub enum RecordingProblem {
         last: f64,
     },
     /// Two columns of one name.
-    #[error("stands twice in the header, as column {0} too")]
+    #[error("is twice in the header, also as column {0}")]
     DuplicateColumn(usize),
     /// Two columns give one quantity in different units.
     #[error("and `{other}` both give the {}", quantity.stem())]
@@ -136,7 +136,7 @@ pub enum RecordingProblem {
     #[error("the field is empty")]
     EmptyField,
     /// Text where a number should be.
-    #[error("`{0}` is no number")]
+    #[error("`{0}` is not a number")]
     NotANumber(String),
     /// NaN, infinite, or too large for a double.
     #[error("`{0}` is not a finite number")]
@@ -156,10 +156,10 @@ pub enum RecordingProblem {
         first_line: u64,
     },
     /// Time stands still.
-    #[error("time stands still: {0} s, as on the row before")]
+    #[error("time does not increase: {0} s, as in the row before")]
     TimeRepeats(f64),
     /// Time runs back.
-    #[error("time runs back: {after} s after {before} s")]
+    #[error("time decreases: {after} s after {before} s")]
     TimeRunsBack {
         /// The row before, s.
         before: f64,

@@ -244,7 +244,7 @@ fn each_record(bytes: &[u8], each: &mut dyn FnMut(Record<'_>) -> Result<(), Dama
             parsed(opcode, content)?.map_or(Ok(()), &mut *each)?;
         }
     }
-    Err(Damage("it has no end: the recording was cut off; mcap recover mends that".to_owned()))
+    Err(Damage("it has no end: the recording was cut off; repair it with mcap recover".to_owned()))
 }
 
 const MAGIC: &[u8] = b"\x89MCAP0\r\n";

@@ -58,7 +58,7 @@ pub enum EstimateError {
         unit: &'static str,
     },
     /// One of several recordings that tells nothing.
-    #[error("{recording}: the {what} is the same in every row, so that it tells nothing beside the others")]
+    #[error("{recording}: the {what} is the same in every row: nothing can be identified from it")]
     Still {
         /// The recording.
         recording: String,
@@ -67,7 +67,7 @@ pub enum EstimateError {
     },
     /// Recordings with other zeros of the encoders.
     #[error(
-        "the deflections of {first} and {other} lie about {apart_rad:.3e} rad from each other, further than either moves, and zeros of their own do not make them go together"
+        "the deflections of {first} and {other} lie about {apart_rad:.3e} rad from each other, more than either moves, and separate zeros do not reconcile them"
     )]
     OtherZero {
         /// The first recording.
@@ -115,7 +115,7 @@ pub enum EstimateError {
     #[error(transparent)]
     Implausible(#[from] Implausible),
     /// The core refused the gear.
-    #[error("the fitted gear is none: {0}")]
+    #[error("the fitted parameters are not those of a gear: {0}")]
     Refused(#[from] ParamError),
     /// The caller asked for it.
     #[error("stopped before the fit was done; nothing was written")]

@@ -281,7 +281,7 @@ pub fn of_columns(problem: &Problem<'_>, nonlinear: &[f64], noise: Option<&[Nois
         }
         let vague = sd.is_some_and(|sd| 2.0 * sd >= value.abs());
         let note = match sd {
-            None => Some(format!("the recordings do not tell it by itself: {open}")),
+            None => Some(format!("the recordings do not determine it by itself: {open}")),
             Some(sd) if vague => {
                 Some(format!("undetermined: standard deviation {:.0} % of the value; {open}", 100.0 * sd / value.abs()))
             }

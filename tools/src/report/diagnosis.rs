@@ -24,7 +24,7 @@ pub fn page(finding: &Finding, recordings: &[Recording], provenance: Provenance)
     sections.push(open(&finding.diagnosis));
     if !finding.remarks.is_empty() {
         let remarks = finding.remarks.iter().map(ToString::to_string);
-        sections.insert(0, Section::new("Before all else").notes(remarks));
+        sections.insert(0, Section::new("Remarks").notes(remarks));
     }
     Page {
         title: format!("Diagnosis of {}", finding.model.name),
@@ -41,9 +41,8 @@ fn words(kind: &str) -> String {
 
 fn verdict(found: &Diagnosis) -> Verdict {
     if !found.mismatch {
-        let sentence = "The recordings differ from the model by noise alone.".to_owned();
-        let rate =
-            format!("Noise alone would look like structure in {} of 100 recordings.", 100.0 * found.false_alarm_rate);
+        let sentence = "The recordings differ from the model only by noise.".to_owned();
+        let rate = format!("False alarms: in {} of 100 recordings with noise alone.", 100.0 * found.false_alarm_rate);
         return Verdict { tone: Tone::Good, sentence, reasons: vec![rate] };
     }
     let name = |e: &Effect| {
@@ -57,9 +56,9 @@ fn verdict(found: &Diagnosis) -> Verdict {
     names.dedup();
     let share = 1.0 - (found.heldout.rms.extended / found.heldout.rms.refitted.max(f64::MIN_POSITIVE)).powi(2);
     let gained = if share > 0.0 {
-        format!("with it, {} of what the refitted model misses on rows held out is gone", percent(share))
+        format!("with it, the squared error on rows held out is {} smaller", percent(share))
     } else {
-        "nothing found of it predicts rows held out any better".to_owned()
+        "nothing found improves the prediction of rows held out".to_owned()
     };
     let sentence = format!("The model leaves out {}; {gained}.", names.join(", and "));
     let all_named = found.effects.iter().all(|e| e.name != UNKNOWN && e.equivalents.is_empty());
@@ -133,7 +132,7 @@ fn before_and_after(finding: &Finding, coordinate: &str, unit: TorqueUnit) -> Op
         curves.push(curve("with what was found", Role::Model, &verdict.extended.residual));
     }
     let figure = Figure {
-        title: format!("What the models leave along the {}", words(coordinate)),
+        title: format!("Residual along the {}", words(coordinate)),
         x_label: label.into(),
         y_label: format!("mean of recording minus model in {}", unit.symbol()),
         curves,
@@ -217,7 +216,7 @@ fn residual_over_time(finding: &Finding, unit: TorqueUnit) -> Drawing {
     }
     let shaded: &[(f64, f64)] = if seconds.len() < 20 { &seconds } else { &[] };
     figures::residual_over_time(
-        "What the models leave over time",
+        "Residual over time",
         &apart(&finding.report_data.coordinates.time),
         &over_time,
         shaded,
@@ -248,7 +247,7 @@ fn gain(finding: &Finding, unit: TorqueUnit) -> Section {
         crate::diagnose::diagnosis::HeldoutFrom::Blocks => {
             "blocks of the same recordings, each predicted from the others"
         }
-        crate::diagnose::diagnosis::HeldoutFrom::Recordings => "recordings that took no part",
+        crate::diagnose::diagnosis::HeldoutFrom::Recordings => "recordings not used in the fit",
     };
     let row = |name: &str, rms: &crate::diagnose::diagnosis::Rms| {
         TableRow::new([name.to_owned(), four(rms.given), four(rms.refitted), four(rms.extended)])
@@ -258,7 +257,7 @@ fn gain(finding: &Finding, unit: TorqueUnit) -> Section {
         head: ["rows", "model given", "base refitted", "extended"].map(str::to_owned).to_vec(),
         rows: vec![row("fitted", &found.rms), row("held out", &found.heldout.rms)],
     };
-    Section::new("What is gained").table(table).text(format!(
+    Section::new("Error before and after").table(table).text(format!(
         "Held out: {from}. Estimated noise: {} {} rms, which is {} of what the {} model leaves.",
         four(found.noise_rms),
         unit.symbol(),
@@ -271,7 +270,11 @@ fn effects(found: &Diagnosis) -> Section {
     let mut rows = Vec::new();
     for effect in &found.effects {
         let class: Vec<String> = effect.equivalents.iter().map(|k| words(k)).collect();
-        let apart = if class.is_empty() { String::new() } else { format!(" (not told from {})", class.join(", ")) };
+        let apart = if class.is_empty() {
+            String::new()
+        } else {
+            format!(" (cannot be distinguished from {})", class.join(", "))
+        };
         let side = format!("{:?}", effect.side).to_lowercase();
         rows.push(
             TableRow::new([
@@ -301,7 +304,7 @@ fn effects(found: &Diagnosis) -> Section {
         }
     }
     let head = ["effect", "share of the structure", "confidence", "side, unit"].map(str::to_owned).to_vec();
-    Section::new("What was left out").table(Table {
+    Section::new("Effects found").table(Table {
         caption: "Parameters with intervals of ± two standard deviations".into(),
         head,
         rows,
@@ -319,7 +322,7 @@ fn places(finding: &Finding, unit: TorqueUnit) -> Section {
         .map(|p| TableRow::new([words(&p.coordinate), percent(p.share), p.detail.clone()]))
         .collect();
     let head = ["coordinate", "share of the structure", "what is seen"].map(str::to_owned).to_vec();
-    let mut section = Section::new("Where it sits").table(Table {
+    let mut section = Section::new("Where the residual has structure").table(Table {
         caption: "Coordinates along which the residual has structure".into(),
         head,
         rows,
@@ -346,7 +349,7 @@ fn places(finding: &Finding, unit: TorqueUnit) -> Section {
                 Some(PROMINENT),
                 &strong,
             ),
-            "The orders are found in the angle domain, without being told the harmonics.".to_owned(),
+            "The orders are found in the angle domain; no harmonics are given.".to_owned(),
         ));
         let lines: Vec<(f64, f64)> = after.iter().map(|l| (l.order, l.power)).collect();
         drawings.push((
@@ -418,7 +421,7 @@ fn evidence(finding: &Finding) -> Section {
             "what any law of that coordinate could explain, net of its freedom".into(),
         ]));
         for (kind, gain, numbers) in effect.tried.iter().filter(|(kind, ..)| *kind != effect.name).take(6) {
-            let verdict = if effect.equivalents.contains(kind) { "cannot be told from it" } else { "rejected" };
+            let verdict = if effect.equivalents.contains(kind) { "cannot be distinguished" } else { "rejected" };
             rows.push(TableRow::new([format!("– {}", words(kind)), whole(*gain), numbers.to_string(), verdict.into()]));
         }
     }

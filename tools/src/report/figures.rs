@@ -218,7 +218,7 @@ fn exercised(cells: &[Vec<usize>], x: (&str, f64, f64), y: (&str, f64)) -> Drawi
 pub fn correlation<N: AsRef<str>>(names: &[N], matrix: &[Vec<f64>]) -> Drawing {
     let names: Vec<String> = names.iter().map(|name| symbol(name.as_ref()).to_owned()).collect();
     HeatMap {
-        title: "How the parameters hang together".into(),
+        title: "Correlation of the parameters".into(),
         legend: "correlation of the estimates".into(),
         x: Side::Names(names.clone()),
         y: Side::Names(names),

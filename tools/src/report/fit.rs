@@ -207,7 +207,7 @@ fn left_over(fit: &Fit, assessment: &Assessment, rows: &Joined, unit: TorqueUnit
             100.0 * s.share
         ),
         Some(_) => "No repeatable pattern found.".to_owned(),
-        None => "The recordings are too short to tell whether it repeats.".to_owned(),
+        None => "The recordings are too short to decide whether it repeats.".to_owned(),
     };
     let over = [("", Role::Model, &rows.residual[..])];
     let joint = rows.over == Abscissa::OUTPUT_ANGLE;
@@ -222,7 +222,7 @@ fn left_over(fit: &Fit, assessment: &Assessment, rows: &Joined, unit: TorqueUnit
             })
             .into(),
     };
-    Section::new("What is left")
+    Section::new("Residual")
         .table(errors)
         .figures([
             (
@@ -397,7 +397,7 @@ fn structures(fit: &Fit, unit: TorqueUnit) -> Section {
     let words = match fit.selection.len() {
         1 => "The law was given.".to_owned(),
         n => format!(
-            "Of {n} structures the one that predicts rows held out best is chosen; of those that these recordings cannot tell from it, the simplest. {} rows were used, spread over the whole of each recording.",
+            "Of {n} structures the one that predicts rows held out best is chosen; of those that predict as well, the simplest. {} rows were used, spread over the whole of each recording.",
             fit.selection_rows
         ),
     };
@@ -421,7 +421,7 @@ fn comparison(assessment: &Assessment, recordings: &[Recording], unit: TorqueUni
     } else {
         String::new()
     };
-    Section::new("Beside other models")
+    Section::new("Comparison with other models")
         .figure(
             figures::comparison(&assessment.comparison, unit),
             format!("Every model is fitted to the same rows by the same estimator.{rows}"),

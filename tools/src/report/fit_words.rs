@@ -37,7 +37,7 @@ pub fn worded(verdict: &FitVerdict, unit: TorqueUnit) -> WordedVerdict {
         (Grade::Caution, Some(reason)) => format!("Good enough to flash, with care: {}.", reason.words),
         _ => {
             let error = clause(&verdict.error, unit);
-            format!("Good enough to flash: {error}, and nothing in the recordings speaks against it.")
+            format!("Good enough to flash: {error}, and the recordings give no reason against it.")
         }
     };
     WordedVerdict { grade: verdict.grade, sentence, reasons }
@@ -62,7 +62,7 @@ pub fn clause(cause: &Cause, torque_unit: TorqueUnit) -> String {
             torque_unit.quantity()
         ),
         Cause::Overfit { ratio } => {
-            format!("rows that took no part are predicted {ratio:.1} times worse than those fitted")
+            format!("rows not used in the fit are predicted {ratio:.1} times worse than those fitted")
         }
         Cause::TorqueFalls => "the torque falls while the deflection rises, so one of them is counted backwards: flip it with --map deflection_rad=-COLUMN".to_owned(),
         Cause::BetterRated(BetterRated { rated_deflection_rad: seen, heldout_rms, given_heldout_rms }) => format!(

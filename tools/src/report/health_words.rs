@@ -40,7 +40,7 @@ impl Health {
         }
         let mut moved: Vec<&Change> = self.changes.iter().filter(|c| c.moved).collect();
         if self.changes.iter().all(|c| c.p_value.is_none()) {
-            return "What changed is listed, but without standard deviations nothing can be said of what it means: give the recordings, or the JSON of each fit beside its model.".to_owned();
+            return "The changes are listed; without standard deviations their significance is unknown: give the recordings, or the JSON of each fit beside its model.".to_owned();
         }
         if moved.is_empty() {
             let seen = self.changes.iter().find(|c| c.name == "K2").and_then(|c| Some(c.detectable? / c.first));

@@ -18,7 +18,7 @@ use crate::signal::recorded::evaluate;
 pub enum Implausible {
     /// A column in another unit or of the other sign.
     #[error(
-        "{file}: of a torque of {torque:.3e} {unit} rms the model given misses {missed:.3e}, and with {} only {left:.3e}: {}",
+        "{file}: the model's error is {missed:.3e} {unit} rms of a torque of {torque:.3e} {unit} rms; with {} it is {left:.3e}: {}",
         conversion.words(*torque_unit), conversion.mistake(), unit = torque_unit.symbol()
     )]
     Unit {
@@ -61,7 +61,7 @@ pub enum Implausible {
     },
     /// Nothing moves.
     #[error(
-        "{file}: does not move beyond its noise ({what} varies by {varies:.2e} rad rms, and {noise:.2e} of it are noise): it tells nothing of a gear or a joint"
+        "{file}: does not move beyond its noise ({what} varies by {varies:.2e} rad rms, of which {noise:.2e} is noise): nothing can be identified from it"
     )]
     Still {
         /// The recording.
@@ -169,7 +169,7 @@ impl fmt::Display for Remark {
             ),
             Remark::DeflectionStill { file } => write!(
                 f,
-                "{file}: the deflection does not move beyond its noise: stiffness, hysteresis and what acts on the deflection cannot be told from it"
+                "{file}: the deflection does not move beyond its noise: stiffness, hysteresis and effects of the deflection cannot be identified from it"
             ),
             Remark::Stiffness { file, recorded, given } => write!(
                 f,
