@@ -16,6 +16,7 @@
 //! | [`block`] | parameter blocks: what a drive keeps of a model file |
 //! | [`store`] | two slots in flash for blocks: one is whole at any moment |
 //! | [`link`] | the serial port: read, try, store, go back |
+//! | [`diagnostics`] | latched counters of what went wrong |
 //! | [`drive`] | the control tick over encoders and a torque command, by `embedded-hal` |
 //! | [`registry`] | names, units, ranges and words of all parameters |
 //! | [`scalar`] | the operations the model asks of a number |
@@ -43,6 +44,7 @@
 #![deny(unsafe_code)]
 
 pub mod block;
+pub mod diagnostics;
 pub mod drive;
 pub mod elastic;
 pub mod feedforward;

@@ -118,6 +118,23 @@ typedef struct gmhm_status {
     char gear[20];                 /* identity of the gear, ended by a zero */
 } gmhm_status;
 
+/* What went wrong since gmhm_init or gmhm_clear_diagnostics. Counters stop at UINT32_MAX. */
+typedef struct gmhm_diagnostics {
+    uint32_t refused;      /* samples that were NaN, infinite or absurd */
+    uint32_t out_of_range; /* samples beyond the rated deflection */
+    uint32_t quarantined;  /* samples further from the last one than gmhm_set_largest_step allows */
+    uint32_t restarted;    /* new starts where quarantined samples agreed */
+    uint32_t merged_pairs; /* pairs of turning points given up because there was no room for more */
+    uint32_t last_fault;   /* GMHM_FAULT_... */
+} gmhm_diagnostics;
+
+#define GMHM_FAULT_NONE 0u
+#define GMHM_FAULT_REFUSED 1u
+#define GMHM_FAULT_OUT_OF_RANGE 2u
+#define GMHM_FAULT_QUARANTINED 3u
+#define GMHM_FAULT_RESTARTED 4u
+#define GMHM_FAULT_MERGED 6u
+
 /*
  * Makes a joint of bytes that hold anything, and loads a block. Call once, before any other call for this joint. A refused block leaves a joint
  * without parameters, which is safe to use. `length` may be more than that of the block, such as a whole sector of flash.
@@ -144,6 +161,12 @@ gmhm_solution gmhm_invert(const gmhm_joint *joint, float torque_nm);
 
 /* What is in force. */
 gmhm_status gmhm_get_status(const gmhm_joint *joint);
+
+/* What went wrong so far: GMHM_OK, or GMHM_NULL. */
+uint16_t gmhm_get_diagnostics(const gmhm_joint *joint, gmhm_diagnostics *to);
+
+/* Counts from nothing again. */
+void gmhm_clear_diagnostics(gmhm_joint *joint);
 
 /* The abort code of a CANopen SDO transfer (CiA 301) nearest to a code of this file. */
 uint32_t gmhm_sdo_abort(uint16_t code);

@@ -1,12 +1,13 @@
 //! One gear as C sees it: parameters in force and the path so far.
 
 use gmhm::block::{Block, BlockError, CheckedTerms, GEAR, Parameters, verify_first};
+use gmhm::diagnostics::Diagnostics;
 use gmhm::memory::AnyLaw;
 use gmhm::terms::Sample;
 use gmhm::terms::compensated::{Compensated, CompensatedState, Total};
 use gmhm::{Inverse, Output, State, Status};
 
-use crate::types::{OutputC, SampleC, SolutionC, StatusC, flag, need};
+use crate::types::{DiagnosticsC, OutputC, SampleC, SolutionC, StatusC, flag, need};
 
 /// Turning points that a joint remembers.
 const DEPTH: usize = 16;
@@ -20,6 +21,9 @@ pub struct Joint {
     path: Path,
     flags: u32,
     largest_step_rad: f32,
+    diagnostics: Diagnostics,
+    /// Of the path, as counted last.
+    merged_pairs: u32,
 }
 
 /// What is in force.
@@ -90,7 +94,14 @@ fn check(block: &Block<'_>) -> Result<Parameters<f32, AnyLaw<f32>, CheckedTerms<
 impl Joint {
     /// No parameters in force.
     pub(crate) fn empty() -> Self {
-        Self { force: None, path: Path::New, flags: flag::NOT_LOADED, largest_step_rad: f32::INFINITY }
+        Self {
+            force: None,
+            path: Path::New,
+            flags: flag::NOT_LOADED,
+            largest_step_rad: f32::INFINITY,
+            diagnostics: Diagnostics::default(),
+            merged_pairs: 0,
+        }
     }
 
     pub(crate) fn load(&mut self, block: &[u8]) -> Result<(), BlockError> {
@@ -129,6 +140,7 @@ impl Joint {
 
     pub(crate) fn restart(&mut self) {
         self.path = Path::New;
+        self.merged_pairs = 0;
         self.flags = if self.force.is_some() { 0 } else { flag::NOT_LOADED };
     }
 
@@ -159,8 +171,24 @@ impl Joint {
                 total_output(&total, state.gear())
             }
         };
+        if let Some(state) = self.path.base() {
+            self.diagnostics.see_sample(&state.status());
+            let merged = gear.merged_pairs(state);
+            self.diagnostics.see_merged_pairs(self.merged_pairs, merged);
+            self.merged_pairs = merged;
+        }
         self.flags = output.flags;
         output
+    }
+
+    pub(crate) fn diagnostics(&self) -> DiagnosticsC {
+        let Diagnostics { refused, out_of_range, quarantined, restarted, merged_pairs, last, .. } = self.diagnostics;
+        let last_fault = u32::from(last.number());
+        DiagnosticsC { refused, out_of_range, quarantined, restarted, merged_pairs, last_fault }
+    }
+
+    pub(crate) fn clear_diagnostics(&mut self) {
+        self.diagnostics.clear();
     }
 
     pub(crate) fn invert(&self, torque_nm: f32) -> SolutionC {

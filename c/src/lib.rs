@@ -17,7 +17,7 @@ use core::mem::MaybeUninit;
 use gmhm::block::sdo_abort;
 
 pub use joint::Joint;
-pub use types::{OutputC, SampleC, SolutionC, StatusC, flag, need};
+pub use types::{DiagnosticsC, OutputC, SampleC, SolutionC, StatusC, flag, need};
 
 /// `GMHM_OK`.
 pub const OK: u16 = 0;
@@ -119,6 +119,28 @@ pub extern "C" fn gmhm_invert(joint: Option<&Joint>, torque_nm: f32) -> Solution
 #[unsafe(no_mangle)]
 pub extern "C" fn gmhm_get_status(joint: Option<&Joint>) -> StatusC {
     joint.map_or(StatusC { flags: flag::NOT_LOADED, ..StatusC::default() }, Joint::status)
+}
+
+/// See `gmhm.h`.
+// SAFETY: as for `gmhm_init`.
+#[unsafe(no_mangle)]
+pub extern "C" fn gmhm_get_diagnostics(joint: Option<&Joint>, to: Option<&mut MaybeUninit<DiagnosticsC>>) -> u16 {
+    match (joint, to) {
+        (Some(joint), Some(to)) => {
+            to.write(joint.diagnostics());
+            OK
+        }
+        _ => NULL,
+    }
+}
+
+/// See `gmhm.h`.
+// SAFETY: as for `gmhm_init`.
+#[unsafe(no_mangle)]
+pub extern "C" fn gmhm_clear_diagnostics(joint: Option<&mut Joint>) {
+    if let Some(joint) = joint {
+        joint.clear_diagnostics();
+    }
 }
 
 /// See `gmhm.h`.

@@ -80,6 +80,24 @@ pub struct StatusC {
     pub gear: [u8; 20],
 }
 
+/// `gmhm_diagnostics`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[repr(C)]
+pub struct DiagnosticsC {
+    /// Samples refused.
+    pub refused: u32,
+    /// Samples beyond the rated deflection.
+    pub out_of_range: u32,
+    /// Samples quarantined.
+    pub quarantined: u32,
+    /// New starts where quarantined samples agreed.
+    pub restarted: u32,
+    /// Pairs of turning points given up.
+    pub merged_pairs: u32,
+    /// [`Fault`](gmhm::diagnostics::Fault), by its number.
+    pub last_fault: u32,
+}
+
 /// Bits of the flags of outputs, solutions and status.
 pub mod flag {
     /// No parameters are in force.

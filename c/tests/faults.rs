@@ -5,9 +5,11 @@
 use std::mem::MaybeUninit;
 
 use gmhm::block::{Header, Identity, Joint as JointOfGear, ScalarKind, Writer};
+use gmhm::diagnostics::Fault;
 use gmhm::{Elastic, Gear, Memory, Params};
 use gmhm_c::{
-    Joint, NULL, OK, SampleC, VALUE, flag, gmhm_init, gmhm_invert, gmhm_restart, gmhm_set_largest_step, gmhm_step,
+    DiagnosticsC, Joint, NULL, OK, SampleC, VALUE, flag, gmhm_clear_diagnostics, gmhm_get_diagnostics, gmhm_init,
+    gmhm_invert, gmhm_restart, gmhm_set_largest_step, gmhm_step,
 };
 
 const A: f32 = 1.168e-3;
@@ -69,6 +71,28 @@ fn a_spike_is_quarantined_and_a_new_place_is_a_start() {
     let beyond = gmhm_step(Some(&mut joint), Some(&at(far)));
     assert_eq!(beyond.flags, flag::OUT_OF_RANGE);
     assert!((160.0..165.0).contains(&beyond.elastic_nm), "{}", beyond.elastic_nm);
+}
+
+#[test]
+fn faults_are_counted_until_they_are_cleared() {
+    let mut joint = joint();
+    assert_eq!(gmhm_set_largest_step(Some(&mut joint), 0.1 * A), OK);
+    for u in [0.0, f32::NAN, 0.05, 5.0, 0.1, 0.7, 0.72, 0.74] {
+        gmhm_step(Some(&mut joint), Some(&at(u * A)));
+    }
+    let seen = |joint: &Joint| {
+        let mut to = MaybeUninit::uninit();
+        assert_eq!(gmhm_get_diagnostics(Some(joint), Some(&mut to)), OK);
+        // SAFETY: gmhm_get_diagnostics has written it.
+        unsafe { to.assume_init() }
+    };
+    let last_fault = u32::from(Fault::Restarted.number());
+    let counted = DiagnosticsC { refused: 1, quarantined: 3, restarted: 1, last_fault, ..DiagnosticsC::default() };
+    assert_eq!(seen(&joint), counted);
+    gmhm_clear_diagnostics(Some(&mut joint));
+    assert_eq!(seen(&joint), DiagnosticsC::default());
+    assert_eq!(gmhm_get_diagnostics(Some(&joint), None), NULL);
+    gmhm_clear_diagnostics(None);
 }
 
 #[test]

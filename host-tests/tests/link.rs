@@ -168,6 +168,9 @@ fn every_refusal_is_reached_and_changes_nothing() {
     expect(Refusal::NothingBefore, 0, &[&new], &nothing, &[roll_back]);
     expect(Refusal::Value, 0, &[&old], &nothing, &[Request::Gain { ratio: 1.01 }]);
     expect(Refusal::Value, 0, &[&old], &nothing, &[Request::Gain { ratio: f32::NAN }]);
+    expect(Refusal::Value, 0, &[&old], &nothing, &[Request::Bound { share: f32::NAN }]);
+    expect(Refusal::Value, 0, &[&old], &nothing, &[Request::Bound { share: -0.1 }]);
+    expect(Refusal::Enabled, 0, &[&old], &enabled, &[Request::Bound { share: 0.5 }]);
     expect(Refusal::OnTrial, 0, &[&old], &nothing, &[staging(&new), vec![Request::Try, staging(&new)[0]]].concat());
     expect(Refusal::OnTrial, 0, &[&old], &nothing, &[staging(&new), vec![Request::Try, staging(&new)[1]]].concat());
     expect(Refusal::OnTrial, 0, &[&old], &nothing, &with(&[Request::Try, Request::Try]));
@@ -193,7 +196,7 @@ fn every_refusal_is_reached_and_changes_nothing() {
 
     // Commands and versions that are not known, payloads of another length.
     for (body, refusal) in [
-        ([1, 13, 0, 0, 0, 0, 0, 0, 0, 0].as_slice(), Refusal::Command),
+        ([1, 16, 0, 0, 0, 0, 0, 0, 0, 0].as_slice(), Refusal::Command),
         (&[2, 7, 0, 0, 0, 0, 0, 0, 0, 0], Refusal::Command),
         (&[1, 7, 0, 0, 0, 0, 0, 0, 0, 0, 0], Refusal::Payload),
         (&[1, 9, 0, 0, 0, 0, 0, 0, 0, 0, 0], Refusal::Payload),
@@ -209,8 +212,8 @@ fn every_refusal_is_reached_and_changes_nothing() {
         assert!(answers(&mut port, &mut drive, &gmhm::link::frame::encode(body)).is_empty());
     }
     let missing: Vec<_> = Refusal::ALL.iter().filter(|refusal| !reached.contains(refusal)).collect();
-    // A flash that fails is met where power is cut.
-    assert_eq!(missing, [&Refusal::Flash, &Refusal::ReadBack]);
+    // A flash that fails is met where power is cut, the last two among plausible changes.
+    assert_eq!(missing, [&Refusal::Flash, &Refusal::ReadBack, &Refusal::Bound, &Refusal::Busy]);
 }
 
 #[test]
@@ -256,7 +259,7 @@ fn refusals_have_numbers_of_their_own_and_abort_codes_of_canopen() {
         assert!(!refusal.to_string().is_empty());
     }
     assert_eq!(Refusal::of_number(0), None);
-    assert_eq!(Refusal::of_number(22), None);
+    assert_eq!(Refusal::of_number(24), None);
 }
 
 /// Power fails at every moment of a commit: an acknowledgement means that boot finds the new block, and without one it finds the old or the new.

@@ -8,9 +8,12 @@ mod drives;
 use blocks::block;
 use drives::{Bench, Session, Told, answers, bench, crc, staging, stored};
 use gmhm::block::{Identity, ScalarKind};
+use gmhm::diagnostics::{Diagnostics, Fault};
 use gmhm::link::frame::{MOST_BODY, MOST_FRAME, encode};
 use gmhm::link::message::{LOAD, MOST_BYTES, SAVE};
-use gmhm::link::{Answer, Identified, Live, Origin, Receiver, Refusal, Refused, Request, Status, Tag};
+use gmhm::link::{
+    Answer, Identified, LineCounts, LinkDiagnostics, Live, Origin, Receiver, Refusal, Refused, Request, Status, Tag,
+};
 use proptest::prelude::*;
 
 fn of(sequence: u32) -> Vec<u8> {
@@ -153,7 +156,7 @@ proptest! {
         words in prop::array::uniform8(any::<u32>()),
         bytes in prop::collection::vec(any::<u8>(), 0..=MOST_BYTES),
         flags in prop::array::uniform4(any::<bool>()),
-        number in 1_u8..=21,
+        number in 1_u8..=23,
     ) {
         let [a, b, c, d, e, f, g, h] = words;
         let [on, ..] = flags;
@@ -172,6 +175,9 @@ proptest! {
             Request::RollBack { signature: c, sequence: d },
             Request::Compensate { on },
             Request::Gain { ratio: finite(c) },
+            Request::Diagnostics,
+            Request::ClearDiagnostics,
+            Request::Bound { share: finite(c) },
         ] {
             let body = body(&request.encode(tag));
             prop_assert_eq!(Request::decode(&body), Some((request.command(), tag, Ok(request))));
@@ -207,6 +213,21 @@ proptest! {
             ticks: g,
             loop_cost: h,
         };
+        let diagnostics = LinkDiagnostics {
+            joint: Diagnostics {
+                refused: a,
+                out_of_range: b,
+                quarantined: c,
+                restarted: d,
+                saturated: e,
+                merged_pairs: f,
+                last: Fault::of_number(number % 7).expect("a number"),
+            },
+            line: LineCounts { frames: g, bad_checksums: h, malformed: a },
+            refused_requests: b,
+            expired_trials: c,
+            bound: finite(d),
+        };
         let refused = Refused { refusal: Refusal::of_number(number).expect("a number"), detail: c as u16 };
         for (command, answer) in [
             (1, Answer::Identified(identified)),
@@ -216,6 +237,8 @@ proptest! {
             (7, Answer::Done),
             (9, Answer::Stored { sequence: c, crc: d }),
             (10, Answer::Stored { sequence: c, crc: d }),
+            (13, Answer::Diagnostics(diagnostics)),
+            (14, Answer::Done),
             (8, Answer::Refused(refused)),
         ] {
             let body = body(&answer.encode(command, tag));

@@ -40,7 +40,7 @@ mod header;
 mod law;
 mod layout;
 mod parameters;
-mod record;
+pub(crate) mod record;
 mod term;
 mod word;
 mod write;

@@ -99,7 +99,7 @@ impl<'a> Block<'a> {
     }
 
     /// The words of a record that must be there, each within its range.
-    pub(super) fn words<S: Word, const N: usize>(&self, info: &'static RecordInfo) -> Result<[u32; N], BlockError> {
+    pub(crate) fn words<S: Word, const N: usize>(&self, info: &'static RecordInfo) -> Result<[u32; N], BlockError> {
         self.only(info)?.ok_or(BlockError::Missing(info.tag))?.checked::<S, N>(info)
     }
 }
@@ -204,7 +204,7 @@ pub(super) fn value<S: Word>(field: &FieldInfo, [first, second]: [u32; 2]) -> Op
 }
 
 /// The double of two words, the lower first.
-pub(super) fn double([low, high]: [u32; 2]) -> f64 {
+pub(crate) fn double([low, high]: [u32; 2]) -> f64 {
     f64::from_bits(u64::from(high) << 32 | u64::from(low))
 }
 

@@ -37,12 +37,24 @@ pub fn encode(body: &[u8]) -> Frame {
     frame
 }
 
+/// What came over the line so far; the counters stop at `u32::MAX`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct LineCounts {
+    /// Bodies whose CRC-32 was right.
+    pub frames: u32,
+    /// Frames whose CRC-32 was wrong, or that were too short for one.
+    pub bad_checksums: u32,
+    /// Frames that were too long, or no COBS.
+    pub malformed: u32,
+}
+
 /// Finds the bodies in what comes over the line. Whatever comes, the next zero byte begins anew.
 #[derive(Debug, Default)]
 pub struct Receiver {
     state: DecoderState,
     bytes: Vec<u8, { MOST_BODY + CRC_BYTES }>,
     overrun: bool,
+    counts: LineCounts,
 }
 
 impl Receiver {
@@ -64,10 +76,30 @@ impl Receiver {
                 None
             }
             Ok(DecodeResult::DataComplete) if !self.overrun => {
-                let (body, crc) = self.bytes.split_last_chunk::<CRC_BYTES>()?;
-                (CRC.checksum(body) == u32::from_le_bytes(*crc)).then_some(body)
+                let whole = self.bytes.split_last_chunk::<CRC_BYTES>();
+                let body = whole.and_then(|(body, crc)| {
+                    let right = CRC.checksum(body) == u32::from_le_bytes(*crc);
+                    right.then_some(body)
+                });
+                let counter = if body.is_some() { &mut self.counts.frames } else { &mut self.counts.bad_checksums };
+                *counter = counter.saturating_add(1);
+                body
             }
-            Ok(DecodeResult::NoData | DecodeResult::DataComplete) | Err(_) => None,
+            Ok(DecodeResult::DataComplete) | Err(_) => {
+                self.counts.malformed = self.counts.malformed.saturating_add(1);
+                None
+            }
+            Ok(DecodeResult::NoData) => None,
         }
+    }
+
+    /// What came so far.
+    pub fn counts(&self) -> LineCounts {
+        self.counts
+    }
+
+    /// Counts from nothing again.
+    pub fn clear_counts(&mut self) {
+        self.counts = LineCounts::default();
     }
 }

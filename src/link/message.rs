@@ -1,8 +1,9 @@
 //! Requests and answers, and their bodies.
 
-use super::frame::{self, Body, Frame};
+use super::frame::{self, Body, Frame, LineCounts};
 use super::refusal::{Refusal, Refused};
 use crate::block::{Identity, ScalarKind};
+use crate::diagnostics::{Diagnostics, Fault};
 
 /// The version of the protocol, the first byte of every body.
 pub const VERSION: u8 = 1;
@@ -89,6 +90,16 @@ pub enum Request<'a> {
         /// From 0 to 1.
         ratio: f32,
     },
+    /// What has gone wrong so far?
+    Diagnostics,
+    /// Count from nothing again.
+    ClearDiagnostics,
+    /// Set how far parameters that come on trial while the drive is enabled may be from those in force. Only while it is disabled; power-up brings back
+    /// [`DEFAULT_BOUND`](super::port::DEFAULT_BOUND).
+    Bound {
+        /// The largest difference of elastic torques up to the rated deflection, as a share of the torque there; infinite for none.
+        share: f32,
+    },
 }
 
 impl<'a> Request<'a> {
@@ -107,12 +118,15 @@ impl<'a> Request<'a> {
             Self::RollBack { .. } => 10,
             Self::Compensate { .. } => 11,
             Self::Gain { .. } => 12,
+            Self::Diagnostics => 13,
+            Self::ClearDiagnostics => 14,
+            Self::Bound { .. } => 15,
         }
     }
 
     /// Whether it changes anything, and so must be the session's next.
     pub const fn changes(&self) -> bool {
-        self.command() >= 5
+        !matches!(self, Self::Identify | Self::Status | Self::Read { .. } | Self::Live | Self::Diagnostics)
     }
 
     /// Its frame. Bytes beyond [`MOST_BYTES`] are left out.
@@ -120,13 +134,14 @@ impl<'a> Request<'a> {
         let mut pen = Pen::new(self.command(), tag);
         match *self {
             Self::Identify | Self::Status | Self::Live | Self::Try | Self::Revert => {}
+            Self::Diagnostics | Self::ClearDiagnostics => {}
             Self::Read { offset, length } => pen.u32(offset).u8(length).end(),
             Self::Stage { length, crc } => pen.u32(length).u32(crc).end(),
             Self::Data { offset, bytes } => pen.u32(offset).bytes(bytes).end(),
             Self::Commit { signature, crc } => pen.u32(signature).u32(crc).end(),
             Self::RollBack { signature, sequence } => pen.u32(signature).u32(sequence).end(),
             Self::Compensate { on } => pen.u8(u8::from(on)).end(),
-            Self::Gain { ratio } => pen.u32(ratio.to_bits()).end(),
+            Self::Gain { ratio } | Self::Bound { share: ratio } => pen.u32(ratio.to_bits()).end(),
         }
         frame::encode(&pen.body)
     }
@@ -142,7 +157,7 @@ impl<'a> Request<'a> {
             return Some((command, tag, Err(Refusal::Command)));
         }
         let request = match command {
-            1..=12 => fields.request(command).filter(|_| fields.0.is_empty()).ok_or(Refusal::Payload),
+            1..=15 => fields.request(command).filter(|_| fields.0.is_empty()).ok_or(Refusal::Payload),
             _ => Err(Refusal::Command),
         };
         Some((command, tag, request))
@@ -224,6 +239,21 @@ pub struct Live {
     pub loop_cost: u32,
 }
 
+/// What has gone wrong since power-up or since it was cleared.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct LinkDiagnostics {
+    /// On the control path.
+    pub joint: Diagnostics,
+    /// On the line.
+    pub line: LineCounts,
+    /// Requests that were refused.
+    pub refused_requests: u32,
+    /// Trials that ended because their host was gone.
+    pub expired_trials: u32,
+    /// The bound of live changes, [`Request::Bound`].
+    pub bound: f32,
+}
+
 /// What a drive answers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Answer<'a> {
@@ -247,6 +277,8 @@ pub enum Answer<'a> {
         /// Its CRC-32.
         crc: u32,
     },
+    /// To [`Request::Diagnostics`].
+    Diagnostics(LinkDiagnostics),
     /// To everything else.
     Done,
     /// Refused. Nothing has changed, but for [`Refusal::Flash`] and [`Refusal::ReadBack`]: then the store holds what it held or what it was to hold, whole.
@@ -295,6 +327,18 @@ impl<'a> Answer<'a> {
                 .u32(it.loop_cost)
                 .end(),
             Self::Stored { sequence, crc } => pen.u32(sequence).u32(crc).end(),
+            Self::Diagnostics(it) => {
+                let Diagnostics { refused, out_of_range, quarantined, restarted, saturated, merged_pairs, last } =
+                    it.joint;
+                let counters = [refused, out_of_range, quarantined, restarted, saturated, merged_pairs];
+                let LineCounts { frames, bad_checksums, malformed } = it.line;
+                let others = [frames, bad_checksums, malformed, it.refused_requests, it.expired_trials];
+                pen.bytes(counters.map(u32::to_le_bytes).as_flattened())
+                    .u8(last.number())
+                    .bytes(others.map(u32::to_le_bytes).as_flattened())
+                    .u32(it.bound.to_bits())
+                    .end();
+            }
         }
         frame::encode(&pen.body)
     }
@@ -406,6 +450,9 @@ impl<'a> Fields<'a> {
             10 => Request::RollBack { signature: self.u32()?, sequence: self.u32()? },
             11 => Request::Compensate { on: self.bool()? },
             12 => Request::Gain { ratio: self.f32()? },
+            13 => Request::Diagnostics,
+            14 => Request::ClearDiagnostics,
+            15 => Request::Bound { share: self.f32()? },
             _ => return None,
         })
     }
@@ -449,7 +496,19 @@ impl<'a> Fields<'a> {
                 loop_cost: self.u32()?,
             }),
             9 | 10 => Answer::Stored { sequence: self.u32()?, crc: self.u32()? },
-            5..=8 | 11 | 12 => Answer::Done,
+            13 => {
+                let [refused, out_of_range, quarantined] = [self.u32()?, self.u32()?, self.u32()?];
+                let [restarted, saturated, merged_pairs] = [self.u32()?, self.u32()?, self.u32()?];
+                let last = Fault::of_number(self.u8()?)?;
+                Answer::Diagnostics(LinkDiagnostics {
+                    joint: Diagnostics { refused, out_of_range, quarantined, restarted, saturated, merged_pairs, last },
+                    line: LineCounts { frames: self.u32()?, bad_checksums: self.u32()?, malformed: self.u32()? },
+                    refused_requests: self.u32()?,
+                    expired_trials: self.u32()?,
+                    bound: self.f32()?,
+                })
+            }
+            5..=8 | 11 | 12 | 14 | 15 => Answer::Done,
             _ => return None,
         })
     }

@@ -16,9 +16,10 @@
 pub mod frame;
 pub mod message;
 pub mod port;
+mod rating;
 pub mod refusal;
 
-pub use frame::{Frame, Receiver};
-pub use message::{Answer, Identified, Live, Origin, Request, Status, Tag};
+pub use frame::{Frame, LineCounts, Receiver};
+pub use message::{Answer, Identified, LinkDiagnostics, Live, Origin, Request, Status, Tag};
 pub use port::{Drive, Port};
 pub use refusal::{Refusal, Refused};

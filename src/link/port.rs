@@ -3,10 +3,24 @@
 use embedded_storage::nor_flash::NorFlash;
 
 use super::frame::{Frame, Receiver};
-use super::message::{Answer, Identified, LOAD, Live, MOST_BYTES, Origin, Request, SAVE, Status, Tag};
+use super::message::{Answer, Identified, LOAD, LinkDiagnostics, Live, MOST_BYTES, Origin, Request, SAVE, Status, Tag};
+use super::rating::Rating;
 use super::refusal::{Refusal, Refused};
 use crate::block::{Block, BlockError, FORMAT_VERSION, Header, Identity, ScalarKind, verify};
+use crate::diagnostics::Diagnostics;
 use crate::store::{Entry, Store, StoreError, is_newer};
+
+/// How far parameters may be from those in force when they come on trial on an enabled drive, as a share of the torque at the rated deflection.
+pub const DEFAULT_BOUND: f32 = 0.3;
+
+/// A trial ends when no request has come for this long, ms.
+pub const TRIAL_MS: u32 = 60_000;
+
+/// A compensation that the end of a trial switches off has this long to fade, ms.
+pub const FADE_MS: u32 = 1_000;
+
+/// A session is its host's alone until the host has been silent for this long, ms.
+pub const SESSION_MS: u32 = 2_000;
 
 /// What the port asks of a drive.
 pub trait Drive {
@@ -39,11 +53,19 @@ pub trait Drive {
 
     /// What it measures and computes.
     fn live(&self) -> Live;
+
+    /// What has gone wrong on its control path.
+    fn diagnostics(&self) -> Diagnostics {
+        Diagnostics::default()
+    }
+
+    /// Counts that from nothing again.
+    fn clear_diagnostics(&mut self) {}
 }
 
 /// A serial port over a store, with room for blocks of `ROOM` bytes.
 ///
-/// Call [`boot`](Self::boot) once and [`receive`](Self::receive) with what comes over the line, both outside the control interrupt: storing a block takes
+/// Call [`boot`](Self::boot) once, [`receive`](Self::receive) with what comes over the line and [`elapse`](Self::elapse) as time passes, all outside the control interrupt: storing a block takes
 /// as long as the flash takes to erase a slot.
 #[derive(Debug)]
 pub struct Port<F, const ROOM: usize> {
@@ -62,6 +84,13 @@ impl<F: NorFlash, const ROOM: usize> Port<F, ROOM> {
             boot_error: 0,
             session: nonce,
             next_turn: None,
+            silent_ms: None,
+            session_silent_ms: 0,
+            reverts_after_ms: TRIAL_MS,
+            bound: DEFAULT_BOUND,
+            rating: None,
+            refused_requests: 0,
+            expired_trials: 0,
         };
         Self { receiver: Receiver::new(), desk }
     }
@@ -82,12 +111,32 @@ impl<F: NorFlash, const ROOM: usize> Port<F, ROOM> {
                 && let Some((command, tag, request)) = Request::decode(body)
             {
                 let mut bytes = [0; MOST_BYTES];
+                self.desk.hear(tag);
                 let answer = request
                     .map_err(Refused::from)
                     .and_then(|request| self.desk.answer(request, tag, drive, &mut bytes));
+                self.desk.refused_requests = self.desk.refused_requests.saturating_add(u32::from(answer.is_err()));
+                let answer = match answer {
+                    Ok(Answer::Diagnostics(it)) => {
+                        Ok(Answer::Diagnostics(LinkDiagnostics { line: self.receiver.counts(), ..it }))
+                    }
+                    Ok(Answer::Done) if matches!(command, CLEAR) => {
+                        self.receiver.clear_counts();
+                        Ok(Answer::Done)
+                    }
+                    answer => answer,
+                };
                 send(&answer.unwrap_or_else(Answer::Refused).encode(command, tag));
             }
         }
+    }
+
+    /// Tells the port that time has passed; call it some times a second. Without it no trial ends by itself, and any host may open a session at any time.
+    ///
+    /// A trial whose host is gone ([`TRIAL_MS`] without a request) ends: the compensation is switched off where it is on, and [`FADE_MS`] later the stored block is
+    /// in force again.
+    pub fn elapse(&mut self, ms: u32, drive: &mut impl Drive) {
+        self.desk.elapse(ms, drive);
     }
 
     /// Why the newest stored block could not be loaded at boot: [`BlockError::code`], or 0.
@@ -100,6 +149,9 @@ impl<F: NorFlash, const ROOM: usize> Port<F, ROOM> {
         self.desk.store
     }
 }
+
+/// The command that clears diagnostics, those of the line included.
+const CLEAR: u8 = Request::ClearDiagnostics.command();
 
 /// A block on its way.
 #[derive(Debug, Clone, Copy)]
@@ -130,6 +182,17 @@ struct Desk<F, const ROOM: usize> {
     session: u32,
     /// The turn that comes next; `None` where no session is open.
     next_turn: Option<u32>,
+    /// Since the last request; `None` where nobody tells the time.
+    silent_ms: Option<u32>,
+    /// Since the last request of the session.
+    session_silent_ms: u32,
+    /// When a trial whose host is gone gives way to the stored block.
+    reverts_after_ms: u32,
+    bound: f32,
+    /// Of the stored block in force.
+    rating: Option<Rating>,
+    refused_requests: u32,
+    expired_trials: u32,
 }
 
 impl<F: NorFlash, const ROOM: usize> Desk<F, ROOM> {
@@ -144,7 +207,7 @@ impl<F: NorFlash, const ROOM: usize> Desk<F, ROOM> {
             self.admit(tag)?;
         }
         match request {
-            Request::Identify => return Ok(Answer::Identified(self.identify(drive))),
+            Request::Identify => return Ok(Answer::Identified(self.identify(tag, drive)?)),
             Request::Status => return Ok(Answer::Status(self.status(drive))),
             Request::Read { offset, length } => {
                 let bytes = bytes.get_mut(..usize::from(length)).ok_or(Refusal::Payload)?;
@@ -170,8 +233,57 @@ impl<F: NorFlash, const ROOM: usize> Desk<F, ROOM> {
                 }
                 drive.set_gain_ratio(ratio);
             }
+            Request::Diagnostics => {
+                return Ok(Answer::Diagnostics(LinkDiagnostics {
+                    joint: drive.diagnostics(),
+                    refused_requests: self.refused_requests,
+                    expired_trials: self.expired_trials,
+                    bound: self.bound,
+                    ..LinkDiagnostics::default()
+                }));
+            }
+            Request::ClearDiagnostics => {
+                (self.refused_requests, self.expired_trials) = (0, 0);
+                drive.clear_diagnostics();
+            }
+            Request::Bound { share } => {
+                if drive.is_enabled() {
+                    return Err(Refusal::Enabled.into());
+                }
+                // A NaN compares false.
+                if share >= 0.0 {
+                    self.bound = share;
+                } else {
+                    return Err(Refusal::Value.into());
+                }
+            }
         }
         Ok(Answer::Done)
+    }
+
+    /// A request came.
+    fn hear(&mut self, tag: Tag) {
+        self.silent_ms = self.silent_ms.map(|_| 0);
+        self.reverts_after_ms = TRIAL_MS;
+        if self.next_turn.is_some() && tag.session == self.session {
+            self.session_silent_ms = 0;
+        }
+    }
+
+    fn elapse(&mut self, ms: u32, drive: &mut impl Drive) {
+        let silent_ms = self.silent_ms.unwrap_or(0).saturating_add(ms);
+        self.silent_ms = Some(silent_ms);
+        self.session_silent_ms = self.session_silent_ms.saturating_add(ms);
+        if !self.is_on_trial() || silent_ms < self.reverts_after_ms {
+            return;
+        }
+        if drive.is_compensating() {
+            drive.compensate(false);
+            self.reverts_after_ms = silent_ms.saturating_add(FADE_MS);
+            return;
+        }
+        self.expired_trials = self.expired_trials.saturating_add(1);
+        self.adopt_stored(drive);
     }
 
     /// Whether a request that changes something is the session's next. Its turn is taken, whatever becomes of it.
@@ -184,7 +296,12 @@ impl<F: NorFlash, const ROOM: usize> Desk<F, ROOM> {
         Ok(())
     }
 
-    fn identify(&mut self, drive: &impl Drive) -> Identified {
+    fn identify(&mut self, tag: Tag, drive: &impl Drive) -> Result<Identified, Refusal> {
+        let is_held = self.silent_ms.is_some() && self.session_silent_ms < SESSION_MS;
+        if self.next_turn.is_some() && tag.session != self.session && is_held {
+            return Err(Refusal::Busy);
+        }
+        self.session_silent_ms = 0;
         // A walk through all 2³² numbers: none comes twice while the drive is powered.
         self.session = self.session.wrapping_mul(0x0019_660D).wrapping_add(0x3C6E_F35F);
         self.next_turn = Some(0);
@@ -192,14 +309,14 @@ impl<F: NorFlash, const ROOM: usize> Desk<F, ROOM> {
             self.staged = None;
         }
         let (scalar, stack_depth) = drive.arithmetic();
-        Identified {
+        Ok(Identified {
             session: self.session,
             gear: self.gear(drive),
             room: self.room() as u32,
             format_version: FORMAT_VERSION,
             scalar,
             stack_depth,
-        }
+        })
     }
 
     fn status(&mut self, drive: &impl Drive) -> Status {
@@ -282,6 +399,12 @@ impl<F: NorFlash, const ROOM: usize> Desk<F, ROOM> {
         if !is_newer(block.header().sequence, newest) {
             return Err(Refusal::Sequence.into());
         }
+        if drive.is_enabled()
+            && let Some(rating) = self.rating
+            && !Rating::of(&block).is_some_and(|other| rating.bounds(&other, self.bound))
+        {
+            return Err(Refusal::Bound.into());
+        }
         drive.adopt(Some(&block)).map_err(refused_block)?;
         self.in_force = InForce::Trial { header: *block.header(), crc: block.crc() };
         Ok(())
@@ -318,6 +441,7 @@ impl<F: NorFlash, const ROOM: usize> Desk<F, ROOM> {
         if self.store.newest() != Some(entry) {
             return Err(Refusal::ReadBack.into());
         }
+        self.rating = Rating::of(&block);
         self.in_force = InForce::Stored(entry);
         self.staged = None;
         self.boot_error = 0;
@@ -355,6 +479,7 @@ impl<F: NorFlash, const ROOM: usize> Desk<F, ROOM> {
         self.staged = None;
         self.boot_error = 0;
         self.in_force = InForce::Nothing;
+        self.rating = None;
         for entry in self.store.entries().into_iter().flatten() {
             match self.adopt_entry(&entry, drive) {
                 Ok(()) => {
@@ -374,7 +499,9 @@ impl<F: NorFlash, const ROOM: usize> Desk<F, ROOM> {
         let bytes = self.stage.get_mut(..entry.header.length as usize).ok_or(refused_block(BlockError::NoRoom))?;
         self.store.read(entry, 0, bytes).map_err(refusal)?;
         let block = verify(bytes).map_err(refused_block)?;
-        drive.adopt(Some(&block)).map_err(refused_block)
+        drive.adopt(Some(&block)).map_err(refused_block)?;
+        self.rating = Rating::of(&block);
+        Ok(())
     }
 
     fn is_on_trial(&self) -> bool {

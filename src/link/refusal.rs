@@ -48,11 +48,15 @@ pub enum Refusal {
     NotOnTrial = 20,
     /// No parameters are in force.
     NoParameters = 21,
+    /// The drive is enabled, and the parameters are too far from those in force.
+    Bound = 22,
+    /// Another host has a session open.
+    Busy = 23,
 }
 
 impl Refusal {
     /// All of them.
-    pub const ALL: [Self; 21] = [
+    pub const ALL: [Self; 23] = [
         Self::Command,
         Self::Payload,
         Self::Session,
@@ -74,6 +78,8 @@ impl Refusal {
         Self::OnTrial,
         Self::NotOnTrial,
         Self::NoParameters,
+        Self::Bound,
+        Self::Busy,
     ];
 
     /// Its number.
@@ -94,7 +100,7 @@ impl Refusal {
             Self::Session => 0x060A_0023,
             Self::Order => 0x0503_0000,
             Self::Enabled | Self::OnTrial | Self::NotOnTrial => 0x0800_0022,
-            Self::Compensating => 0x0800_0021,
+            Self::Compensating | Self::Busy => 0x0800_0021,
             Self::Signature => 0x0800_0020,
             Self::Incomplete | Self::NoParameters => 0x0800_0024,
             Self::Offset => 0x0504_0003,
@@ -106,7 +112,7 @@ impl Refusal {
             Self::Flash => 0x0606_0000,
             Self::ReadBack => 0x0800_0000,
             Self::NothingBefore => 0x0602_0000,
-            Self::Value => 0x0609_0030,
+            Self::Value | Self::Bound => 0x0609_0030,
         }
     }
 }
@@ -135,6 +141,8 @@ impl fmt::Display for Refusal {
             Self::OnTrial => "parameters are on trial: revert or commit them first",
             Self::NotOnTrial => "no parameters are on trial",
             Self::NoParameters => "no parameters are in force",
+            Self::Bound => "the drive is enabled, and the parameters are too far from those in force",
+            Self::Busy => "another host has a session open: wait until it has been silent for a while",
         })
     }
 }

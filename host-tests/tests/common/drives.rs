@@ -2,6 +2,7 @@
 #![allow(dead_code, reason = "every test file compiles this module and uses its own part")]
 
 use gmhm::block::{Block, BlockError, Identity, ScalarKind, verify};
+use gmhm::diagnostics::Diagnostics;
 use gmhm::link::frame::Receiver;
 use gmhm::link::{Answer, Drive, Identified, Live, Port, Refused, Request, Tag};
 use gmhm::store::Store;
@@ -27,6 +28,7 @@ pub struct Told {
     pub gear: Identity,
     /// Blocks of this sequence number are refused.
     pub dislikes: Option<u32>,
+    pub diagnostics: Diagnostics,
 }
 
 impl Drive for Told {
@@ -70,6 +72,14 @@ impl Drive for Told {
 
     fn live(&self) -> Live {
         Live { deflection_rad: 1e-3, torque_nm: 25.0, ticks: 7, ..Live::default() }
+    }
+
+    fn diagnostics(&self) -> Diagnostics {
+        self.diagnostics
+    }
+
+    fn clear_diagnostics(&mut self) {
+        self.diagnostics.clear();
     }
 }
 
@@ -136,6 +146,7 @@ pub fn ask(
         Answer::Identified(it) => Ok((Answer::Identified(it), Vec::new())),
         Answer::Status(it) => Ok((Answer::Status(it), Vec::new())),
         Answer::Live(it) => Ok((Answer::Live(it), Vec::new())),
+        Answer::Diagnostics(it) => Ok((Answer::Diagnostics(it), Vec::new())),
         Answer::Stored { sequence, crc } => Ok((Answer::Stored { sequence, crc }, Vec::new())),
         Answer::Done => Ok((Answer::Done, Vec::new())),
     }

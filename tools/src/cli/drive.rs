@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use clap::{Args, Subcommand};
-use gmhm::link::{Identified, Live, Origin, Request, Status};
+use gmhm::link::{Identified, LinkDiagnostics, Live, Origin, Request, Status};
 use serde::Serialize;
 
 use super::Session;
@@ -82,6 +82,18 @@ enum Action {
     On,
     /// Switch the compensation off
     Off,
+    /// What has gone wrong on the control path and on the line since power-up or the last --clear
+    Diagnostics {
+        /// Count from nothing afterwards
+        #[arg(long)]
+        clear: bool,
+    },
+    /// Set how far parameters that are tried while the drive is enabled may be from those in force; only while it is disabled
+    Bound {
+        /// Share of the torque at the rated deflection: 0.3 from power-up on, inf for none
+        #[arg(value_name = "SHARE", value_parser = positive_or_infinite)]
+        share: f32,
+    },
     /// Set the share of the compensation that is fed forward
     Gain {
         /// From 0 to 1
@@ -93,6 +105,11 @@ enum Action {
 fn share(text: &str) -> Result<f32, String> {
     let ratio = text.parse().ok().filter(|ratio| (0.0..=1.0).contains(ratio));
     ratio.ok_or_else(|| "must be a number from 0 to 1".to_owned())
+}
+
+fn positive_or_infinite(text: &str) -> Result<f32, String> {
+    let share = text.parse().ok().filter(|share| *share >= 0.0);
+    share.ok_or_else(|| "must be a number of 0 or more, or inf".to_owned())
 }
 
 impl DriveArgs {
@@ -145,6 +162,20 @@ impl DriveArgs {
             Action::On => self.tell(&mut drive, &Request::Compensate { on: true }),
             Action::Off => self.tell(&mut drive, &Request::Compensate { on: false }),
             Action::Gain { ratio } => self.tell(&mut drive, &Request::Gain { ratio: *ratio }),
+            Action::Bound { share } => {
+                drive.identify()?;
+                drive.tell(&Request::Bound { share: *share })?;
+                self.say(&format!("on an enabled drive, torques may differ by {share} of the rated one"))
+            }
+            Action::Diagnostics { clear } => {
+                let text = counters(&drive.diagnostics()?);
+                write!(std::io::stdout().lock(), "{text}")?;
+                if *clear {
+                    drive.identify()?;
+                    drive.tell(&Request::ClearDiagnostics)?;
+                }
+                Ok(())
+            }
         }
     }
 
@@ -168,6 +199,31 @@ fn has_screen() -> bool {
 
 fn compensation(on: bool, gain_ratio: f32) -> String {
     format!("compensation {}, gain ratio {gain_ratio}", if on { "on" } else { "off" })
+}
+
+/// A line for each counter.
+fn counters(diagnostics: &LinkDiagnostics) -> String {
+    let LinkDiagnostics { joint, line, refused_requests, expired_trials, bound } = diagnostics;
+    let mut text = String::new();
+    for (name, count) in [
+        ("samples refused", joint.refused),
+        ("samples out of range", joint.out_of_range),
+        ("samples quarantined", joint.quarantined),
+        ("new starts", joint.restarted),
+        ("torques saturated", joint.saturated),
+        ("turning points merged", joint.merged_pairs),
+        ("frames", line.frames),
+        ("bad checksums", line.bad_checksums),
+        ("malformed frames", line.malformed),
+        ("requests refused", *refused_requests),
+        ("trials expired", *expired_trials),
+    ] {
+        // A string takes everything.
+        let _ = writeln!(text, "{name:<24}{count}");
+    }
+    let _ = writeln!(text, "{:<24}{}", "last fault", joint.last.name());
+    let _ = writeln!(text, "{:<24}{bound}", "bound while enabled");
+    text
 }
 
 fn write_json(path: Option<&Path>, results: &impl Serialize) -> Result<(), Failure> {

@@ -3,7 +3,7 @@
 use std::io::{ErrorKind, Read, Write};
 use std::time::{Duration, Instant};
 
-use gmhm::link::{Answer, Identified, Live, Receiver, Request, Status, Tag};
+use gmhm::link::{Answer, Identified, LinkDiagnostics, Live, Receiver, Refusal, Request, Status, Tag};
 
 use super::error::DeviceError;
 use super::line::Line;
@@ -11,6 +11,8 @@ use super::line::Line;
 /// How long a drive may take to answer, and to store a block.
 const ANSWERING: Duration = Duration::from_secs(3);
 const STORING: Duration = Duration::from_secs(10);
+/// Between two attempts to open a session.
+const BETWEEN_ATTEMPTS: Duration = Duration::from_millis(250);
 
 /// A drive at the other end of a line.
 pub struct Client {
@@ -36,6 +38,21 @@ impl Client {
     /// # Errors
     /// [`DeviceError`].
     pub fn identify(&mut self) -> Result<Identified, DeviceError> {
+        let asked = Instant::now();
+        loop {
+            match self.open() {
+                // Another host's session ends when that has been silent for a while.
+                Err(DeviceError::Refused { refused, .. })
+                    if refused.refusal == Refusal::Busy && asked.elapsed() < ANSWERING =>
+                {
+                    std::thread::sleep(BETWEEN_ATTEMPTS);
+                }
+                answer => return answer,
+            }
+        }
+    }
+
+    fn open(&mut self) -> Result<Identified, DeviceError> {
         match self.ask(&Request::Identify)?.answer() {
             Answer::Identified(identified) => {
                 (self.session, self.turn) = (identified.session, 0);
@@ -63,6 +80,17 @@ impl Client {
     pub fn live(&mut self) -> Result<Live, DeviceError> {
         match self.ask(&Request::Live)?.answer() {
             Answer::Live(live) => Ok(live),
+            _ => Err(DeviceError::NotUnderstood),
+        }
+    }
+
+    /// Asks what has gone wrong so far.
+    ///
+    /// # Errors
+    /// [`DeviceError`].
+    pub fn diagnostics(&mut self) -> Result<LinkDiagnostics, DeviceError> {
+        match self.ask(&Request::Diagnostics)?.answer() {
+            Answer::Diagnostics(diagnostics) => Ok(diagnostics),
             _ => Err(DeviceError::NotUnderstood),
         }
     }

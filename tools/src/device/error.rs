@@ -112,6 +112,8 @@ fn refusal_mend(refusal: Refusal) -> Option<String> {
         Refusal::OnTrial => "gmhm drive --to TARGET revert, or commit, then again",
         Refusal::NotOnTrial => "gmhm drive --to TARGET try params.bin first",
         Refusal::NoParameters => "gmhm flash params.bin --to TARGET first",
+        Refusal::Bound => "disable the drive, or, while it is disabled, gmhm drive --to TARGET bound SHARE first",
+        Refusal::Busy => "end the other program that talks to the drive, then again",
         _ => return None,
     };
     Some(mend.to_owned())

@@ -9,7 +9,7 @@ use crate::machine::{M0, M4F};
 use crate::size::is_panic;
 
 /// What `gmhm.h` declares.
-const FUNCTIONS: [&str; 8] = [
+const FUNCTIONS: [&str; 10] = [
     "gmhm_init",
     "gmhm_load",
     "gmhm_restart",
@@ -17,6 +17,8 @@ const FUNCTIONS: [&str; 8] = [
     "gmhm_step",
     "gmhm_invert",
     "gmhm_get_status",
+    "gmhm_get_diagnostics",
+    "gmhm_clear_diagnostics",
     "gmhm_sdo_abort",
 ];
 

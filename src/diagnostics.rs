@@ -1,0 +1,147 @@
+//! Latched diagnostics of a joint: what went wrong since they were cleared, and what last.
+//!
+//! A drive shows each sample's [`Status`] and each period's [`Contribution`] to its [`Diagnostics`]; a host reads them over the [link](crate::link), or C by
+//! `gmhm_get_diagnostics`, and clears them by command. Counters stop at `u32::MAX`.
+//!
+//! ```
+//! use gmhm::diagnostics::{Diagnostics, Fault};
+//! # use gmhm::{Elastic, Gear, Params, Memory};
+//! # let elastic = Elastic { c1_nm_per_rad: 2.4737e4, ..Elastic::default() };
+//! # let memory = Memory { alpha: 2.6532e6, beta_per_s: 422.68, omega_per_s: 226.31, ..Memory::default() };
+//! # let gear = Gear::<f32>::new(&Params::new(1.168e-3, elastic, memory)?);
+//! let mut diagnostics = Diagnostics::default();
+//! let mut state = gear.start::<16>(0.0);
+//! for deflection in [1e-4, f32::NAN, 1.5e-3] {
+//!     gear.step(&mut state, deflection);
+//!     diagnostics.see_sample(&state.status());
+//! }
+//! assert_eq!((diagnostics.refused, diagnostics.out_of_range, diagnostics.last), (1, 1, Fault::OutOfRange));
+//! # Ok::<(), gmhm::ParamError>(())
+//! ```
+
+use crate::feedforward::Contribution;
+use crate::gear::Status;
+
+/// What can go wrong in a control period.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
+#[repr(u8)]
+pub enum Fault {
+    /// Nothing yet.
+    #[default]
+    None = 0,
+    /// Input that is not finite, or absurd.
+    Refused = 1,
+    /// A deflection beyond the rated one.
+    OutOfRange = 2,
+    /// A deflection that the gear cannot have reached.
+    Quarantined = 3,
+    /// A new start where quarantined samples agreed.
+    Restarted = 4,
+    /// A torque beyond the invertible range.
+    Saturated = 5,
+    /// Turning points given up for lack of room.
+    Merged = 6,
+}
+
+impl Fault {
+    /// Its number.
+    pub const fn number(self) -> u8 {
+        self as u8
+    }
+
+    /// The fault of a number.
+    pub const fn of_number(number: u8) -> Option<Self> {
+        Some(match number {
+            0 => Self::None,
+            1 => Self::Refused,
+            2 => Self::OutOfRange,
+            3 => Self::Quarantined,
+            4 => Self::Restarted,
+            5 => Self::Saturated,
+            6 => Self::Merged,
+            _ => return None,
+        })
+    }
+
+    /// Its name.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Refused => "refused",
+            Self::OutOfRange => "out of range",
+            Self::Quarantined => "quarantined",
+            Self::Restarted => "restarted",
+            Self::Saturated => "saturated",
+            Self::Merged => "merged",
+        }
+    }
+}
+
+/// Counters since they were cleared, and the last fault.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Diagnostics {
+    /// Samples or demands that were refused.
+    pub refused: u32,
+    /// Samples beyond the rated deflection.
+    pub out_of_range: u32,
+    /// Samples that were quarantined.
+    pub quarantined: u32,
+    /// New starts where quarantined samples agreed.
+    pub restarted: u32,
+    /// Periods with a torque beyond the invertible range.
+    pub saturated: u32,
+    /// Pairs of turning points given up.
+    pub merged_pairs: u32,
+    /// The last fault.
+    pub last: Fault,
+}
+
+impl Diagnostics {
+    /// Counts what a sample was.
+    pub fn see_sample(&mut self, status: &Status) {
+        self.count(status.refused, Fault::Refused);
+        self.count(status.out_of_range && !status.refused && !status.quarantined, Fault::OutOfRange);
+        self.count(status.quarantined, Fault::Quarantined);
+        self.count(status.restarted, Fault::Restarted);
+    }
+
+    /// Counts what a period of the feed-forward was.
+    pub fn see_contribution<S>(&mut self, contribution: &Contribution<S>) {
+        self.count(contribution.refused, Fault::Refused);
+        self.count(contribution.saturated, Fault::Saturated);
+    }
+
+    /// Counts a torque beyond the invertible range.
+    pub fn see_saturated(&mut self, saturated: bool) {
+        self.count(saturated, Fault::Saturated);
+    }
+
+    /// Takes over how many pairs of turning points a state has given up ([`Gear::merged_pairs`](crate::Gear::merged_pairs)), `before` of them earlier.
+    pub fn see_merged_pairs(&mut self, before: u32, now: u32) {
+        if now > before {
+            self.merged_pairs = self.merged_pairs.saturating_add(now - before);
+            self.last = Fault::Merged;
+        }
+    }
+
+    /// Begins anew.
+    pub fn clear(&mut self) {
+        *self = Self::default();
+    }
+
+    fn count(&mut self, happened: bool, fault: Fault) {
+        let counter = match fault {
+            Fault::Refused => &mut self.refused,
+            Fault::OutOfRange => &mut self.out_of_range,
+            Fault::Quarantined => &mut self.quarantined,
+            Fault::Restarted => &mut self.restarted,
+            Fault::Saturated => &mut self.saturated,
+            Fault::None | Fault::Merged => return,
+        };
+        if happened {
+            *counter = counter.saturating_add(1);
+            self.last = fault;
+        }
+    }
+}
