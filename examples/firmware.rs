@@ -1,6 +1,6 @@
 //! What firmware does with a parameter block, here on the host: load it once, then feed forward in every control tick.
 //!
-//! `cargo run --package gmhm --example firmware`. On a microcontroller the same lines stand in the timer interrupt; `src/bin/control` is a whole image.
+//! `cargo run --package gmhm --features block --example firmware`. On a microcontroller the same lines stand in the timer interrupt; `src/bin/control` is a whole image.
 
 use std::error::Error;
 

@@ -21,6 +21,18 @@
 //! | [`registry`] | names, units, ranges and words of all parameters |
 //! | [`scalar`] | the operations the model asks of a number |
 //!
+//! | feature | adds | needs |
+//! |---|---|---|
+//! | none | laws, inverse, feed-forward, servo | `libm`, `heapless` |
+//! | `fixed` | fixed point | `fixed` |
+//! | `terms` | [`terms`], [`registry`] | |
+//! | `block` | [`block`], `terms`, `fixed` | `crc` |
+//! | `store` | [`store`], `block` | `embedded-storage` |
+//! | `link` | [`link`], `drive::lockstep`, `store` | `cobs` |
+//! | `drive` | drivers in [`drive`] | `embedded-hal` |
+//! | `full` | all of these | |
+//! | `defmt` | logs | `defmt` |
+//!
 //! ```
 //! use gmhm::{Elastic, Gear, Memory, Params};
 //!
@@ -43,6 +55,7 @@
 #![cfg_attr(not(all(target_arch = "arm", target_abi = "eabihf")), forbid(unsafe_code))]
 #![deny(unsafe_code)]
 
+#[cfg(feature = "block")]
 pub mod block;
 pub mod diagnostics;
 pub mod drive;
@@ -50,12 +63,16 @@ pub mod elastic;
 pub mod feedforward;
 pub mod gear;
 pub mod inverse;
+#[cfg(feature = "link")]
 pub mod link;
 pub mod memory;
 pub mod params;
+#[cfg(feature = "terms")]
 pub mod registry;
 pub mod scalar;
+#[cfg(feature = "store")]
 pub mod store;
+#[cfg(feature = "terms")]
 pub mod terms;
 
 pub use elastic::Elastic;

@@ -97,7 +97,9 @@ impl<S: Word> BlockLaw<S> for Time<S> {
         let step = |words| S::gain_of_words(words).map(|(gain, _)| gain).ok_or(BlockError::Malformed(TIME.tag));
         let step = [step([f0, f1])?, step([l0, l1])?, step([i0, i1])?];
         let rates = Rates { kernel: kernel_of(kernel), gain: double([g0, g1]), beta_per_s: double([b0, b1]) };
-        Ok(Self::of(rates, gate_of(gate), step, [bound, growth].map(number)))
+        let law = Self::of(rates, gate_of(gate), step, [bound, growth].map(number));
+        // A NaN compares false.
+        Ok(if block.header().period_s > 0.0 { law } else { law.without_period() })
     }
 
     fn record(&self, params: &Params) -> (&'static RecordInfo, LawWords) {

@@ -35,18 +35,23 @@
 //! # Ok::<(), gmhm::drive::SetupError>(())
 //! ```
 
+#[cfg(feature = "drive")]
 pub mod as5047p;
 pub mod cascade;
 pub mod joint;
+#[cfg(feature = "link")]
 pub mod lockstep;
 pub mod pair;
+#[cfg(feature = "drive")]
 pub mod pwm;
 pub mod servo;
 
+#[cfg(feature = "drive")]
 pub use as5047p::As5047p;
 pub use cascade::{Cascade, CascadeState, Gains, GainsError};
 pub use joint::{Fault, Joint};
 pub use pair::{EncoderPair, FromCounts, Mounting, Reading, Setup, SetupError};
+#[cfg(feature = "drive")]
 pub use pwm::CentredPwm;
 pub use servo::{Reference, Servo, ServoError, ServoSetup, ServoState};
 

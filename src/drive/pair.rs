@@ -10,8 +10,9 @@
 use core::f64::consts::TAU;
 use core::fmt;
 
-use crate::scalar::fixed::Factor;
-use crate::scalar::{Fixed, Float, Scalar};
+#[cfg(feature = "fixed")]
+use crate::scalar::{Fixed, fixed::Factor};
+use crate::scalar::{Float, Scalar};
 
 /// The deflection must reach this many rated deflections without leaving 32 bits.
 const HEADROOM: f64 = 64.0;
@@ -57,6 +58,7 @@ macro_rules! from_counts {
 from_counts!(f32);
 from_counts!(f64);
 
+#[cfg(feature = "fixed")]
 impl FromCounts for Fixed {
     type Factor = Factor;
 

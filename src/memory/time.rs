@@ -147,7 +147,14 @@ impl<S: Scalar> Time<S> {
         Self { rates: rates.cast(), step, bound, gate, has_period: true }
     }
 
+    /// The law without a sample period: a gear then refuses every sample that does not bring its own.
+    #[cfg(feature = "block")]
+    pub(crate) fn without_period(self) -> Self {
+        Self { has_period: false, ..self }
+    }
+
     /// The coefficients of a step and the largest m, as [`of`](Self::of) takes them.
+    #[cfg(feature = "block")]
     pub(crate) fn coefficients(&self) -> ([S::Gain; 3], [S; 2]) {
         let TimeStep { forgotten, level, increment } = self.step;
         ([forgotten, level, increment], self.bound)

@@ -5,12 +5,14 @@
 //! [`Fixed`] point, so that host and microcontroller agree bit by bit.
 
 pub mod circle;
+#[cfg(feature = "fixed")]
 pub mod fixed;
 mod float;
 
 use core::fmt::Debug;
 use core::ops::{Add, Mul, Neg, Sub};
 
+#[cfg(feature = "fixed")]
 pub use self::fixed::Fixed;
 
 /// A number the model can be evaluated in.

@@ -3,7 +3,7 @@
 use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, Stdio};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, bail, ensure};
 use xshell::{Shell, cmd};
 
 use crate::{c, cost, emulate, end_to_end, fuzz, setup, size, structure};
@@ -13,6 +13,7 @@ pub fn run(shell: &Shell) -> Result<()> {
     setup::run(shell)?;
     structure::run(shell)?;
     cmd!(shell, "cargo test --workspace --locked").run().context("a host test failed")?;
+    features(shell)?;
     cmd!(shell, "cargo test --package gmhm --features micromath --lib --locked")
         .run()
         .context("a test of the feature `micromath` failed")?;
@@ -34,10 +35,26 @@ pub fn run(shell: &Shell) -> Result<()> {
     Ok(())
 }
 
+/// Checks the core with each of its features alone, and that it depends on two packages without any.
+fn features(shell: &Shell) -> Result<()> {
+    for feature in ["", "fixed", "terms", "block", "store", "link", "drive"] {
+        cmd!(
+            shell,
+            "cargo clippy --quiet --package gmhm --no-default-features --features {feature} --locked -- -D warnings"
+        )
+        .run()
+        .with_context(|| format!("the core does not build with the features `{feature}`"))?;
+    }
+    let tree = cmd!(shell, "cargo tree --package gmhm --edges normal --depth 1 --prefix none --locked").read()?;
+    let direct: Vec<&str> = tree.lines().skip(1).filter_map(|line| line.split(' ').next()).collect();
+    ensure!(direct == ["heapless", "libm"], "without features the core needs {direct:?}");
+    Ok(())
+}
+
 /// Runs the examples.
 fn examples(shell: &Shell) -> Result<()> {
-    for (package, example) in [("gmhm-tools", "fit"), ("gmhm", "firmware")] {
-        cmd!(shell, "cargo run --quiet --locked --package {package} --example {example}")
+    for (package, features, example) in [("gmhm-tools", "", "fit"), ("gmhm", "block", "firmware")] {
+        cmd!(shell, "cargo run --quiet --locked --package {package} --features {features} --example {example}")
             .run()
             .with_context(|| format!("the example `{example}` failed"))?;
     }
