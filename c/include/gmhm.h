@@ -14,7 +14,7 @@
  *     gmhm_solution aim = gmhm_invert(&joint, torque_reference);              // deflection for a torque, rad
  *
  * Make blocks with `gmhm pack model.toml -o params.h` (or .bin, .hex). docs/block.md specifies them.
- * Where torques are counted in amperes of motor current, read A for N*m everywhere.
+ * A block that counts torques in amperes of motor current is loaded by gmhm_load_amperes alone, after gmhm_init has answered GMHM_UNIT: read A for N*m everywhere then.
  */
 #ifndef GMHM_H
 #define GMHM_H
@@ -37,6 +37,7 @@ typedef struct gmhm_joint {
 #define GMHM_OK 0x0000u
 #define GMHM_NULL 0x0001u
 #define GMHM_VALUE 0x0002u /* a number that is none, or out of its range: nothing changed */
+#define GMHM_UNIT 0x0003u  /* the block counts torques in the other unit: nothing changed */
 #define GMHM_ERROR_LENGTH 0x0101u
 #define GMHM_ERROR_MAGIC 0x0102u
 #define GMHM_ERROR_VERSION 0x0103u
@@ -63,6 +64,7 @@ typedef struct gmhm_joint {
 #define GMHM_FLAG_NO_INVERSE 0x20u    /* the parameters in force have no inverse */
 #define GMHM_FLAG_QUARANTINED 0x40u   /* further from the last sample than gmhm_set_largest_step allows: nothing moved, the last good output again */
 #define GMHM_FLAG_RESTARTED 0x80u     /* three quarantined samples agreed: the path starts anew at this one */
+#define GMHM_FLAG_NO_ENCODERS 0x100u  /* gmhm_step_counts without encoders that go with the block: all numbers are 0 */
 
 /* Signals that the terms in force need, bits of gmhm_status.needs. The deflection is always needed. */
 #define GMHM_NEEDS_MOTOR_ANGLE 0x01u
@@ -116,6 +118,10 @@ typedef struct gmhm_status {
     uint32_t needs;
     uint32_t flags;                /* of the last gmhm_step */
     char gear[20];                 /* identity of the gear, ended by a zero */
+    float ratio;                   /* N, negative where the gear reverses; 0 where the block states none */
+    float deflection_zero_rad;     /* what the encoders show at no deflection: q_m/N - q_o - this is the deflection of a sample */
+    uint32_t torque_on_motor_side; /* 1: the torque is taken on the motor side; 0: by a sensor on the output side */
+    uint32_t torque_in_amperes;    /* 1: read A for N*m everywhere */
 } gmhm_status;
 
 /* What went wrong since gmhm_init or gmhm_clear_diagnostics. Counters stop at UINT32_MAX. */
@@ -144,6 +150,20 @@ uint16_t gmhm_init(gmhm_joint *joint, const uint8_t *block, uint32_t length);
 /* Puts another block in force; its path starts at the next sample. A refused block changes nothing: what was in force stays so. */
 uint16_t gmhm_load(gmhm_joint *joint, const uint8_t *block, uint32_t length);
 
+/* The same for a block that counts torques in amperes; one in newton metres is refused. */
+uint16_t gmhm_load_amperes(gmhm_joint *joint, const uint8_t *block, uint32_t length);
+
+/* Two encoders. Both must count up, or be reversed, where the deflection of the model grows along the gear; a negative ratio of the block is taken care of. */
+typedef struct gmhm_encoders {
+    uint32_t motor_counts_per_turn; /* up to 2^30 */
+    uint32_t output_counts_per_turn;
+    uint32_t motor_reversed; /* 0 or 1 */
+    uint32_t output_reversed;
+} gmhm_encoders;
+
+/* Tells the encoders of the joint, after a block is in force; they stay over gmhm_load. GMHM_VALUE where they do not go with the block: no ratio, no counts, or too fine. */
+uint16_t gmhm_set_encoders(gmhm_joint *joint, const gmhm_encoders *encoders);
+
 /*
  * The largest step of the deflection between two samples, rad, for this joint and every block that it loads: the top speed of the deflection times the control period. What is
  * further from the last good sample is quarantined; for each sample that was not taken the next may lie a step further, up to four. INFINITY means no limit, as after gmhm_init.
@@ -155,6 +175,12 @@ void gmhm_restart(gmhm_joint *joint);
 
 /* Moves to the next sample, one control period after the last. The first one is the start: the hysteresis memory is empty there. */
 gmhm_output gmhm_step(gmhm_joint *joint, const gmhm_sample *sample);
+
+/*
+ * The same from the raw counts of both encoders, each from 0 to one below a turn: ratio, zero and rated deflection of the block are applied, in integers until the difference is
+ * taken. Deflection and angles of the sample are not read. Between two calls either shaft moves by less than half a turn of its own.
+ */
+gmhm_output gmhm_step_counts(gmhm_joint *joint, uint32_t motor, uint32_t output, const gmhm_sample *sample);
 
 /* The deflection at which the next sample of the base model gives this torque. Nothing moves. Subtract the torque of terms first. */
 gmhm_solution gmhm_invert(const gmhm_joint *joint, float torque_nm);

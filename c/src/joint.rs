@@ -1,13 +1,14 @@
 //! One gear as C sees it: parameters in force and the path so far.
 
-use gmhm::block::{Block, BlockError, CheckedTerms, GEAR, Parameters, verify_first};
+use gmhm::block::{Block, BlockError, CheckedTerms, GEAR, Joint as JointOfGear, Parameters, TorqueUnit, verify_first};
 use gmhm::diagnostics::Diagnostics;
+use gmhm::drive::{EncoderPair, Mounting, Reading};
 use gmhm::memory::AnyLaw;
 use gmhm::terms::Sample;
 use gmhm::terms::compensated::{Compensated, CompensatedState, Total};
 use gmhm::{Inverse, Output, State, Status};
 
-use crate::types::{DiagnosticsC, OutputC, SampleC, SolutionC, StatusC, flag, need};
+use crate::types::{DiagnosticsC, EncodersC, OutputC, SampleC, SolutionC, StatusC, flag, need};
 
 /// Turning points that a joint remembers.
 const DEPTH: usize = 16;
@@ -21,9 +22,28 @@ pub struct Joint {
     path: Path,
     flags: u32,
     largest_step_rad: f32,
+    encoders: Option<EncodersC>,
+    /// The block's ratio and zero over these encoders, and what they said last.
+    pair: Option<EncoderPair<f32>>,
+    seen: Option<Reading<f32>>,
     diagnostics: Diagnostics,
     /// Of the path, as counted last.
     merged_pairs: u32,
+}
+
+/// Why a block was not put in force.
+#[derive(Debug)]
+pub(crate) enum LoadError {
+    /// It was refused.
+    Block(BlockError),
+    /// It counts torques in another unit.
+    Unit,
+}
+
+impl From<BlockError> for LoadError {
+    fn from(error: BlockError) -> Self {
+        Self::Block(error)
+    }
 }
 
 /// What is in force.
@@ -33,6 +53,8 @@ struct Force {
     crc: u32,
     period_s: f32,
     gear: [u8; 20],
+    joint: JointOfGear,
+    unit: TorqueUnit,
     inverse: Option<Inverse<f32>>,
     /// The base model and the terms that a drive feeds forward.
     compensated: Compensated<f32, AnyLaw<f32>, TERMS>,
@@ -99,15 +121,20 @@ impl Joint {
             path: Path::New,
             flags: flag::NOT_LOADED,
             largest_step_rad: f32::INFINITY,
+            encoders: None,
+            pair: None,
+            seen: None,
             diagnostics: Diagnostics::default(),
             merged_pairs: 0,
         }
     }
 
-    pub(crate) fn load(&mut self, block: &[u8]) -> Result<(), BlockError> {
+    /// Puts a block in force whose torques are counted in a unit.
+    pub(crate) fn load(&mut self, block: &[u8], unit: TorqueUnit) -> Result<(), LoadError> {
         let block = verify_first(block)?;
-        let parameters = check(&block)?;
-        let gear = parameters.gear.ok_or(BlockError::Missing(GEAR.tag))?;
+        let parameters = check(&block)?.in_unit(unit).map_err(|_| LoadError::Unit)?;
+        let joint = parameters.joint;
+        let gear = parameters.gear.ok_or(LoadError::Block(BlockError::Missing(GEAR.tag)))?;
         let mut label = [0; 20];
         label.iter_mut().zip(parameters.header.identity.bytes()).for_each(|(to, byte)| *to = *byte);
         self.force = Some(Force {
@@ -115,6 +142,8 @@ impl Joint {
             crc: parameters.crc,
             period_s: parameters.header.period_s,
             gear: label,
+            joint,
+            unit,
             inverse: parameters.inverse,
             compensated: Compensated {
                 gear: gear.with_largest_step(self.largest_step_rad),
@@ -122,7 +151,43 @@ impl Joint {
             },
         });
         self.restart();
+        self.pair = self.pair_of(self.encoders);
         Ok(())
+    }
+
+    /// Says whether encoders and the block in force go together.
+    pub(crate) fn set_encoders(&mut self, encoders: &EncodersC) -> bool {
+        let pair = self.pair_of(Some(*encoders));
+        if pair.is_some() {
+            (self.encoders, self.pair, self.seen) = (Some(*encoders), pair, None);
+        }
+        pair.is_some()
+    }
+
+    fn pair_of(&self, encoders: Option<EncodersC>) -> Option<EncoderPair<f32>> {
+        let (force, encoders) = (self.force.as_ref()?, encoders?);
+        let mounting = |counts_per_turn, reversed| Mounting { counts_per_turn, reversed: reversed != 0 };
+        let motor = mounting(encoders.motor_counts_per_turn, encoders.motor_reversed);
+        let output = mounting(encoders.output_counts_per_turn, encoders.output_reversed);
+        let rated = f64::from(force.compensated.gear.frame().rated());
+        EncoderPair::new(&force.joint.encoders(motor, output, rated).ok()?).ok()
+    }
+
+    /// A step from raw counts: the block's ratio and zero are applied, deflection and angles are written into the sample.
+    pub(crate) fn step_counts(&mut self, motor: u32, output: u32, sample: &SampleC) -> OutputC {
+        let Some(pair) = &self.pair else { return OutputC { flags: flag::NO_ENCODERS, ..OutputC::default() } };
+        let seen = match &self.seen {
+            None => pair.start(motor, output),
+            Some(last) => pair.follow(last, motor, output),
+        };
+        let sample = SampleC {
+            deflection_rad: seen.deflection,
+            motor_angle_rad: pair.motor_angle(&seen),
+            output_angle_rad: pair.output_angle(&seen),
+            ..*sample
+        };
+        self.seen = Some(seen);
+        self.step(&sample)
     }
 
     /// Says whether it is a step.
@@ -141,6 +206,7 @@ impl Joint {
     pub(crate) fn restart(&mut self) {
         self.path = Path::New;
         self.merged_pairs = 0;
+        self.seen = None;
         self.flags = if self.force.is_some() { 0 } else { flag::NOT_LOADED };
     }
 
@@ -224,6 +290,10 @@ impl Joint {
             needs: needs.fold(0, |bits, (bit, _)| bits | 1 << bit),
             flags: self.flags,
             gear: force.gear,
+            ratio: force.joint.ratio.unwrap_or(0.0) as f32,
+            deflection_zero_rad: force.joint.deflection_zero_rad as f32,
+            torque_on_motor_side: u32::from(force.joint.motor_side),
+            torque_in_amperes: u32::from(force.unit == TorqueUnit::Ampere),
         }
     }
 }

@@ -14,10 +14,12 @@ mod types;
 
 use core::mem::MaybeUninit;
 
-use gmhm::block::sdo_abort;
+use gmhm::block::{TorqueUnit, sdo_abort};
+
+use crate::joint::LoadError;
 
 pub use joint::Joint;
-pub use types::{DiagnosticsC, OutputC, SampleC, SolutionC, StatusC, flag, need};
+pub use types::{DiagnosticsC, EncodersC, OutputC, SampleC, SolutionC, StatusC, flag, need};
 
 /// `GMHM_OK`.
 pub const OK: u16 = 0;
@@ -25,6 +27,8 @@ pub const OK: u16 = 0;
 pub const NULL: u16 = 1;
 /// `GMHM_VALUE`.
 pub const VALUE: u16 = 2;
+/// `GMHM_UNIT`.
+pub const UNIT: u16 = 3;
 
 /// 64-bit words of `gmhm_joint`.
 pub const JOINT_WORDS: usize = 448;
@@ -65,10 +69,52 @@ pub unsafe extern "C" fn gmhm_init(joint: Option<&mut MaybeUninit<Joint>>, block
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn gmhm_load(joint: Option<&mut Joint>, block: *const u8, length: u32) -> u16 {
     // SAFETY: the caller's, as above.
+    unsafe { load(joint, block, length, TorqueUnit::NewtonMetre) }
+}
+
+/// See `gmhm.h`.
+///
+/// # Safety
+/// The pointers are null or point to as much as `gmhm.h` says.
+// SAFETY: as for `gmhm_init`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn gmhm_load_amperes(joint: Option<&mut Joint>, block: *const u8, length: u32) -> u16 {
+    // SAFETY: the caller's, as above.
+    unsafe { load(joint, block, length, TorqueUnit::Ampere) }
+}
+
+/// # Safety
+/// As [`bytes`].
+unsafe fn load(joint: Option<&mut Joint>, block: *const u8, length: u32, unit: TorqueUnit) -> u16 {
+    // SAFETY: the caller's, as above.
     let (Some(joint), Some(block)) = (joint, unsafe { bytes(block, length) }) else { return NULL };
-    match joint.load(block) {
+    match joint.load(block, unit) {
         Ok(()) => OK,
-        Err(error) => error.code(),
+        Err(LoadError::Block(error)) => error.code(),
+        Err(LoadError::Unit) => UNIT,
+    }
+}
+
+/// See `gmhm.h`.
+// SAFETY: as for `gmhm_init`.
+#[unsafe(no_mangle)]
+pub extern "C" fn gmhm_set_encoders(joint: Option<&mut Joint>, encoders: Option<&EncodersC>) -> u16 {
+    let (Some(joint), Some(encoders)) = (joint, encoders) else { return NULL };
+    if joint.set_encoders(encoders) { OK } else { VALUE }
+}
+
+/// See `gmhm.h`.
+// SAFETY: as for `gmhm_init`.
+#[unsafe(no_mangle)]
+pub extern "C" fn gmhm_step_counts(
+    joint: Option<&mut Joint>,
+    motor: u32,
+    output: u32,
+    sample: Option<&SampleC>,
+) -> OutputC {
+    match (joint, sample) {
+        (Some(joint), Some(sample)) => joint.step_counts(motor, output, sample),
+        _ => OutputC { flags: flag::NOT_LOADED, ..OutputC::default() },
     }
 }
 

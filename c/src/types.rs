@@ -78,6 +78,28 @@ pub struct StatusC {
     pub flags: u32,
     /// Identity of the gear, ended by a zero.
     pub gear: [u8; 20],
+    /// N; 0 where the block states none.
+    pub ratio: f32,
+    /// What the encoders show at θ = 0.
+    pub deflection_zero_rad: f32,
+    /// 1 where the torque is taken on the motor side.
+    pub torque_on_motor_side: u32,
+    /// 1 where torques are counted in amperes.
+    pub torque_in_amperes: u32,
+}
+
+/// `gmhm_encoders`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[repr(C)]
+pub struct EncodersC {
+    /// Of the motor.
+    pub motor_counts_per_turn: u32,
+    /// Of the output.
+    pub output_counts_per_turn: u32,
+    /// Whether the motor's counts down where q_m grows.
+    pub motor_reversed: u32,
+    /// Whether the output's counts down where q_o grows.
+    pub output_reversed: u32,
 }
 
 /// `gmhm_diagnostics`.
@@ -116,6 +138,8 @@ pub mod flag {
     pub const QUARANTINED: u32 = 0x40;
     /// Quarantined samples agreed: started anew there.
     pub const RESTARTED: u32 = 0x80;
+    /// No encoders are set, or they do not go with the block.
+    pub const NO_ENCODERS: u32 = 0x100;
 }
 
 /// Bits of the signals that terms need, in the order of this list.

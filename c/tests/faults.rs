@@ -4,12 +4,13 @@
 
 use std::mem::MaybeUninit;
 
-use gmhm::block::{Header, Identity, Joint as JointOfGear, ScalarKind, Writer};
+use gmhm::block::{Header, Identity, Joint as JointOfGear, ScalarKind, TorqueUnit, Writer};
 use gmhm::diagnostics::Fault;
 use gmhm::{Elastic, Gear, Memory, Params};
 use gmhm_c::{
-    DiagnosticsC, Joint, NULL, OK, SampleC, VALUE, flag, gmhm_clear_diagnostics, gmhm_get_diagnostics, gmhm_init,
-    gmhm_invert, gmhm_restart, gmhm_set_largest_step, gmhm_step,
+    DiagnosticsC, EncodersC, Joint, NULL, OK, SampleC, UNIT, VALUE, flag, gmhm_clear_diagnostics, gmhm_get_diagnostics,
+    gmhm_get_status, gmhm_init, gmhm_invert, gmhm_load, gmhm_load_amperes, gmhm_restart, gmhm_set_encoders,
+    gmhm_set_largest_step, gmhm_step, gmhm_step_counts,
 };
 
 const A: f32 = 1.168e-3;
@@ -23,15 +24,19 @@ fn number(name: &str, otherwise: u64) -> u64 {
 }
 
 fn block() -> Vec<u8> {
+    block_of(&JointOfGear::default(), TorqueUnit::NewtonMetre)
+}
+
+fn block_of(joint: &JointOfGear, torque_unit: TorqueUnit) -> Vec<u8> {
     let elastic = Elastic { c1_nm_per_rad: 2.4737e4, c2_nm_per_rad3: 1.0e9, c3_nm_per_rad5: -1.1774e14 };
     let memory = Memory { alpha: 2.6532e6, beta_per_s: 422.68, omega_per_s: 226.31, ..Memory::default() };
     let params = Params::new(f64::from(A), elastic, memory).expect("the published gear");
     let mut buffer = vec![0; 4096];
-    let header = Header { period_s: 1e-3, ..Header::new(Identity::of_name("joint 3"), ScalarKind::F32) };
+    let header = Header { period_s: 1e-3, torque_unit, ..Header::new(Identity::of_name("joint 3"), ScalarKind::F32) };
     let mut writer = Writer::new(&mut buffer, header);
     writer.gear(&Gear::<f32>::with_period(&params, 1e-3).expect("a period"), &params).expect("a gear");
     writer.inverse::<f32>(&params, 1e-3).expect("an inverse");
-    writer.joint(&JointOfGear::default()).expect("a joint");
+    writer.joint(joint).expect("a joint");
     let length = writer.finish().expect("a block");
     buffer.truncate(length);
     buffer
@@ -93,6 +98,53 @@ fn faults_are_counted_until_they_are_cleared() {
     assert_eq!(seen(&joint), DiagnosticsC::default());
     assert_eq!(gmhm_get_diagnostics(Some(&joint), None), NULL);
     gmhm_clear_diagnostics(None);
+}
+
+#[test]
+fn counts_become_the_deflection_of_the_block() {
+    let joint_of_gear = JointOfGear { ratio: Some(-100.0), deflection_zero_rad: 0.1255, motor_side: true };
+    let bytes = block_of(&joint_of_gear, TorqueUnit::NewtonMetre);
+    let mut joint = joint();
+    // SAFETY: the block outlives the call.
+    assert_eq!(unsafe { gmhm_load(Some(&mut joint), bytes.as_ptr(), bytes.len() as u32) }, OK);
+    let status = gmhm_get_status(Some(&joint));
+    assert_eq!((status.ratio, status.deflection_zero_rad), (-100.0, 0.1255));
+    assert_eq!((status.torque_on_motor_side, status.torque_in_amperes), (1, 0));
+    let sample = SampleC::default();
+    assert_eq!(gmhm_step_counts(Some(&mut joint), 0, 0, Some(&sample)).flags, flag::NO_ENCODERS);
+    let encoders =
+        EncodersC { motor_counts_per_turn: 1 << 20, output_counts_per_turn: 1 << 20, ..EncodersC::default() };
+    assert_eq!(gmhm_set_encoders(Some(&mut joint), Some(&EncodersC::default())), VALUE);
+    assert_eq!(gmhm_set_encoders(Some(&mut joint), Some(&encoders)), OK);
+    let turns = |angle: f64| ((angle / std::f64::consts::TAU).rem_euclid(1.0) * f64::from(1 << 20)) as u32;
+    for k in 0..300 {
+        let (output, theta) = (0.01 * f64::from(k), 0.5 * f64::from(A) * (0.1 * f64::from(k)).sin());
+        let motor = turns(-100.0 * (output + theta + 0.1255));
+        let out = gmhm_step_counts(Some(&mut joint), motor, turns(output), Some(&sample));
+        assert_eq!(out.flags, 0, "{k}");
+        assert!((f64::from(out.deflection_rad) - theta).abs() < 1e-5, "{k}: {} for {theta}", out.deflection_rad);
+        assert!(out.torque_nm.abs() < 20.0);
+    }
+}
+
+#[test]
+fn amperes_are_not_taken_for_newton_metres() {
+    let bytes = block_of(&JointOfGear::default(), TorqueUnit::Ampere);
+    let (pointer, length) = (bytes.as_ptr(), bytes.len() as u32);
+    let mut joint = Box::new(MaybeUninit::uninit());
+    // SAFETY: the block outlives the calls, and gmhm_init has written the joint.
+    let mut joint = unsafe {
+        assert_eq!(gmhm_init(Some(&mut joint), pointer, length), UNIT);
+        joint.assume_init()
+    };
+    assert_eq!(gmhm_step(Some(&mut joint), Some(&at(1e-4))).flags, flag::NOT_LOADED);
+    // SAFETY: the block outlives the call.
+    assert_eq!(unsafe { gmhm_load_amperes(Some(&mut joint), pointer, length) }, OK);
+    assert_eq!(gmhm_get_status(Some(&joint)).torque_in_amperes, 1);
+    let newton_metres = block();
+    // SAFETY: the block outlives the call.
+    let code = unsafe { gmhm_load_amperes(Some(&mut joint), newton_metres.as_ptr(), newton_metres.len() as u32) };
+    assert_eq!(code, UNIT);
 }
 
 #[test]

@@ -182,6 +182,7 @@ fn the_header_says_what_the_library_does() {
         ("NO_INVERSE", flag::NO_INVERSE),
         ("QUARANTINED", flag::QUARANTINED),
         ("RESTARTED", flag::RESTARTED),
+        ("NO_ENCODERS", flag::NO_ENCODERS),
     ];
     for (name, value) in flags {
         assert_eq!(defined(&format!("GMHM_FLAG_{name}")), value);
@@ -220,8 +221,8 @@ fn the_header_says_what_the_library_does() {
     for (k, name) in errors.into_iter().enumerate() {
         assert_eq!(defined(&format!("GMHM_ERROR_{name}")), 0x0101 + k as u32);
     }
-    // As C lays the structure out: nine words and twenty characters.
-    assert_eq!(size_of::<StatusC>(), 56);
+    // As C lays the structure out: nine words, twenty characters and four words.
+    assert_eq!(size_of::<StatusC>(), 72);
     // Every signal that a term in force can ask for has a bit or is always there; faults of the measurement are never in force.
     for info in KINDS.iter().filter(|info| info.side == Side::Plant) {
         for need in kind(info.name).expect("a kind").needs {
@@ -235,7 +236,7 @@ fn the_header_says_what_the_library_does() {
 fn the_header_is_good_cpp() {
     let folder = tempfile::tempdir().expect("a folder");
     let source = folder.path().join("use.cpp");
-    std::fs::write(&source, "#include \"gmhm.h\"\nint main() { return static_cast<int>(sizeof(gmhm_status)) - 56; }\n")
+    std::fs::write(&source, "#include \"gmhm.h\"\nint main() { return static_cast<int>(sizeof(gmhm_status)) - 72; }\n")
         .expect("written");
     let include = Path::new(env!("CARGO_MANIFEST_DIR")).join("include");
     run(Command::new("c++")

@@ -406,3 +406,74 @@ fn the_registry_is_whole() {
     let numbers: Vec<u16> = KINDS.iter().filter_map(|kind| gmhm::terms::tag_of_kind(kind.name)).collect();
     assert_eq!(numbers, (1..=28).collect::<Vec<u16>>());
 }
+
+/// Counts of both encoders to the deflection of the model, by what the block says of the joint.
+#[test]
+fn a_block_turns_counts_into_its_deflection() {
+    use gmhm::drive::{EncoderPair, Mounting, SetupError};
+
+    let mounting = Mounting { counts_per_turn: 1 << 20, reversed: false };
+    let params = common::masing();
+    for (ratio, fraction) in [(100.0, (100, 1)), (-100.0, (100, 1)), (100.5, (201, 2)), (80.0 / 3.0, (80, 3))] {
+        let joint = Joint { ratio: Some(ratio), deflection_zero_rad: 0.1255, motor_side: false };
+        let bytes = block(header(), |writer| {
+            write_gear_alone(writer, &params)?;
+            writer.joint(&joint)
+        });
+        let loaded = Parameters::<f32>::load(&bytes, 16).expect("a good block");
+        let setup = loaded.encoders(mounting, mounting).expect("a ratio");
+        assert_eq!((setup.ratio, setup.motor.reversed), (fraction, ratio < 0.0));
+        let pair = EncoderPair::<f32>::new(&setup).expect("encoders");
+        // A quarter of the rated deflection, beside the zero.
+        let turns = |angle: f64| ((angle / std::f64::consts::TAU).rem_euclid(1.0) * f64::from(1 << 20)) as u32;
+        let (output, theta) = (0.3, 0.25 * common::A);
+        let reading = pair.start(turns(ratio * (output + theta + 0.1255)), turns(output));
+        let error = (f64::from(reading.deflection) - theta).abs();
+        // One count of the output.
+        assert!(error < std::f64::consts::TAU / f64::from(1 << 20) * 1.1, "{ratio}: {error}");
+    }
+    let without = block(header(), |writer| {
+        write_gear_alone(writer, &params)?;
+        writer.joint(&Joint::default())
+    });
+    let loaded = Parameters::<f32>::load(&without, 16).expect("a good block");
+    assert_eq!(loaded.encoders(mounting, mounting), Err(SetupError::Ratio));
+    let odd = Joint { ratio: Some(std::f64::consts::PI * 1e5), ..Joint::default() };
+    assert_eq!(odd.encoders(mounting, mounting, common::A), Err(SetupError::Ratio));
+}
+
+fn write_gear_alone(writer: &mut Writer<'_>, params: &Params) -> Result<(), BlockError> {
+    writer.gear(&Gear::<f32>::with_period(params, PERIOD_S).expect("a period"), params)
+}
+
+#[test]
+fn a_block_in_amperes_is_not_taken_for_one_in_newton_metres() {
+    use gmhm::block::{TorqueUnit, TorqueUnitError};
+
+    for unit in [TorqueUnit::NewtonMetre, TorqueUnit::Ampere] {
+        let bytes = block(Header { torque_unit: unit, ..header() }, |writer| {
+            write_gear_alone(writer, &common::masing())?;
+            writer.joint(&Joint::default())
+        });
+        for asked in [TorqueUnit::NewtonMetre, TorqueUnit::Ampere] {
+            let loaded = Parameters::<f32>::load(&bytes, 16).expect("a good block").in_unit(asked);
+            assert_eq!(loaded.map(|_| ()), if asked == unit { Ok(()) } else { Err(TorqueUnitError { found: unit }) });
+        }
+    }
+}
+
+/// Law `time` in a block without a control period steps by no period of its own.
+#[test]
+fn law_time_without_a_period_refuses_samples() {
+    let params = common::every_law().into_iter().find(|params| params.memory().law == Law::Time).expect("a law");
+    for (period_s, refused) in [(0.0, true), (PERIOD_S as f32, false)] {
+        let bytes = block(Header { period_s, ..header() }, |writer| {
+            write_gear_alone(writer, &params)?;
+            writer.joint(&Joint::default())
+        });
+        let gear = Parameters::<f32>::load(&bytes, 16).expect("a good block").gear.expect("a gear");
+        let mut state = gear.start::<16>(0.0);
+        gear.step(&mut state, 1e-4);
+        assert_eq!(state.status().refused, refused);
+    }
+}

@@ -51,7 +51,7 @@ pub use law::{BlockLaw, LawWords};
 pub use layout::{
     Coding, FIRST_TERM, FieldInfo, GEAR, INVERSE, JOINT, MASING, MAY_SKIP, NAME, PHASE, RECORDS, RecordInfo, TIME,
 };
-pub use parameters::{CheckedTerms, Joint, Parameters, Scales, TermStack};
+pub use parameters::{CheckedTerms, Joint, Parameters, Scales, TermStack, TorqueUnitError};
 pub use record::{Block, FieldValues, MOST_BYTES, Record, Records, verify, verify_first};
 pub use term::TermRecord;
 pub use word::{ScalarKind, Word};

@@ -1,12 +1,15 @@
 //! What a drive computes with: the gear, its inverse and its terms, from a block.
 
+use core::fmt;
+
 use super::Word;
 use super::error::BlockError;
-use super::header::Header;
+use super::header::{Header, TorqueUnit};
 use super::law::{BlockLaw, number};
 use super::layout::{GEAR, INVERSE, JOINT, MASING, MAY_SKIP, PHASE, RECORDS, TERM_TAGS, TIME};
 use super::record::{Block, Record, double, verify};
 use super::term::TermRecord;
+use crate::drive::{Mounting, Setup, SetupError};
 use crate::elastic::{ElasticTorque, Polynomial};
 use crate::gear::Gear;
 use crate::inverse::{Inverse, Monotony};
@@ -26,11 +29,65 @@ pub struct Joint {
 }
 
 impl Joint {
+    /// The encoders of this joint, ratio and zero applied: what a drive makes its [`EncoderPair`](crate::drive::EncoderPair) of. A negative ratio turns the motor's sense.
+    ///
+    /// # Errors
+    /// [`SetupError::Ratio`]: the block states none, or one that is no fraction of integers to 2^20 within 1e-12. Counts are checked by the pair.
+    pub fn encoders(&self, motor: Mounting, output: Mounting, rated_deflection_rad: f64) -> Result<Setup, SetupError> {
+        let ratio = self.ratio.ok_or(SetupError::Ratio)?;
+        Ok(Setup {
+            motor: Mounting { reversed: motor.reversed != (ratio < 0.0), ..motor },
+            output,
+            ratio: fraction(libm::fabs(ratio)).ok_or(SetupError::Ratio)?,
+            deflection_zero_rad: self.deflection_zero_rad,
+            rated_deflection_rad,
+        })
+    }
+
     /// σ.
     pub fn sigma(&self) -> f32 {
         if self.motor_side { 1.0 } else { -1.0 }
     }
 }
+
+/// The fraction of integers to 2^20 that is a ratio within 1e-12 of itself, by continued fractions.
+fn fraction(ratio: f64) -> Option<(u32, u32)> {
+    const MOST: f64 = (1_u32 << 20) as f64;
+    let (mut before, mut now) = ((0.0, 1.0), (1.0, 0.0));
+    let mut rest = ratio;
+    for _ in 0..24 {
+        let whole = libm::floor(rest);
+        (before, now) = (now, (whole * now.0 + before.0, whole * now.1 + before.1));
+        let (numerator, denominator) = now;
+        // A NaN compares false.
+        if !(numerator <= MOST && denominator <= MOST) {
+            return None;
+        }
+        if numerator > 0.0 && libm::fabs(numerator / denominator - ratio) <= 1e-12 * ratio {
+            return Some((numerator as u32, denominator as u32));
+        }
+        rest = 1.0 / (rest - whole);
+    }
+    None
+}
+
+/// Torques of a block in another unit than the firmware's.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TorqueUnitError {
+    /// That of the block.
+    pub found: TorqueUnit,
+}
+
+impl fmt::Display for TorqueUnitError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self.found {
+            TorqueUnit::NewtonMetre => "the block counts torques in newton metres, and the firmware in amperes",
+            TorqueUnit::Ampere => "the block counts torques in amperes, and the firmware in newton metres",
+        })
+    }
+}
+
+impl core::error::Error for TorqueUnitError {}
 
 /// A and T_A in SI units, also where samples enter as fractions of them.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -127,6 +184,26 @@ impl<S: Word, L: BlockLaw<S>, T: TermStack> Parameters<S, L, T> {
             return Err(BlockError::Missing(GEAR.tag));
         }
         Ok(parameters)
+    }
+}
+
+impl<S: Word, L: BlockLaw<S>, T: TermStack> Parameters<S, L, T> {
+    /// The same parameters for code that counts torques in a unit: a block in amperes is not taken for one in newton metres.
+    ///
+    /// # Errors
+    /// [`TorqueUnitError`]: they count in the other one.
+    pub fn in_unit(self, unit: TorqueUnit) -> Result<Self, TorqueUnitError> {
+        let found = self.header.torque_unit;
+        if found == unit { Ok(self) } else { Err(TorqueUnitError { found }) }
+    }
+
+    /// The encoders of the joint, the block's ratio, zero and rated deflection applied.
+    ///
+    /// # Errors
+    /// [`SetupError`]: no gear, no ratio that is a fraction.
+    pub fn encoders(&self, motor: Mounting, output: Mounting) -> Result<Setup, SetupError> {
+        let scales = self.scales.ok_or(SetupError::Deflection)?;
+        self.joint.encoders(motor, output, scales.rated_deflection_rad)
     }
 }
 

@@ -9,10 +9,13 @@ use crate::machine::{M0, M4F};
 use crate::size::is_panic;
 
 /// What `gmhm.h` declares.
-const FUNCTIONS: [&str; 10] = [
+const FUNCTIONS: [&str; 13] = [
     "gmhm_init",
     "gmhm_load",
     "gmhm_restart",
+    "gmhm_load_amperes",
+    "gmhm_set_encoders",
+    "gmhm_step_counts",
     "gmhm_set_largest_step",
     "gmhm_step",
     "gmhm_invert",
