@@ -199,9 +199,10 @@ impl<S: FromCounts> EncoderPair<S> {
         // Counts of the motor a turn of the output, as a fraction in lowest terms.
         let (per_turn, parts) = (u64::from(motor.counts_per_turn) * u64::from(numerator), u64::from(denominator));
         let common = gcd(per_turn, parts);
-        let (per_turn, parts) = (per_turn / common, parts / common);
+        let (per_turn, parts) = (quotient(per_turn, common), quotient(parts, common));
         let output_counts = u64::from(output.counts_per_turn);
-        let units = (per_turn / gcd(per_turn, output_counts)).checked_mul(output_counts).ok_or(SetupError::TooFine)?;
+        let units = quotient(per_turn, gcd(per_turn, output_counts)).checked_mul(output_counts);
+        let units = units.ok_or(SetupError::TooFine)?;
         let most_units = (f64::from(i32::MAX) / (HEADROOM * rated_deflection_rad) * TAU).min(MOST_UNITS);
         if units as f64 > most_units {
             return Err(SetupError::TooFine);
@@ -210,8 +211,8 @@ impl<S: FromCounts> EncoderPair<S> {
         let finer = libm::floor(most_units / units as f64) as u64;
         let units = units * finer;
         let unit_rad = TAU / units as f64;
-        let motor_weight = (units / per_turn).checked_mul(parts).and_then(|weight| i64::try_from(weight).ok());
-        let output_weight = i64::try_from(units / output_counts).ok();
+        let motor_weight = quotient(units, per_turn).checked_mul(parts).and_then(|weight| i64::try_from(weight).ok());
+        let output_weight = i64::try_from(quotient(units, output_counts)).ok();
         let (Some(motor_weight), Some(output_weight)) = (motor_weight, output_weight) else {
             return Err(SetupError::TooFine);
         };
@@ -337,6 +338,14 @@ pub(crate) const fn gcd(mut a: u64, mut b: u64) -> u64 {
         (a, b) = (b, a % b);
     }
     a
+}
+
+/// a/b; a divisor is never 0 here, which the compiler cannot know.
+const fn quotient(a: u64, b: u64) -> u64 {
+    match a.checked_div(b) {
+        Some(quotient) => quotient,
+        None => 0,
+    }
 }
 
 /// a/b to the nearest integer, b > 0.
