@@ -104,6 +104,9 @@ impl PredictError {
     pub fn mend(&self) -> Option<String> {
         let text = match self {
             PredictError::Recording(error) => return error.mend(),
+            PredictError::Params { error: ParamError::Negative { parameter: "c1_nm_per_rad", .. }, .. } => {
+                "the torque falls while the deflection rises, so one of them is counted backwards: flip it with --map deflection_rad=-COLUMN"
+            }
             PredictError::Params { .. } => "correct the model, or give --rated-deflection",
             PredictError::EmptyModel => "identify one by `gmhm fit`",
             PredictError::Term { .. } => "correct the term, or remove it",
