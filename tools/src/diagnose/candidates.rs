@@ -1,11 +1,11 @@
 //! Candidates: every kind with its shapes over a grid, as columns beside a fitted model.
 
-use gmhm::terms::{KeyInfo, KindInfo, Role};
+use gmhm::terms::{KeyInfo, KindInfo, MOST_ORDERS, Role};
 use rayon::prelude::*;
 
 use crate::diagnose::explain::Search;
 use crate::kinds::ranges::{Extent, Ranges};
-use crate::kinds::{ALL, Kind, UNKNOWN};
+use crate::kinds::{self, ALL, Kind, UNKNOWN};
 use crate::model::{Model, Term, TermValue};
 use crate::physics::Evaluation;
 use crate::physics::columns::set;
@@ -73,7 +73,8 @@ pub fn proposals_over(
             });
             let angle = term.values.get("angle") != model.terms[present].values.get("angle");
             if !same || angle {
-                wanted.push((kind, term, Some(present).filter(|_| kind.extends() && !angle)));
+                let room = has_room(&model.terms[present], &term);
+                wanted.push((kind, term, Some(present).filter(|_| kind.extends() && !angle && room)));
             }
         }
     }
@@ -155,6 +156,11 @@ fn columns(
         return Some((vec![keys[kept]], vec![stacked.swap_remove(kept)]));
     }
     Some((keys, stacked))
+}
+
+/// Whether the lists of a term have room for those of another of its kind.
+fn has_room(own: &Term, other: &Term) -> bool {
+    kinds::elements(own) + kinds::elements(other) <= MOST_ORDERS
 }
 
 impl Proposal {
@@ -244,7 +250,7 @@ impl Proposal {
         }
         self.kind.complete(&mut term);
         let mut model = model.clone();
-        match self.extends {
+        match self.extends.filter(|at| has_room(&model.terms[*at], &term)) {
             Some(at) => {
                 for (key, value) in &term.values {
                     if let (Some(TermValue::List(own)), TermValue::List(new)) =

@@ -14,7 +14,7 @@ use crate::regression::dataset::Dataset;
 use crate::regression::fit::Fitted;
 
 /// A kind is reported from this share of what is predictable, saved in its place; less is a trace of its neighbours' shapes. It stays in the model.
-const LEAST_NAMED_SHARE: f64 = 0.02;
+const LEAST_NAMED_SHARE: f64 = 0.006;
 /// The same of a kind that almost every machine has.
 const LEAST_COMMON_SHARE: f64 = 0.004;
 /// A kind below the fidelity of a name is reported as an effect only from this share of what is predictable; less is a trace of its neighbours.
@@ -57,7 +57,9 @@ impl Dataset<'_> {
                 _ if common => LEAST_COMMON_SHARE,
                 _ => LEAST_NAMED_SHARE,
             };
-            if found.share < least {
+            // Little beside the rest may still be most of what would be left.
+            let halves = found.gains.iter().sum::<f64>() > selection.selected_squares;
+            if found.share < least && !halves {
                 rejected.push((found.kind.to_owned(), self.in_noise(found.gains.iter().sum(), selection), 1));
                 continue;
             }

@@ -10,10 +10,12 @@
 //! | [`nonparametric`], `tones`, `jumps` | curves without physics over every coordinate; tones; jumps |
 //! | [`naming`], `shares` | classes that cannot be told apart, names, shares of power |
 //! | [`selection`], [`joint_naming`] | joint selection of kinds by held-out error, and its verdicts |
+//! | `decision` | which of the two searches is believed |
 //! | [`next_experiment`] | what could not have been seen, and the experiment that would show it |
 //! | [`report_data`] | what a report shows |
 
 pub mod candidates;
+mod decision;
 pub mod diagnosis;
 pub mod explain;
 pub mod joint_naming;

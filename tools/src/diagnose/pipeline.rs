@@ -13,7 +13,6 @@ use crate::diagnose::explain::Search;
 use crate::diagnose::naming::{DiagnosisVerdict, EffectVerdict, coordinates};
 use crate::diagnose::next_experiment;
 use crate::diagnose::report_data::ReportData;
-use crate::diagnose::selection::Selection;
 use crate::diagnose::suggestion::{self, Suggestion};
 use crate::fit::zeros::other_zeros;
 use crate::kinds;
@@ -115,7 +114,7 @@ pub fn diagnose(
         other.gear.torque_side = model.gear.torque_side.other();
         let fit = thin.plain_fit(&other, &thin.places(&other, search), PLAIN_STEPS)?;
         let turned = thin.select(&fit, search)?;
-        if turned.selected_squares < CLEARLY_BETTER * selection.selected_squares {
+        if turned.objective < selection.objective - LEAST_BETTER {
             suggestions.push(Suggestion::TorqueSide(other.gear.torque_side));
             (base, selection) = (fit, turned);
             plain = thin.fit(&other, &thin.places(&other, search), None, 2)?;
@@ -140,6 +139,7 @@ pub fn diagnose(
             };
         }
     }
+    verdict.extended = dataset.steady(&verdict.base, verdict.extended, search)?;
     // On all rows a curve may turn out not to predict.
     let unexplained = !verdict.extended.plain && verdict.effects.iter().all(|e| e.name == UNKNOWN);
     if unexplained && dataset.rms_of_blocks(&verdict.extended) > dataset.rms_of_blocks(&verdict.base) {
@@ -185,7 +185,8 @@ pub fn diagnose(
         (1.0 - left * left).clamp(0.0, 1.0)
     };
     let explained = part(&verdict.extended);
-    let named = dataset.part_of_kinds(&verdict, search, explained)?;
+    let base_left = dataset.rms_of_blocks(&verdict.base).powi(2).max(f64::MIN_POSITIVE);
+    let named = (1.0 - dataset.left_by_kinds(&verdict, search)? / base_left).clamp(0.0, 1.0);
     let noise_rms = rms.extended * verdict.noise_part;
     let next_experiment = next_experiment::next(&verdict, &undecidable);
     let diagnosis = Diagnosis {
@@ -214,17 +215,11 @@ pub fn diagnose(
 /// Friction of the wrong sign that would save this share of what is predictable: the torque is on the other side of the gear.
 const WRONG_SIGN: f64 = 0.1;
 
+/// The other side has to lessen error and prices by this share of what is predictable.
+const LEAST_BETTER: f64 = 0.02;
+
 /// Steps of plain least squares.
 const PLAIN_STEPS: usize = 8;
-
-/// Squares that a selection takes, over those that it leaves: from here on structure is loud, and held-out error decides alone.
-const LOUD: f64 = 4.0;
-
-/// Structure of this part of the base's squared error, held out, is a mismatch whatever the likelihood says.
-const LARGE: f64 = 0.2;
-
-/// A selection that leaves less than this part of the held-out squares that likelihood's finding leaves stands.
-const CLEARLY_BETTER: f64 = 0.95;
 
 /// The model as the search uses it: canonical signs, a rated deflection.
 fn prepared(model: &Model, recordings: &[Recording], options: &Options) -> Result<Model, DiagnoseError> {
@@ -259,52 +254,6 @@ fn prepared(model: &Model, recordings: &[Recording], options: &Options) -> Resul
 }
 
 impl Dataset<'_> {
-    /// The verdict: by held-out error alone where structure is loud; else by likelihood against coloured noise, unless the joint selection predicts clearly better.
-    fn decided<'r>(
-        &self,
-        model: &Model,
-        base: Fitted,
-        selection: &Selection,
-        search: Search<'r>,
-    ) -> Result<(DiagnosisVerdict, Search<'r>), DiagnoseError> {
-        let taken =
-            (selection.base_squares - selection.selected_squares) / selection.selected_squares.max(f64::MIN_POSITIVE);
-        if taken > LOUD {
-            return Ok((self.joint_verdict(&base, selection, search)?, search));
-        }
-        let (verdict, by_likelihood) = self.found(model, search)?;
-        let left = |fit: &Fitted| self.rms_of_blocks(fit).powi(2);
-        let selection = self.confirmed(&base, selection.clone(), search)?;
-        let better = left(&selection.fit) < CLEARLY_BETTER * left(&verdict.extended);
-        let loud = selection.named() >= LARGE;
-        let nameless = verdict.effects.iter().all(|e| e.name == UNKNOWN);
-        if !selection.selected.is_empty() && (better || (loud && nameless)) {
-            let joint = self.joint_verdict(&base, &selection, search)?;
-            if joint.mismatch && (better || joint.effects.iter().any(|e| e.name != UNKNOWN)) {
-                return Ok((joint, search));
-            }
-        }
-        Ok((verdict, by_likelihood))
-    }
-
-    /// The part of the base's squared error, held out, that the extended model predicts without its curves.
-    fn part_of_kinds(
-        &self,
-        verdict: &DiagnosisVerdict,
-        search: Search<'_>,
-        explained: f64,
-    ) -> Result<f64, DiagnoseError> {
-        let curve = |t: &Term| t.kind == UNKNOWN;
-        if !verdict.extended.model.terms[search.base_terms..].iter().any(curve) {
-            return Ok(explained);
-        }
-        let mut model = verdict.extended.model.clone();
-        model.terms.retain(|t| !curve(t));
-        let fit = self.plain_fit(&model, &self.places(&model, search), 2)?;
-        let left = self.rms_of_blocks(&fit) / self.rms_of_blocks(&verdict.base).max(f64::MIN_POSITIVE);
-        Ok((1.0 - left * left).clamp(0.0, 1.0))
-    }
-
     /// Target less a total, each recording about the mean of its rows that count.
     fn about_means(&self, total: &[f64]) -> Vec<f64> {
         let mut residual: Vec<f64> = self.target.iter().zip(total).map(|(t, m)| t - m).collect();

@@ -33,7 +33,9 @@ impl Dataset<'_> {
                 total.iter().zip(self.total(&without)?).map(|(with, without)| with - without).collect();
             let mut added = self.layout().masked(&added);
             followed.reduce(&mut added);
-            effect.share = (dot(&added, &structure) / whole.max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+            let part = dot(&added, &structure) / whole.max(f64::MIN_POSITIVE);
+            // Of terms that work against each other one has less than no part; what it saves in its place is there all the same.
+            effect.share = part.max(effect.share).clamp(0.0, 1.0);
         }
         Ok(())
     }

@@ -323,6 +323,17 @@ pub fn positive_where_needed(term: &Term) -> bool {
     info.keys.iter().filter(|key| kind.has_to_be_positive(key)).all(positive)
 }
 
+/// Whether a number of a term has the wrong sign for its kind, or most of a list has.
+pub fn is_reversed(term: &Term) -> bool {
+    let Some((kind, info)) = of_term(term).and_then(|kind| Some((kind, kind.info()?))) else { return false };
+    let reversed = |key: &KeyInfo| match term.values.get(key.name) {
+        Some(TermValue::Number(x)) => *x < 0.0,
+        Some(TermValue::List(list)) => list.iter().sum::<f64>() < 0.0,
+        _ => false,
+    };
+    info.keys.iter().filter(|key| kind.has_to_be_positive(key)).any(reversed)
+}
+
 /// The smoothing of a friction's sign is at most this share of the largest velocity.
 pub const LARGEST_SMOOTHING: f64 = 0.25;
 

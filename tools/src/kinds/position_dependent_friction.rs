@@ -68,6 +68,11 @@ impl Kind for PositionDependentFriction {
         &["coulomb_friction"]
     }
 
+    /// More than that drives the joint over much of the turn.
+    fn most_of_refined(&self) -> f64 {
+        3.0
+    }
+
     fn elements_are_effects(&self) -> bool {
         true
     }

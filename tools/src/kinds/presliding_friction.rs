@@ -46,7 +46,7 @@ impl Kind for PreslidingFriction {
         0.0125
     }
 
-    fn refines(&self) -> &'static [&'static str] {
+    fn contains(&self) -> &'static [&'static str] {
         &["coulomb_friction"]
     }
 

@@ -105,7 +105,9 @@ impl CaseScore {
         self.wrong_names = diagnosis
             .effects
             .iter()
-            .filter(|e| !pairs.iter().any(|(_, found)| std::ptr::eq(*found, *e)) && !excused(key, e))
+            .filter(|e| {
+                !pairs.iter().any(|(_, found)| std::ptr::eq(*found, *e)) && !excused(key, e) && !part_of(&pairs, e)
+            })
             .map(|e| e.name.clone())
             .collect();
         let mut visible: Vec<&str> = key.hidden().filter(|e| e.visible).map(|e| e.kind.as_str()).collect();
@@ -189,6 +191,11 @@ fn assign<'a>(key: &'a Key, found: &'a [Effect]) -> Vec<(&'a HiddenEffect, &'a E
 fn excused(key: &Key, effect: &Effect) -> bool {
     effect.name == UNKNOWN && !key.effects.is_empty()
         || key.hidden().any(|hidden| !hidden.listed && hidden.class.contains(&effect.name))
+}
+
+/// A law of friction that was found may be told as its parts: Stribeck friction holds Coulomb and viscous friction.
+fn part_of(pairs: &[(&HiddenEffect, &Effect)], effect: &Effect) -> bool {
+    pairs.iter().any(|(hidden, _)| super::generator::parts(&hidden.kind).contains(&effect.name.as_str()))
 }
 
 /// Is a coordinate of `hidden`, or of a kind that nobody could tell from it, among the first places, two for each effect?

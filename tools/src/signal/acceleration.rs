@@ -18,10 +18,11 @@ use crate::recording::Recording;
 use crate::signal::denoise::{FEWEST_ROWS, pieces, white_sd};
 
 /// Rows that are filtered together, and bins on both sides over which their power is averaged.
-const STRETCH: usize = 128;
-const BINS: usize = 8;
+const STRETCH: usize = 256;
+const BINS: usize = 4;
 
-/// Power that does not stand out of the noise by this factor is taken for noise. What is left of a motion then is less, but no more biased.
+/// Power that does not stand out of the noise by this factor is taken for noise, and so is all above that frequency: counts of an even motion have lines of their own there. What is
+/// left of a motion then is less, but no more biased.
 const STANDS_OUT: f64 = 3.0;
 
 /// The acceleration that a model of this gear sees, freed of the noise of the angle or the velocity that it follows from, whichever tells more of it; `None` without either.
@@ -75,30 +76,39 @@ fn wiener(line: &mut [f64], noise: impl Fn(f64) -> f64) {
     // Half a wave, squared by going there and back: stretches that overlap by half add up to one.
     let window: Vec<f64> = (0..STRETCH).map(|i| (0.5 * TAU * (i as f64 + 0.5) / STRETCH as f64).sin()).collect();
     let hop = STRETCH / 2;
-    let at = |i: usize| i.wrapping_sub(hop);
+    let at = |i: usize| i as isize - hop as isize;
     let mut filtered = vec![0.0; line.len()];
     for first in (0..line.len() + hop).step_by(hop) {
         let rows = || (first..first + STRETCH).map(at);
-        let mut own: Vec<f64> = rows().zip(&window).map(|(row, w)| w * line.get(row).copied().unwrap_or(0.0)).collect();
+        let mut own: Vec<f64> = rows().zip(&window).map(|(row, w)| w * line[mirrored(row, line.len())]).collect();
         if forth.process(&mut own, &mut transform).is_err() {
             return;
         }
         let power: Vec<f64> = transform.iter().map(|x| 2.0 * x.norm_sqr() / STRETCH as f64).collect();
+        let mut lost = false;
         for (k, (x, level)) in transform.iter_mut().zip(&level).enumerate() {
             let power = around(&power, k);
-            let kept = if power > STANDS_OUT * level { 1.0 - level / power } else { 0.0 };
+            lost |= power <= STANDS_OUT * level;
+            let kept = if lost { 0.0 } else { 1.0 - level / power };
             *x *= kept / STRETCH as f64;
         }
         if back.process(&mut transform, &mut own).is_err() {
             return;
         }
         for ((row, w), x) in rows().zip(&window).zip(&own) {
-            if let Some(sum) = filtered.get_mut(row) {
+            if let Some(sum) = usize::try_from(row).ok().and_then(|row| filtered.get_mut(row)) {
                 *sum += w * x;
             }
         }
     }
     line.copy_from_slice(&filtered);
+}
+
+/// A row beyond the ends of a line, mirrored there: a motion that begins or ends under way has no step.
+fn mirrored(row: isize, rows: usize) -> usize {
+    let period = 2 * rows as isize;
+    let row = row.rem_euclid(period);
+    row.min(period - 1 - row) as usize
 }
 
 #[cfg(test)]

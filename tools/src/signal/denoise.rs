@@ -59,7 +59,8 @@ pub fn denoised(recording: &Recording, ratio: Option<f64>) -> Cow<'_, Recording>
 pub(crate) fn white_sd(x: &[f64]) -> f64 {
     let largest = x.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
     let (third, sixth) = (sd_by(3, x), sd_by(6, x));
-    if third <= 1e-9 * largest || sixth <= 0.5 * third { 0.0 } else { sixth.min(third).max(resolution_sd(x)) }
+    let noise = if third <= 1e-9 * largest || sixth <= 0.5 * third { 0.0 } else { sixth.min(third) };
+    noise.max(resolution_sd(x))
 }
 
 /// The output angle that goes with the smoothed deflection, where the recorded one differs from it by noise alone: two smoothings of one sensor would look like two signals.
@@ -91,7 +92,9 @@ fn sd_by(order: usize, x: &[f64]) -> f64 {
         gain *= (order + k) as f64 / k as f64;
     }
     let difference = |w: &[f64]| w.iter().rev().zip(&weights).map(|(x, c)| c * x).sum::<f64>().abs();
-    let mut differences: Vec<f64> = x.windows(order + 1).map(difference).filter(|d| *d > 0.0).collect();
+    // Less is the rounding of the numbers themselves.
+    let rounding = 64.0 * f64::EPSILON * x.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+    let mut differences: Vec<f64> = x.windows(order + 1).map(difference).filter(|d| *d > rounding).collect();
     if differences.len() < 32 {
         return 0.0;
     }

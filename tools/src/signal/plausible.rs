@@ -306,6 +306,10 @@ fn share_missed(recording: &Recording, model: &Model) -> f64 {
 
 /// Whether the deflection stands still.
 fn still(recording: &Recording, deflection_rad: Option<&[f64]>) -> Result<bool, Implausible> {
+    if recording.torque_sim_nm.is_some() {
+        // A simulated torque tells enough without a motion.
+        return Ok(false);
+    }
     let torque = recording.torque.as_deref().unwrap_or_default();
     let stands = |x: &[f64]| {
         let (varies, noise) = (sd(x), channel_sd(x));

@@ -53,6 +53,8 @@ const MOST_ORDERS_OF_A_TERM: usize = gmhm::terms::MOST_ORDERS;
 
 /// The strongest orders that are looked at.
 const MOST_ORDERS: usize = 14;
+/// And the strongest beside those where no free function of the angle takes a part of them.
+const MOST_SLOW_ORDERS: usize = 3;
 
 /// Orders of a turn that mechanisms have: teeth, poles, slots.
 fn usual_orders() -> impl Iterator<Item = f64> {
@@ -280,13 +282,19 @@ impl Dictionary {
         model: &Model,
         peaks: &[f64],
     ) -> Vec<(bool, f64)> {
-        let mut chosen = self.base.clone();
-        chosen.extend(self.free.iter().flat_map(|(_, c)| c.iter().copied()));
         let gram = BlockGram::new(&self.columns, &dataset.spans, &self.counts);
         let targets = gram.targets(&self.columns, std::slice::from_ref(&self.y), &self.counts);
-        let weights = gram.weights(&targets, &chosen, 1e-4);
-        let mut left = gram.residual(&self.columns, &self.y, &weights, &chosen);
-        left.iter_mut().zip(&self.counts).for_each(|(l, counts)| *l *= f64::from(u8::from(*counts)));
+        let left = |without: &[FreeCoordinate]| {
+            let free = self.free.iter().filter(|(over, _)| !without.contains(over));
+            let chosen: Vec<usize> =
+                self.base.iter().copied().chain(free.flat_map(|(_, c)| c.iter().copied())).collect();
+            let weights = gram.weights(&targets, &chosen, 1e-4);
+            let mut left = gram.residual(&self.columns, &self.y, &weights, &chosen);
+            left.iter_mut().zip(&self.counts).for_each(|(l, counts)| *l *= f64::from(u8::from(*counts)));
+            left
+        };
+        // Within a few periods a free function of the angle takes a wave for its own.
+        let (left, with_angle) = (left(&[]), left(&[FreeCoordinate::OutputAngle]));
         let rate = sampling_rate(dataset);
         let mut wanted: Vec<(bool, f64)> = Vec::new();
         for (motor, q) in [(true, &see.motor), (false, &see.output)] {
@@ -295,7 +303,7 @@ impl Dictionary {
             let fastest = usual_speed(q, dataset) * rate / std::f64::consts::TAU;
             let possible = |order: f64| order * turns >= FEWEST_PERIODS && order * fastest < HIGHEST_RATE * rate;
             let ratio = model.gear.ratio.map_or(1.0, f64::abs);
-            if motor || ratio == 1.0 || see.motor.is_none() {
+            if motor || ratio != 1.0 || see.motor.is_none() {
                 wanted.extend(usual_orders().filter(|o| possible(*o)).map(|o| (motor, o)));
                 if motor {
                     let new = |o: &f64| wanted.iter().all(|(_, known)| (known - o).abs() > 0.5 / turns);
@@ -311,19 +319,25 @@ impl Dictionary {
         if see.motor.is_none() {
             wanted.retain(|(_, o)| *o > 1.5);
         }
-        let power = |(motor, order): &(bool, f64)| -> f64 {
+        let power = |left: &[f64], (motor, order): &(bool, f64)| -> f64 {
             let q = if *motor { see.motor.as_deref() } else { see.output.as_deref() };
             q.map_or(0.0, |q| {
-                let [s, c] = q.iter().zip(&left).fold([0.0, 0.0], |[s, c], (q, l)| {
+                let [s, c] = q.iter().zip(left).fold([0.0, 0.0], |[s, c], (q, l)| {
                     let (sin, cos) = (order * q).sin_cos();
                     [s + sin * l, c + cos * l]
                 });
                 s * s + c * c
             })
         };
-        let mut scored: Vec<(f64, (bool, f64))> = wanted.par_iter().map(|w| (power(w), *w)).collect();
-        scored.sort_by(|a, b| b.0.total_cmp(&a.0));
-        scored.into_iter().take(MOST_ORDERS).map(|s| s.1).collect()
+        let strongest = |left: &[f64], wanted: &[(bool, f64)], most: usize| -> Vec<(bool, f64)> {
+            let mut scored: Vec<(f64, (bool, f64))> = wanted.par_iter().map(|w| (power(left, w), *w)).collect();
+            scored.sort_by(|a, b| b.0.total_cmp(&a.0));
+            scored.into_iter().take(most).map(|s| s.1).collect()
+        };
+        let mut found = strongest(&left, &wanted, MOST_ORDERS);
+        wanted.retain(|w| !found.contains(w));
+        found.extend(strongest(&with_angle, &wanted, MOST_SLOW_ORDERS));
+        found
     }
 
     /// A model with what a set says: proposals added, found terms that are not in it taken out.

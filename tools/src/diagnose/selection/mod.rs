@@ -5,17 +5,20 @@
 //! | [`free_functions`] | functions without physics over every coordinate |
 //! | [`dictionary`] | base, kinds and free functions as columns beside a fitted model |
 //! | [`search`] | the set of kinds of least held-out error and price |
+//! | [`surrogates`] | series with the spectrum of the noise and no structure |
 
 pub mod dictionary;
 pub mod free_functions;
 pub mod search;
+pub mod surrogates;
 
 use std::collections::BTreeSet;
 
 use statrs::distribution::{ContinuousCDF, Normal};
 
-use crate::kinds;
 use crate::kinds::free_coordinate::FreeCoordinate;
+use crate::kinds::{self, Family};
+use crate::model::Term;
 use crate::numerics::block_gram::{BLOCKS, BlockGram, NO_RIDGE, Targets, t_of_blocks};
 use dictionary::{Dictionary, Origin};
 use search::{Search, Set};
@@ -62,8 +65,10 @@ pub struct Selection {
     pub selected_squares: f64,
     /// What the free functions predict of the rest, largest first: a share of what is predictable.
     pub unexplained: Vec<(FreeCoordinate, f64)>,
-    /// What Coulomb or viscous friction of the wrong sign would save beside what was selected, as a share of what is predictable.
+    /// What Coulomb or viscous friction of the wrong sign would save, alone or beside what was selected, as a share of what is predictable.
     pub friction_of_wrong_sign: f64,
+    /// What the search made least: held-out error and prices, as a share of what is predictable.
+    pub objective: f64,
     /// Rows that counted.
     pub rows: usize,
 }
@@ -89,6 +94,9 @@ const RIDGES: [f64; 5] = [1e-1, 1e-2, 1e-3, 1e-4, 1e-5];
 /// A kind that loses at most this part of what another saves in its place is not told from it.
 const EQUIVALENT: f64 = 0.1;
 
+/// A kind that takes this part of what is left is not ruled out by its price.
+const UNDECIDED: f64 = 0.15;
+
 impl Dataset<'_> {
     /// Selects what a fitted base model leaves out.
     ///
@@ -105,10 +113,10 @@ impl Dataset<'_> {
             dictionary.prune(&gram, &targets);
             let plain = gram.error(&targets, &dictionary.base, NO_RIDGE).iter().sum::<f64>();
             let (free, ridge, free_squares) = ceiling(&dictionary, &gram, &targets);
-            let finder_is_quiet =
+            let is_quiet =
                 reference.is_none() && !is_predictable(self, &dictionary, &gram, &targets, (&free, ridge), search.seed);
             let (base_squares, best_free, scale) = *reference.get_or_insert_with(|| {
-                let best_free = if finder_is_quiet { plain } else { free_squares.min(plain) };
+                let best_free = if is_quiet { plain } else { free_squares.min(plain) };
                 (plain, best_free, (plain - best_free).max(1e-12 * plain).max(f64::MIN_POSITIVE))
             });
             let in_base =
@@ -146,12 +154,44 @@ impl Dataset<'_> {
             let weights = finder.weights(&set);
             let model = dictionary.applied(&fit.model, &set, &weights);
             let refitted = self.plain_fit(&model, &self.places(&model, search), STEPS)?;
+            let (refitted, lost) = self.without_unlawful(refitted, search)?;
             if let (true, Some(result)) = (last, result.as_mut()) {
+                if !lost.is_empty() {
+                    let left = self.rms_of_blocks(&refitted) / self.rms_of_blocks(base).max(f64::MIN_POSITIVE);
+                    result.selected_squares = result.base_squares * left * left;
+                    result.selected.retain(|s| !lost.iter().any(|kind| kind == s.kind));
+                }
                 result.fit = refitted.clone();
             }
             fit = refitted;
         }
         result.ok_or_else(|| DatasetError::NoRecording.into())
+    }
+
+    /// A fit without the found terms whose refitted numbers are not of their kind, and those kinds. What refines such a term goes before the term itself.
+    fn without_unlawful(
+        &self,
+        mut fit: Fitted,
+        search: explain::Search<'_>,
+    ) -> Result<(Fitted, Vec<String>), DiagnoseError> {
+        let mut lost = Vec::new();
+        loop {
+            let found = &fit.model.terms[search.base_terms..];
+            // A simulation may hold too much of a load.
+            let may_be_negative = |term: &Term| {
+                fit.model.is_simulation() && kinds::of_term(term).is_some_and(|k| k.family() == Family::Load)
+            };
+            let unlawful = found.iter().find(|t| !may_be_negative(t) && kinds::is_reversed(t));
+            let Some(unlawful) = unlawful else { return Ok((fit, lost)) };
+            let refines = |t: &Term| kinds::of_term(t).is_some_and(|k| k.refines().contains(&unlawful.kind.as_str()));
+            let refined = found.iter().any(refines);
+            let gone = |t: &Term| if refined { refines(t) } else { t.kind == unlawful.kind };
+            let mut model = fit.model.clone();
+            let mut at = 0..model.terms.len();
+            model.terms.retain(|t| at.next().is_some_and(|at| at < search.base_terms) || !gone(t));
+            lost.extend(found.iter().filter(|t| gone(t)).map(|t| t.kind.clone()));
+            fit = self.plain_fit(&model, &self.places(&model, search), STEPS)?;
+        }
     }
 
     fn summed_up(
@@ -172,7 +212,7 @@ impl Dataset<'_> {
                     Origin::Found(term) => *term,
                     Origin::Proposed(..) => usize::MAX,
                 };
-                let (equivalents, confidence, tried) = rivals(finder, set, kind);
+                let (equivalents, confidence, tried) = compared(finder, set, kind);
                 Selected {
                     kind,
                     term,
@@ -208,7 +248,11 @@ impl Dataset<'_> {
             free_squares,
             selected_squares,
             unexplained,
-            friction_of_wrong_sign: finder.largest_unlawful_gain(set, &kinds::JOINT_FRICTION) / scale,
+            friction_of_wrong_sign: [set, &Set::new()]
+                .map(|set| finder.largest_unlawful_gain(set, &kinds::JOINT_FRICTION) / scale)
+                .into_iter()
+                .fold(0.0, f64::max),
+            objective: finder.objective(set),
             rows: finder.gram.rows(),
         }
     }
@@ -235,7 +279,7 @@ fn is_predictable(
     let own = part(with.iter().sum(), plain.iter().sum());
     let weights = gram.weights(targets, &dictionary.base, NO_RIDGE);
     let residual = gram.residual(&dictionary.columns, &dictionary.y, &weights, &dictionary.base);
-    let noise = search::surrogates(&residual, &dataset.spans, seed);
+    let noise = surrogates::surrogates(&residual, &dataset.spans, seed);
     let noise = gram.targets(&dictionary.columns, &noise, &dictionary.counts);
     let sums = |columns: &[usize], ridge: f64| {
         let blocks = gram.errors(&noise, columns, ridge);
@@ -274,14 +318,16 @@ fn fidelity(dictionary: &Dictionary, finder: &Search<'_>, set: &Set, kind: &'sta
     let mut rest = set.clone();
     rest.retain(|other, _| measured_by(other)[0] != own[0]);
     let squares = finder.squares(set);
-    let without = finder.squares(&rest);
+    // A refinement cannot stand without what it refines.
+    let unrefined = finder.allowed_part(rest.clone());
+    let without = finder.squares(&unrefined);
     let base = finder.columns_of(&rest);
     let free = dictionary.free.iter().filter(|(over, _)| own.contains(over)).flat_map(|(_, c)| c.iter().copied());
     let all: Vec<usize> = base.iter().copied().chain(free).collect::<BTreeSet<_>>().into_iter().collect();
     if all.len() == base.len() {
         return None;
     }
-    let plain = finder.blocks(&rest);
+    let plain = finder.blocks(&unrefined);
     let (best, blocks) = [1e-5, 1e-4, 1e-3]
         .map(|r| finder.gram.error(finder.targets, &all, r))
         .into_iter()
@@ -301,8 +347,22 @@ fn measured_by(kind: &str) -> &'static [FreeCoordinate] {
     kinds::of(kind).map_or(&[FreeCoordinate::Time], |k| k.measured_by())
 }
 
+/// Kinds that hold this one as a part, and that predict clearly better with it than it does alone, though not by what they cost: the recordings cannot tell.
+fn undecided(finder: &Search<'_>, set: &Set, kind: &'static str) -> Vec<&'static str> {
+    let own = finder.blocks(set);
+    let squares: f64 = own.iter().sum();
+    let holds = |other: &str| !set.contains_key(other) && kinds::contains(other, kind);
+    let better = |with: &Set| {
+        let blocks = finder.blocks(with);
+        let gains: [f64; BLOCKS] = std::array::from_fn(|b| own[b] - blocks[b]);
+        gains.iter().sum::<f64>() > UNDECIDED * squares && search::repeats(&gains, search::T_OTHERS)
+    };
+    let alternatives = finder.alternatives(set).into_iter();
+    alternatives.filter(|(other, with)| holds(other) && better(with)).map(|(other, _)| other).collect()
+}
+
 /// In the place of a kind: those that save nearly as much, how sure the class is, and what the others save.
-fn rivals(finder: &Search<'_>, set: &Set, kind: &'static str) -> (Vec<&'static str>, f64, Vec<(&'static str, f64)>) {
+fn compared(finder: &Search<'_>, set: &Set, kind: &'static str) -> (Vec<&'static str>, f64, Vec<(&'static str, f64)>) {
     let own = finder.blocks(set);
     let squares: f64 = own.iter().sum();
     let rest = finder.without(kind, set);
@@ -324,6 +384,8 @@ fn rivals(finder: &Search<'_>, set: &Set, kind: &'static str) -> (Vec<&'static s
             confidence = confidence.min(Normal::standard().cdf(t));
         }
     }
+    class.extend(undecided(finder, set, kind));
+    class.dedup();
     tried.truncate(6);
     (class, confidence, tried)
 }

@@ -1,16 +1,14 @@
 //! Joint selection of kinds by held-out error: forward, with pairs, swaps and backward steps, each kind with a price.
 //!
-//! A set S of terms is judged by J(S) = E(S)/P + Σ price, with E the squared error of eight blocks, each predicted by a fit to the others, and P the squares that
+//! A set S of terms is judged by J(S) = E(S)/P + c ln E(S)/P + Σ price, with E the squared error of eight blocks, each predicted by a fit to the others, and P the squares that
 //! any function of the recorded coordinates predicts. A kind enters only if its gain repeats over the blocks and is more than surrogates of the noise give to any kind.
 
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
+use super::surrogates::{SURROGATES, surrogates};
 use crate::kinds::{self, FURTHER_ELEMENT_PRICE};
 use crate::numerics::block_gram::{BLOCKS, BlockGram, NO_RIDGE, Targets, t_of_blocks};
 
@@ -63,9 +61,6 @@ pub struct Search<'a> {
     cache: RefCell<HashMap<Vec<usize>, [f64; BLOCKS]>>,
 }
 
-/// Surrogates of the noise.
-const SURROGATES: usize = 39;
-
 /// A gain that repeats in so many blocks, or whose sum is so many times its scatter over them, is believed.
 const MOST_BLOCKS: usize = 7;
 const T_SIMPLE: f64 = 1.0;
@@ -74,6 +69,11 @@ pub const T_OTHERS: f64 = 1.5;
 
 /// A gain of this share of what is predictable, in seven blocks, needs no surrogates.
 const BEYOND_DOUBT: f64 = 0.05;
+
+/// A kind that lessens what is left by a factor e is worth this share of what is predictable, be ever so little left,
+const RELATIVE: f64 = 0.002;
+/// down to this share.
+const NEGLIGIBLE: f64 = 1e-4;
 
 /// Kinds that are tried two at a time.
 const PAIRED: usize = 10;
@@ -138,7 +138,8 @@ impl<'a> Search<'a> {
 
     /// J of a set.
     pub fn objective(&self, set: &Set) -> f64 {
-        self.squares(set) / self.scale + self.price(set)
+        let left = self.squares(set) / self.scale;
+        left + RELATIVE * (left + NEGLIGIBLE).ln() + self.price(set)
     }
 
     /// J of many sets, in parallel.
@@ -221,15 +222,51 @@ impl<'a> Search<'a> {
         larger
     }
 
-    /// Finds the set of least J.
+    /// Finds the set of least J: forward from a set, and forward from all kinds that almost every machine has less those that it can do without. Kinds that
+    /// hide each other are found by the second way only.
     pub fn run(&self, start: Set) -> Set {
+        let forward = self.forward(start.clone());
+        let all = self.significant(self.settled(self.with_common(start), 0));
+        let backward = self.forward(all);
+        if self.objective(&backward) < self.objective(&forward) - 1e-9 { backward } else { forward }
+    }
+
+    /// A set with every common kind beside it, each in its best lawful variant, in the order of what they save.
+    fn with_common(&self, mut set: Set) -> Set {
+        loop {
+            let mut moves = self.larger(&set, &BTreeSet::new());
+            moves.retain(|(kind, _)| is_common(kind) && !set.contains_key(kind));
+            let sets: Vec<Set> = moves.iter().map(|m| m.1.clone()).collect();
+            let mut scored: Vec<(f64, Set)> = self.objectives(&sets).into_iter().zip(sets).collect();
+            scored.sort_by(|a, b| a.0.total_cmp(&b.0));
+            match scored.into_iter().map(|s| s.1).find(|s| self.is_lawful(s)) {
+                Some(larger) => set = larger,
+                None => return set,
+            }
+        }
+    }
+
+    /// A set without the kinds whose gain may be chance, the smallest first.
+    fn significant(&self, mut set: Set) -> Set {
+        loop {
+            let mut gains: Vec<(f64, &'static str)> =
+                set.keys().map(|kind| (self.gains(kind, &set).iter().sum(), *kind)).collect();
+            gains.sort_by(|a, b| a.0.total_cmp(&b.0));
+            match gains.into_iter().find(|(_, kind)| !self.is_significant(kind, &set, 0)) {
+                Some((_, kind)) => set = self.without(kind, &set),
+                None => return set,
+            }
+        }
+    }
+
+    /// Adds kinds to a set as long as J falls, and settles it after each.
+    fn forward(&self, start: Set) -> Set {
         let mut set = start;
         let mut banned = BTreeSet::new();
         for step in 0..STEPS {
             let moves = self.larger(&set, &banned);
-            let Some((kind, next)) = self.best_lawful(&set, moves).or_else(|| self.best_pair(&set, &banned)) else {
-                break;
-            };
+            let next = self.best_lawful(&set, moves).or_else(|| self.best_pair(&set, &banned));
+            let Some((kind, next)) = next else { break };
             let added: Vec<&'static str> = next.keys().copied().filter(|k| next.get(k) != set.get(k)).collect();
             let significant = added.iter().all(|k| self.is_significant(k, &next, step));
             if !significant {
@@ -274,7 +311,7 @@ impl<'a> Search<'a> {
         let mut order: Vec<(f64, &'static str, &Set)> = best.into_iter().map(|(k, (s, w))| (s, k, w)).collect();
         order.sort_by(|a, b| a.0.total_cmp(&b.0));
         order.truncate(PAIRED);
-        let mut pairs = Vec::new();
+        let mut pairs = self.refined_pairs(&firsts);
         for (at, (_, kind, with)) in order.iter().enumerate() {
             for (_, other, also) in &order[at + 1..] {
                 let mut both: Set = (*with).clone();
@@ -285,6 +322,24 @@ impl<'a> Search<'a> {
             }
         }
         self.best_lawful(set, pairs)
+    }
+
+    /// Kinds together with one that refines them.
+    fn refined_pairs(&self, firsts: &[(&'static str, Set)]) -> Vec<(&'static str, Set)> {
+        let mut pairs = Vec::new();
+        for (kind, with) in firsts {
+            let refines = |other: &str| kinds::of(other).is_some_and(|k| k.refines().contains(kind));
+            for (c, candidate) in self.candidates.iter().enumerate() {
+                if refines(candidate.kind) && !with.contains_key(candidate.kind) {
+                    let mut both = with.clone();
+                    both.insert(candidate.kind, vec![c]);
+                    if self.is_allowed(&both) {
+                        pairs.push((*kind, both));
+                    }
+                }
+            }
+        }
+        pairs
     }
 
     /// The most that a lawful kind alone saves.
@@ -383,19 +438,25 @@ impl<'a> Search<'a> {
     pub fn without(&self, kind: &str, set: &Set) -> Set {
         let mut rest = set.clone();
         rest.remove(kind);
-        while !self.is_allowed(&rest) {
-            let lost = rest.keys().copied().find(|k| !self.is_allowed(&Set::from([(*k, rest[k].clone())])));
-            let dependent = rest.keys().copied().find(|k| {
-                let mut fewer = rest.clone();
+        self.allowed_part(rest)
+    }
+
+    /// A set without kinds that lack what they refine.
+    pub fn allowed_part(&self, mut set: Set) -> Set {
+        while !self.is_allowed(&set) {
+            let alone = |k: &&'static str| !self.is_allowed(&Set::from([(*k, set[*k].clone())]));
+            let lost = set.keys().copied().find(|k| alone(k));
+            let dependent = set.keys().copied().find(|k| {
+                let mut fewer = set.clone();
                 fewer.remove(k);
                 self.is_allowed(&fewer)
             });
             match dependent.or(lost) {
-                Some(k) => drop(rest.remove(k)),
+                Some(k) => drop(set.remove(k)),
                 None => break,
             }
         }
-        rest
+        set
     }
 
     /// The gain of each block by a kind in its set.
@@ -457,11 +518,7 @@ impl<'a> Search<'a> {
                 columns.extend(&c.columns);
                 columns.sort_unstable();
                 columns.dedup();
-                let with = {
-                    let blocks = self_errors(self.gram, &targets, &columns);
-                    (0..SURROGATES).map(|k| blocks.iter().map(|b| b[k]).sum::<f64>()).collect::<Vec<f64>>()
-                };
-                plain.iter().zip(with).map(|(p, w)| p - w).collect()
+                plain.iter().zip(of(&columns)).map(|(p, w)| p - w).collect()
             })
             .collect();
         let mut most: Vec<f64> =
@@ -479,61 +536,4 @@ pub fn repeats(gains: &[f64; BLOCKS], least_t: f64) -> bool {
 
 fn is_common(kind: &str) -> bool {
     kinds::of(kind).is_some_and(|k| k.is_common())
-}
-
-fn self_errors(gram: &BlockGram, targets: &Targets, columns: &[usize]) -> Vec<Vec<f64>> {
-    gram.errors(targets, columns, NO_RIDGE)
-}
-
-/// Order of the autoregression that surrogates follow.
-const ORDER: usize = 12;
-
-/// Series with the spectrum of a residual and no structure: an autoregression driven by white noise, recording by recording.
-pub fn surrogates(residual: &[f64], spans: &[std::ops::Range<usize>], seed: u64) -> Vec<Vec<f64>> {
-    let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let mut all = vec![vec![0.0; residual.len()]; SURROGATES];
-    for span in spans {
-        let own = &residual[span.clone()];
-        let n = own.len();
-        let mean = own.iter().sum::<f64>() / n as f64;
-        let e: Vec<f64> = own.iter().map(|x| x - mean).collect();
-        let r: Vec<f64> =
-            (0..=ORDER).map(|k| e.iter().zip(&e[k.min(n)..]).map(|(a, b)| a * b).sum::<f64>() / n as f64).collect();
-        let coefficients = levinson(&r);
-        let warm_up = n.min(2000);
-        for surrogate in &mut all {
-            let mut past = [0.0; ORDER];
-            let mut squares = 0.0;
-            for k in 0..n + warm_up {
-                let mut x: f64 = StandardNormal.sample(&mut random);
-                x += coefficients.iter().zip(&past).map(|(a, p)| a * p).sum::<f64>();
-                past.rotate_right(1);
-                past[0] = x;
-                if k >= warm_up {
-                    surrogate[span.start + k - warm_up] = x;
-                    squares += x * x;
-                }
-            }
-            let factor = (r[0] * n as f64 / squares.max(f64::MIN_POSITIVE)).sqrt();
-            surrogate[span.clone()].iter_mut().for_each(|x| *x *= factor);
-        }
-    }
-    all
-}
-
-/// Coefficients of the autoregression with given autocovariances (Levinson 1947, Durbin 1960).
-fn levinson(r: &[f64]) -> Vec<f64> {
-    let mut a: Vec<f64> = Vec::new();
-    let mut error = r[0] * (1.0 + 1e-9);
-    for k in 1..r.len() {
-        if error <= 0.0 {
-            break;
-        }
-        let next = (r[k] - a.iter().enumerate().map(|(i, a)| a * r[k - 1 - i]).sum::<f64>()) / error;
-        let reflected: Vec<f64> = (0..a.len()).map(|i| a[i] - next * a[a.len() - 1 - i]).collect();
-        a = reflected;
-        a.push(next);
-        error *= 1.0 - next * next;
-    }
-    a
 }

@@ -63,6 +63,15 @@ pub struct Family {
     pub positive: bool,
 }
 
+/// The kinds that the equation of `kind` holds as parts.
+pub fn parts(kind: &str) -> &'static [&'static str] {
+    match kind {
+        "stribeck_friction" => &["coulomb_friction", "viscous_friction"],
+        "presliding_friction" => &["coulomb_friction"],
+        _ => &[],
+    }
+}
+
 /// The coordinates of MODEL.md section 7 in which `kind` shows.
 pub fn coordinates(kind: &str) -> &'static [&'static str] {
     match kind {

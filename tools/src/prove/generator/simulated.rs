@@ -5,7 +5,7 @@ use super::linear;
 use super::noise::{Noise, quantise, rms};
 use super::omitted::{self, Omitted, Sum};
 use super::rng::Rng;
-use super::{Case, CaseSpec, PlantKind, Unseen, coordinates, deviation};
+use super::{Case, CaseSpec, PlantKind, Unseen, coordinates, deviation, parts};
 use crate::model::{Base, GearSection, Model, Term, TermValue, TorqueSide};
 use crate::prove::key::{HiddenEffect, INDISTINGUISHABLE, Key, LARGE_SHARE, Role};
 use crate::recording::Recording;
@@ -210,20 +210,43 @@ fn entry(draft: &Draft, index: usize, left_out: f64, noise: &Noise) -> HiddenEff
     let pole: f64 = noise.autoregression.iter().sum::<f64>().clamp(0.0, 0.999);
     let evidence = rows * (size_nm / noise.rms_nm).powi(2) * (1.0 - pole) / (1.0 + pole);
     let share = before_nm / left_out;
+    let class = class(draft, index, left_out);
+    // What nobody could tell from Coulomb friction is called that.
+    let kind = class.last().unwrap_or(&effect.kind).clone();
     HiddenEffect {
-        kind: effect.kind.clone(),
+        coordinates: coordinates(&kind).iter().map(|c| (*c).to_owned()).collect(),
+        kind,
         listed: true,
         role: Role::Hidden,
-        shape: effect.shape.clone(),
+        shape: format!("{}: {}", effect.kind, effect.shape),
         size_nm,
         before_nm,
         share: Some(share),
         evidence,
         visible: share >= LARGE_SHARE && evidence >= INDISTINGUISHABLE,
-        coordinates: coordinates(&effect.kind).iter().map(|c| (*c).to_owned()).collect(),
-        class: vec![effect.kind.clone()],
+        class,
         unexplained: Default::default(),
         parameters: Default::default(),
         pieces: vec![format!("{:.1} % off the textbook", 100.0 * effect.off_textbook)],
     }
+}
+
+/// Kinds that come as near to an effect as the textbook of its own kind does, or leave so little that it would be no large effect alone: Coulomb friction where the dip of
+/// Stribeck friction, or the distance of presliding, hardly shows.
+fn class(draft: &Draft, index: usize, left_out: f64) -> Vec<String> {
+    let effect = &draft.effects[index];
+    let mut class = vec![effect.kind.clone()];
+    if parts(&effect.kind).contains(&"coulomb_friction") {
+        let (path, part) = (&draft.paths[0], &draft.sums[0].parts[index]);
+        let fastest = path.velocity.iter().fold(1e-9_f64, |most, v| most.max(v.abs()));
+        let left = |width: f64| {
+            let sign = path.velocity.iter().map(|v| (v / (width * fastest)).tanh()).collect();
+            rms(&linear::residual(&[vec![1.0; part.len()], sign], part))
+        };
+        let least = [0.003, 0.01, 0.03, 0.1].map(left).into_iter().fold(f64::INFINITY, f64::min);
+        if least <= (effect.off_textbook * deviation(part)).max(LARGE_SHARE * left_out) {
+            class.push("coulomb_friction".to_owned());
+        }
+    }
+    class
 }

@@ -1,0 +1,97 @@
+//! Which of two searches is believed: held-out error alone where structure is loud, likelihood against coloured noise where it is weak; and what keeps an extended model from
+//! running away beyond the recorded range.
+
+use crate::diagnose::DiagnoseError;
+use crate::diagnose::diagnosis::UNKNOWN;
+use crate::diagnose::explain::Search;
+use crate::diagnose::naming::DiagnosisVerdict;
+use crate::diagnose::selection::Selection;
+use crate::model::{Model, Term, TermValue};
+use crate::regression::dataset::Dataset;
+use crate::regression::fit::Fitted;
+use crate::regression::parameters::FreeParameter;
+
+/// Squares that a selection takes, over those that it leaves: from here on structure is loud, and held-out error decides alone.
+const LOUD: f64 = 4.0;
+/// Structure of this part of the base's squared error, held out, is a mismatch whatever the likelihood says.
+const LARGE: f64 = 0.2;
+/// A selection that leaves less than this part of the held-out squares that likelihood's finding leaves stands.
+const CLEARLY_BETTER: f64 = 0.95;
+/// A curve explains at most so many times the squares that the base leaves.
+const MOST_OF_RESIDUAL: f64 = 100.0;
+
+impl Dataset<'_> {
+    /// The verdict: by held-out error alone where structure is loud; else by likelihood against coloured noise, unless the joint selection predicts clearly better.
+    pub(super) fn decided<'r>(
+        &self,
+        model: &Model,
+        base: Fitted,
+        selection: &Selection,
+        search: Search<'r>,
+    ) -> Result<(DiagnosisVerdict, Search<'r>), DiagnoseError> {
+        let taken =
+            (selection.base_squares - selection.selected_squares) / selection.selected_squares.max(f64::MIN_POSITIVE);
+        if taken > LOUD {
+            return Ok((self.joint_verdict(&base, selection, search)?, search));
+        }
+        let (verdict, by_likelihood) = self.found(model, search)?;
+        let left = |fit: &Fitted| self.rms_of_blocks(fit).powi(2);
+        let selection = self.confirmed(&base, selection.clone(), search)?;
+        let better = left(&selection.fit) < CLEARLY_BETTER * left(&verdict.extended);
+        let loud = selection.named() >= LARGE;
+        let nameless = verdict.effects.iter().all(|e| e.name == UNKNOWN);
+        // A curve predicts, but names nothing.
+        let names_more =
+            || -> Result<bool, DiagnoseError> { Ok(left(&selection.fit) <= self.left_by_kinds(&verdict, search)?) };
+        if !selection.selected.is_empty() && (better || (loud && (nameless || names_more()?))) {
+            let joint = self.joint_verdict(&base, &selection, search)?;
+            if joint.mismatch && (better || joint.effects.iter().any(|e| e.name != UNKNOWN)) {
+                return Ok((joint, search));
+            }
+        }
+        Ok((verdict, by_likelihood))
+    }
+
+    /// An extended fit, or one beside the base as it is where a curve only trades torque with the base: such a pair runs away beyond the recorded range.
+    pub(super) fn steady(&self, base: &Fitted, extended: Fitted, search: Search<'_>) -> Result<Fitted, DiagnoseError> {
+        let size = |x: &[f64]| {
+            let own = self.layout().masked(x);
+            let mean = own.iter().sum::<f64>() / own.len().max(1) as f64;
+            own.iter().map(|x| (x - mean).powi(2)).sum::<f64>()
+        };
+        let total = self.total(&extended.model)?;
+        let (given, found) = (search.base_terms, extended.model.terms.len());
+        let mut trades = false;
+        for curve in (given..found).filter(|t| extended.model.terms[*t].kind == UNKNOWN) {
+            let mut without = extended.model.clone();
+            without.terms.remove(curve);
+            let added: Vec<f64> = total.iter().zip(self.total(&without)?).map(|(w, o)| w - o).collect();
+            trades |= size(&added) > MOST_OF_RESIDUAL * size(&base.residual);
+        }
+        if !trades {
+            return Ok(extended);
+        }
+        let mut model = base.model.clone();
+        model.terms.extend(extended.model.terms[given..].iter().cloned());
+        for curve in model.terms[given..].iter_mut().filter(|t| t.kind == UNKNOWN) {
+            if let Some(TermValue::List(values)) = curve.values.get_mut("values_nm") {
+                values.fill(0.0);
+            }
+        }
+        let own = |place: &FreeParameter| matches!(place, FreeParameter::Term { term, .. } if *term >= given);
+        let places: Vec<FreeParameter> = self.places(&model, search).into_iter().filter(own).collect();
+        Ok(self.plain_fit(&model, &places, 5)?)
+    }
+
+    /// The held-out mean square that an extended model leaves without its curves.
+    pub(super) fn left_by_kinds(&self, verdict: &DiagnosisVerdict, search: Search<'_>) -> Result<f64, DiagnoseError> {
+        let curve = |t: &Term| t.kind == UNKNOWN;
+        let mut model = verdict.extended.model.clone();
+        if !model.terms[search.base_terms..].iter().any(curve) {
+            return Ok(self.rms_of_blocks(&verdict.extended).powi(2));
+        }
+        model.terms.retain(|t| !curve(t));
+        let fit = self.plain_fit(&model, &self.places(&model, search), 2)?;
+        Ok(self.rms_of_blocks(&fit).powi(2))
+    }
+}
