@@ -108,7 +108,10 @@ impl ReadingArgs {
         let known = self.ratio.or(model.and_then(|model| model.gear.ratio));
         let read = |file: &RecordingFile| {
             let mut recording = self.read(file, needs, session)?;
-            recording::ratio::check(&recording, known)?;
+            // Of a joint log the two angles are one, and their ratio is seen.
+            if known.is_some() || model.is_none_or(|model| model.elastic.is_some()) {
+                recording::ratio::check(&recording, known)?;
+            }
             if self.ratio.is_some() {
                 recording.derive_deflection(self.ratio)?;
             }

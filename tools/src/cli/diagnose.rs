@@ -88,6 +88,12 @@ impl DiagnoseArgs {
         }
         let mut recordings = self.reading.read_needed(&files, &NEEDS, Some(&model), session)?;
         let mut holdout = self.reading.read_needed(&held_out, &NEEDS, Some(&model), session)?;
+        if model.elastic.is_none() && model.gear.ratio.is_none() {
+            model.gear.ratio = recordings.iter().find_map(recording::ratio::shown_rounded);
+            if let Some(ratio) = model.gear.ratio {
+                session.note(&format!("ratio {ratio}: the slope of theta_in_rad over theta_out_rad"));
+            }
+        }
         let options =
             Options { rated_deflection_rad: self.reading.rated_deflection, seed: self.seed.seed, ..Options::default() };
         if self.own_zeros {

@@ -24,6 +24,11 @@ pub fn shown(recording: &Recording) -> Option<f64> {
     (xy * xy > TOGETHER * xx * yy && xx > 0.0).then(|| xy / xx)
 }
 
+/// [`shown`], as the whole number next to it where it is near to one.
+pub fn shown_rounded(recording: &Recording) -> Option<f64> {
+    shown(recording).map(rounded)
+}
+
 fn mean(x: &[f64]) -> f64 {
     x.iter().sum::<f64>() / x.len().max(1) as f64
 }
@@ -39,11 +44,11 @@ pub fn check(recording: &Recording, given: Option<f64>) -> Result<(), RecordingE
         return Ok(());
     };
     let refuse = |problem| Err(RecordingError::of_file(&recording.name, problem));
-    let shown = shown(recording);
+    let shown = shown_rounded(recording);
     let Some(given) = given else {
-        return refuse(RecordingProblem::NoRatio { shown: shown.map(rounded) });
+        return refuse(RecordingProblem::NoRatio { shown });
     };
-    let Some(shown) = shown.map(rounded) else { return Ok(()) };
+    let Some(shown) = shown else { return Ok(()) };
     let sd = |ratio: f64| {
         let theta: Vec<f64> = input.iter().zip(output).map(|(q_m, q_o)| q_m / ratio - q_o).collect();
         let middle = mean(&theta);
