@@ -32,7 +32,7 @@ pub(super) fn random(seed: u64, stream: Stream) -> ChaCha8Rng {
 /// The gear of a model file.
 pub(super) fn gear_of(model: &Model) -> Result<Params, BenchError> {
     let rated_deflection_rad = model.gear.rated_deflection_rad.ok_or(BenchError::NoRatedDeflection)?;
-    Ok(model.params(rated_deflection_rad).ok_or(BenchError::NoGear)??)
+    Ok(model.drive_params(rated_deflection_rad).ok_or(BenchError::NoGear)??)
 }
 
 /// An experiment on the bench, ready to be run on variants of one gear.

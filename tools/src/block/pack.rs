@@ -164,7 +164,7 @@ fn params(model: &Model, options: &PackOptions) -> Result<Option<Params>, PackEr
     }
     let rated = options.rated_deflection_rad.or(model.gear.rated_deflection_rad);
     let rated_deflection_rad = rated.ok_or(PackError::NoRatedDeflection)?;
-    let params = model.params(rated_deflection_rad).transpose();
+    let params = model.drive_params(rated_deflection_rad).transpose();
     let params = params.map_err(|error| PackError::Params { rated_deflection_rad, error })?;
     let is_time = params.is_some_and(|params| params.memory().law == Law::Time);
     if is_time && options.period_s.is_none() { Err(PackError::NoPeriod) } else { Ok(params) }

@@ -102,12 +102,20 @@ impl Model {
         self.gear.base == Base::Simulation
     }
 
-    /// The checked parameters of the gear at the rated deflection A; `None` for a joint log. The file's own A is only a default:
-    /// commands may be told another.
+    /// The parameters of the gear at the rated deflection A, as the host evaluates them: beside slip elements the fitted spring of a real gear may fall at 0. `None` for a
+    /// joint log. The file's own A is only a default: commands may be told another.
+    ///
+    /// # Errors
+    /// What cannot be evaluated.
+    pub fn params(&self, rated_deflection_rad: f64) -> Option<Result<gmhm::Params, gmhm::ParamError>> {
+        Some(gmhm::Params::candidate(rated_deflection_rad, self.elastic?, self.memory?))
+    }
+
+    /// The same, within the ranges that a drive accepts.
     ///
     /// # Errors
     /// What the core refuses.
-    pub fn params(&self, rated_deflection_rad: f64) -> Option<Result<gmhm::Params, gmhm::ParamError>> {
+    pub fn drive_params(&self, rated_deflection_rad: f64) -> Option<Result<gmhm::Params, gmhm::ParamError>> {
         Some(gmhm::Params::new(rated_deflection_rad, self.elastic?, self.memory?))
     }
 }

@@ -266,7 +266,7 @@ fn identify(plant: Plant, params: &Params, seed: u64, progress: &dyn Progress) -
     let spring_nm_per_rad = product(torque, theta) / product(theta, theta);
     let options = FitOptions { seed, start: Some(start), ..FitOptions::default() };
     let fit = fit::fit(&[recording], &options, progress)?;
-    let params = fit.model.params(params.rated_deflection_rad()).ok_or(BenchError::NoGear)??;
+    let params = fit.model.drive_params(params.rated_deflection_rad()).ok_or(BenchError::NoGear)??;
     Ok(Knowledge { params, spring_nm_per_rad, left_nm: fit.rms })
 }
 
