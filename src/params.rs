@@ -220,7 +220,7 @@ impl Params {
     /// | A | 1e-6 to 1 rad | from an encoder's resolution to far beyond any gear |
     /// | c1 | 0 and more | a spring resists |
     /// | f(A) | 0 and more, 1e-6 to 1e5 N·m where it is the [torque scale](Self::torque_scale_nm) | the largest strain wave gears bear 1e4 N·m |
-    /// | each of c1A, c2A³, c3A⁵, hysteresis torque | to 1e5 N·m either way, and a hysteresis torque to 10 times f(A) where f(A) > 0 | the same |
+    /// | each of c1A, c2A³, c3A⁵, hysteresis torque | to 1e5 N·m either way, and a hysteresis torque to 1000 times f(A) where f(A) > 0 | the same; with kernel `rate` the paper's α holds 100 times f(A) |
     /// | play | 0 to A | it hides noise |
     /// | β, ω | 0 to 1e9 /s | what `f32` can sample |
     ///
@@ -282,7 +282,7 @@ impl Params {
         const DEFLECTIONS_RAD: [f64; 2] = [1e-6, 1.0];
         const TORQUES_NM: [f64; 2] = [1e-6, 1e5];
         const LARGEST_SPEED_PER_S: f64 = 1e9;
-        const LARGEST_LOOP: f64 = 10.0;
+        const LARGEST_LOOP: f64 = 1000.0;
         let a = self.rated_deflection_rad;
         within("rated_deflection_rad", a, DEFLECTIONS_RAD)?;
         at_least_zero("c1_nm_per_rad", self.elastic.c1_nm_per_rad)?;

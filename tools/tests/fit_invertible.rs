@@ -51,7 +51,7 @@ fn a_gear_without_an_inverse_is_fitted_as_it_is_and_said() {
 /// α at which a law just has an inverse up to `reach` of the rated deflection.
 fn at_the_bound(elastic: Elastic, memory: Memory, period_s: f64, reach: f64) -> Memory {
     let has = |alpha: f64| {
-        let params = Params::new(A, elastic, Memory { alpha, ..memory }).unwrap();
+        let params = Params::candidate(A, elastic, Memory { alpha, ..memory }).unwrap();
         invertible_range(&params, period_s).is_ok_and(|range| range >= reach)
     };
     let (mut low, mut high) = (0.0, 1e12);

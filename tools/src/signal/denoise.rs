@@ -59,8 +59,7 @@ pub fn denoised(recording: &Recording, ratio: Option<f64>) -> Cow<'_, Recording>
 pub(crate) fn white_sd(x: &[f64]) -> f64 {
     let largest = x.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
     let (third, sixth) = (sd_by(3, x), sd_by(6, x));
-    let noise = if third <= 1e-9 * largest || sixth <= 0.5 * third { 0.0 } else { sixth.min(third) };
-    noise.max(resolution_sd(x))
+    if third <= 1e-9 * largest || sixth <= 0.5 * third { 0.0 } else { sixth.min(third).max(resolution_sd(x)) }
 }
 
 /// The output angle that goes with the smoothed deflection, where the recorded one differs from it by noise alone: two smoothings of one sensor would look like two signals.
