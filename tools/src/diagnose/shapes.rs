@@ -9,6 +9,7 @@ use gmhm::terms::{KeyInfo, Range, Role};
 use crate::diagnose::DiagnoseError;
 use crate::kinds;
 use crate::model::Term;
+use crate::numerics::autoregression::Noise;
 use crate::numerics::basis::Basis;
 use crate::numerics::particle_swarm::{SwarmOptions, minimise};
 use crate::numerics::qr::dot;
@@ -61,23 +62,31 @@ impl Dataset<'_> {
         if shapes.is_empty() {
             return Ok(fit);
         }
-        let beside = Beside::new(self, &fit, term, &evaluations)?;
         let shaped = |position: &[f64]| {
             let moved = |term: Term, (shape, x): (&Shape, &f64)| set(&term, shape.key, shape.index, shape.at(*x));
             shapes.iter().zip(position).fold(own.clone(), moved)
         };
-        let Some(now) = beside.left(&own) else { return Ok(fit) };
-        let options = SwarmOptions::for_unknowns(shapes.len(), seed, 0.1 * BETTER / now);
-        let objective = |position: &[f64]| beside.left(&shaped(position)).unwrap_or(f64::INFINITY);
-        let best = minimise(&vec![(0.0, 1.0); shapes.len()], &options, objective);
-        if best.value > now - BETTER {
-            return Ok(fit);
+        let white = Fitted { noise: self.spans.iter().map(|_| Noise::unit()).collect(), ..fit.clone() };
+        // Coloured noise that was fitted beside a wrong shape may hold what the right one explains.
+        for (against, rows) in [(&fit, None), (&white, Some(self.counted() as f64))] {
+            let beside = Beside::new(self, against, term, &evaluations)?;
+            let Some(now) = beside.left(&own) else { break };
+            let options = SwarmOptions::for_unknowns(shapes.len(), seed, 0.1 * BETTER / rows.unwrap_or(now));
+            let objective = |position: &[f64]| beside.left(&shaped(position)).unwrap_or(f64::INFINITY);
+            let best = minimise(&vec![(0.0, 1.0); shapes.len()], &options, objective);
+            let gain = rows.map_or(now - best.value, |rows| rows * (now / best.value).ln());
+            if gain < BETTER {
+                continue;
+            }
+            let mut model = fit.model.clone();
+            model.terms[term] = shaped(&best.position);
+            let other = self.fit(&model, &fit.places, Some(&fit.noise), 6)?;
+            let better = other.minus_two_log_likelihood < fit.minus_two_log_likelihood;
+            if better && kinds::positive_where_needed(&other.model.terms[term]) {
+                return Ok(other);
+            }
         }
-        let mut model = fit.model.clone();
-        model.terms[term] = shaped(&best.position);
-        let other = self.fit(&model, &fit.places, Some(&fit.noise), 6)?;
-        let better = other.minus_two_log_likelihood < fit.minus_two_log_likelihood;
-        Ok(if better && kinds::positive_where_needed(&other.model.terms[term]) { other } else { fit })
+        Ok(fit)
     }
 
     /// What of a term is searched: whatever its torque is not linear in. Its orders are those that the spectrum shows.
