@@ -3,22 +3,12 @@
 mod common;
 mod served;
 
-use common::{PUBLISHED, WorkDir};
+use common::two_blocks;
 use served::{Joint, blank, serve};
-
-/// Two blocks of one gear, and how to speak to a drive that is served for so many commands.
-fn bench() -> WorkDir {
-    let dir = WorkDir::new();
-    dir.write("gear.toml", PUBLISHED);
-    dir.write("softer.toml", PUBLISHED.replace("2.4737e4", "2.2e4"));
-    dir.succeed("pack gear.toml -o params.bin");
-    dir.succeed("pack softer.toml -o softer.bin");
-    dir
-}
 
 #[test]
 fn parameters_are_tried_kept_and_taken_back() {
-    let dir = bench();
+    let dir = two_blocks();
     let served = serve(Joint::default(), blank(), 14, None);
     let to = format!("tcp:{}", served.address);
     let drive = |words: &str| dir.succeed(&format!("drive --to {to} {words}")).stdout;
@@ -57,7 +47,7 @@ fn parameters_are_tried_kept_and_taken_back() {
 
 #[test]
 fn what_a_drive_measures_is_read() {
-    let dir = bench();
+    let dir = two_blocks();
     let served = serve(Joint::default(), blank(), 1, None);
     let told = dir
         .succeed(&format!("drive --to tcp:{} live --seconds 0.2 --every 0.05 --json live.json", served.address))
@@ -76,7 +66,7 @@ fn what_a_drive_measures_is_read() {
 
 #[test]
 fn refusals_name_the_mend() {
-    let dir = bench();
+    let dir = two_blocks();
     let joint = Joint { enabled: true, compensating: true, ..Joint::default() };
     let served = serve(joint, blank(), 5, None);
     let to = format!("drive --to tcp:{}", served.address);

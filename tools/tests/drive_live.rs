@@ -10,7 +10,7 @@ use std::io::{Read, Write};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use common::{PUBLISHED, WorkDir};
+use common::{WorkDir, two_blocks};
 use serialport::{SerialPort, TTYPort};
 use served::{Joint, blank, serve};
 
@@ -135,18 +135,9 @@ impl Screen {
     }
 }
 
-fn bench() -> WorkDir {
-    let dir = WorkDir::new();
-    dir.write("gear.toml", PUBLISHED);
-    dir.write("softer.toml", PUBLISHED.replace("2.4737e4", "2.2e4"));
-    dir.succeed("pack gear.toml -o params.bin");
-    dir.succeed("pack softer.toml -o softer.bin");
-    dir
-}
-
 #[test]
 fn keys_switch_the_compensation_and_try_parameters() {
-    let dir = bench();
+    let dir = two_blocks();
     let served = serve(Joint { gain_ratio: 0.5, ..Joint::default() }, blank(), 2, None);
     let to = format!("tcp:{}", served.address);
     dir.succeed(&format!("flash params.bin --to {to}"));
@@ -176,7 +167,7 @@ fn keys_switch_the_compensation_and_try_parameters() {
 
 #[test]
 fn control_c_leaves_the_screen() {
-    let dir = bench();
+    let dir = two_blocks();
     let served = serve(Joint::default(), blank(), 1, None);
     let mut terminal = Terminal::start(&dir, &format!("drive --to tcp:{} live", served.address));
     terminal.press("t", &["no block to try", "in force     nothing"]);

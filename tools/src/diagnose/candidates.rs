@@ -159,7 +159,7 @@ fn columns(
 }
 
 /// Whether the lists of a term have room for those of another of its kind.
-fn has_room(own: &Term, other: &Term) -> bool {
+pub fn has_room(own: &Term, other: &Term) -> bool {
     kinds::elements(own) + kinds::elements(other) <= MOST_ORDERS
 }
 

@@ -19,6 +19,8 @@ const LARGE: f64 = 0.2;
 const CLEARLY_BETTER: f64 = 0.95;
 /// A curve explains at most so many times the squares that the base leaves.
 const MOST_OF_RESIDUAL: f64 = 100.0;
+/// Steps of the fit beside the base as it is.
+const STEPS: usize = 5;
 
 impl Dataset<'_> {
     /// The verdict: by held-out error alone where structure is loud; else by likelihood against coloured noise, unless the joint selection predicts clearly better.
@@ -63,9 +65,7 @@ impl Dataset<'_> {
         let (given, found) = (search.base_terms, extended.model.terms.len());
         let mut trades = false;
         for curve in (given..found).filter(|t| extended.model.terms[*t].kind == UNKNOWN) {
-            let mut without = extended.model.clone();
-            without.terms.remove(curve);
-            let added: Vec<f64> = total.iter().zip(self.total(&without)?).map(|(w, o)| w - o).collect();
+            let added = self.added_by(&extended.model, &total, curve)?;
             trades |= size(&added) > MOST_OF_RESIDUAL * size(&base.residual);
         }
         if !trades {
@@ -80,7 +80,7 @@ impl Dataset<'_> {
         }
         let own = |place: &FreeParameter| matches!(place, FreeParameter::Term { term, .. } if *term >= given);
         let places: Vec<FreeParameter> = self.places(&model, search).into_iter().filter(own).collect();
-        Ok(self.plain_fit(&model, &places, 5)?)
+        Ok(self.plain_fit(&model, &places, STEPS)?)
     }
 
     /// The held-out mean square that an extended model leaves without its curves.

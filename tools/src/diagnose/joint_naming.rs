@@ -64,11 +64,7 @@ impl Dataset<'_> {
                 continue;
             }
             let contribution = match term {
-                Some(at) => {
-                    let mut without = extended.model.clone();
-                    without.terms.remove(at);
-                    total.iter().zip(self.total(&without)?).map(|(with, without)| with - without).collect()
-                }
+                Some(at) => self.added_by(&extended.model, &total, at)?,
                 None => vec![0.0; self.len()],
             };
             effects.push(self.effect(found, naming, term, contribution, selection));
@@ -170,9 +166,7 @@ impl Dataset<'_> {
             }
         }
         if kept.terms.len() < model.terms.len() {
-            selection.fit = self.plain_fit(&kept, &free(&kept), STEPS)?;
-            let left = self.rms_of_blocks(&selection.fit) / self.rms_of_blocks(base).max(f64::MIN_POSITIVE);
-            selection.selected_squares = selection.base_squares * left * left;
+            selection.refitted(self, base, self.plain_fit(&kept, &free(&kept), STEPS)?);
         }
         Ok(selection)
     }

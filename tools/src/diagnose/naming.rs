@@ -130,7 +130,7 @@ impl Dataset<'_> {
             let rest = effect.rest;
             let places = self.places_of(&rest)?;
             let mut tried = effect.alternatives;
-            let elements = elements(&extended.model.terms[effect.term]);
+            let elements = kinds::elements(&extended.model.terms[effect.term]);
             self.grow(&rest, &mut tried, elements, search)?;
             let own = tried.iter().filter(|a| a.kind == kind).map(|a| a.gain).fold(effect.gain, f64::max);
             let (own_parameters, n) = (effect.parameters, (self.counted() as f64).ln());
@@ -432,13 +432,7 @@ fn by_first(mut places: Vec<Curve>, coordinate: &str) -> Vec<Curve> {
 }
 
 fn elements_of(model: &Model, term: usize) -> usize {
-    model.terms.get(term).map_or(1, elements)
-}
-
-/// Elements of a term's lists; 1 where it has none.
-fn elements(term: &Term) -> usize {
-    let lists = term.values.values().filter_map(|v| if let TermValue::List(l) = v { Some(l.len()) } else { None });
-    lists.max().unwrap_or(1)
+    model.terms.get(term).map_or(1, kinds::elements)
 }
 
 /// The coordinates in which a kind shows, by name.

@@ -2,12 +2,20 @@
 
 use crate::diagnose::DiagnoseError;
 use crate::diagnose::naming::EffectVerdict;
+use crate::model::Model;
 use crate::numerics::basis::Basis;
 use crate::numerics::qr::dot;
 use crate::regression::dataset::Dataset;
 use crate::regression::fit::Fitted;
 
 impl Dataset<'_> {
+    /// What the term `term` adds to the torque `total` of a model.
+    pub fn added_by(&self, model: &Model, total: &[f64], term: usize) -> Result<Vec<f64>, DiagnoseError> {
+        let mut without = model.clone();
+        without.terms.remove(term);
+        Ok(total.iter().zip(self.total(&without)?).map(|(with, without)| with - without).collect())
+    }
+
     /// What part of the structure each term of the extended model explains. Where terms overlap they share what they explain together: a part is the mean product of
     /// the structure with what the term adds to the torque, both beyond what the base model follows, over the mean square of the structure.
     pub fn share_out(
@@ -27,11 +35,7 @@ impl Dataset<'_> {
         let total = self.total(&extended.model)?;
         for effect in effects.iter_mut() {
             let Some(at) = effect.term else { continue };
-            let mut without = extended.model.clone();
-            without.terms.remove(at);
-            let added: Vec<f64> =
-                total.iter().zip(self.total(&without)?).map(|(with, without)| with - without).collect();
-            let mut added = self.layout().masked(&added);
+            let mut added = self.layout().masked(&self.added_by(&extended.model, &total, at)?);
             followed.reduce(&mut added);
             let part = dot(&added, &structure) / whole.max(f64::MIN_POSITIVE);
             // Of terms that work against each other one has less than no part; what it saves in its place is there all the same.

@@ -312,26 +312,30 @@ pub fn contains(kind: &str, special: &str) -> bool {
     of(kind).is_some_and(|kind| kind.contains().contains(&special))
 }
 
+/// The numbers of a term that have to be positive, key by key; `None` for what is no kind.
+fn needed_positive(term: &Term) -> Option<impl Iterator<Item = &[f64]>> {
+    let kind = of_term(term)?;
+    let keys = kind.info()?.keys.iter().filter(move |key| kind.has_to_be_positive(key));
+    Some(keys.filter_map(|key| match term.values.get(key.name)? {
+        TermValue::Number(x) => Some(std::slice::from_ref(x)),
+        TermValue::List(list) => Some(list.as_slice()),
+        TermValue::Text(_) => None,
+    }))
+}
+
 /// Whether the numbers of a term that have to be positive are.
 pub fn positive_where_needed(term: &Term) -> bool {
-    let Some((kind, info)) = of_term(term).and_then(|kind| Some((kind, kind.info()?))) else { return false };
-    let positive = |key: &KeyInfo| match term.values.get(key.name) {
-        Some(TermValue::Number(x)) => *x > 0.0,
-        Some(TermValue::List(list)) => list.iter().all(|x| *x > 0.0),
-        _ => true,
-    };
-    info.keys.iter().filter(|key| kind.has_to_be_positive(key)).all(positive)
+    needed_positive(term).is_some_and(|mut numbers| numbers.all(|own| own.iter().all(|x| *x > 0.0)))
 }
 
 /// Whether a number of a term has the wrong sign for its kind, or most of a list has.
 pub fn is_reversed(term: &Term) -> bool {
-    let Some((kind, info)) = of_term(term).and_then(|kind| Some((kind, kind.info()?))) else { return false };
-    let reversed = |key: &KeyInfo| match term.values.get(key.name) {
-        Some(TermValue::Number(x)) => *x < 0.0,
-        Some(TermValue::List(list)) => list.iter().sum::<f64>() < 0.0,
-        _ => false,
-    };
-    info.keys.iter().filter(|key| kind.has_to_be_positive(key)).any(reversed)
+    needed_positive(term).is_some_and(|mut numbers| numbers.any(|own| own.iter().sum::<f64>() < 0.0))
+}
+
+/// Whether numbers of a kind that have to be positive may be negative all the same: a simulation may hold too much of a load.
+pub fn may_be_reversed(kind: &dyn Kind, simulation: bool) -> bool {
+    simulation && kind.family() == Family::Load
 }
 
 /// The smoothing of a friction's sign is at most this share of the largest velocity.

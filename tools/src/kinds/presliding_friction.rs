@@ -33,7 +33,6 @@ impl Kind for PreslidingFriction {
         &[Experiment::Running]
     }
 
-    /// Not searched for yet.
     fn candidates(&self, ranges: &Ranges, _model: &Model) -> Vec<Term> {
         let travel = TAU * ranges.output_turns;
         if ranges.velocity_rad_per_s <= 0.0 || travel <= 0.0 {

@@ -105,3 +105,13 @@ impl WorkDir {
         lines.map(|line| line.split(',').nth(index).unwrap().parse().unwrap()).collect()
     }
 }
+
+/// A folder with the parameter blocks of the published gear and of a softer one.
+pub fn two_blocks() -> WorkDir {
+    let dir = WorkDir::new();
+    dir.write("gear.toml", PUBLISHED);
+    dir.write("softer.toml", PUBLISHED.replace("2.4737e4", "2.2e4"));
+    dir.succeed("pack gear.toml -o params.bin");
+    dir.succeed("pack softer.toml -o softer.bin");
+    dir
+}

@@ -6,11 +6,11 @@ use rayon::prelude::*;
 use super::free_functions::{free_functions, turns, wave_pair};
 use super::search::Candidate;
 use crate::diagnose::DiagnoseError;
-use crate::diagnose::candidates::{Proposal, proposals_over};
+use crate::diagnose::candidates::{Proposal, has_room, proposals_over};
 use crate::diagnose::explain::Search;
 use crate::diagnose::nonparametric::Coordinates;
 use crate::kinds::free_coordinate::FreeCoordinate;
-use crate::kinds::{self, FURTHER_ELEMENT_PRICE, Family, Kind};
+use crate::kinds::{self, FURTHER_ELEMENT_PRICE, Kind};
 use crate::model::{Model, TermValue};
 use crate::numerics::block_gram::{BlockGram, Targets};
 use crate::numerics::qr::dot;
@@ -47,9 +47,6 @@ pub struct Dictionary {
     /// Free functions: their columns.
     pub free: Vec<(FreeCoordinate, Vec<usize>)>,
 }
-
-/// The core holds so many orders a term.
-const MOST_ORDERS_OF_A_TERM: usize = gmhm::terms::MOST_ORDERS;
 
 /// The strongest orders that are looked at.
 const MOST_ORDERS: usize = 14;
@@ -183,9 +180,9 @@ impl Dictionary {
         }
     }
 
-    /// Whether a number has to be positive for a term to be of its kind. A simulation may hold too much of a load.
+    /// Whether a number has to be positive for a term to be of its kind.
     fn has_to_be_positive(&self, kind: &dyn Kind, key: &KeyInfo) -> bool {
-        kind.has_to_be_positive(key) && !(self.simulation && kind.family() == Family::Load)
+        kind.has_to_be_positive(key) && !kinds::may_be_reversed(kind, self.simulation)
     }
 
     fn add_proposal(&mut self, proposal: &Proposal, index: usize) {
@@ -382,7 +379,7 @@ fn merged(mut model: Model) -> Model {
         let own = model.terms[at].clone();
         let same = |other: &crate::model::Term| {
             other.kind == own.kind
-                && kinds::elements(&own) + kinds::elements(other) <= MOST_ORDERS_OF_A_TERM
+                && has_room(&own, other)
                 && kinds::of_term(&own).is_some_and(Kind::elements_are_effects)
                 && own.values.iter().all(|(k, v)| matches!(v, TermValue::List(_)) || other.values.get(k) == Some(v))
         };

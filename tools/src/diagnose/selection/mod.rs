@@ -16,8 +16,8 @@ use std::collections::BTreeSet;
 
 use statrs::distribution::{ContinuousCDF, Normal};
 
+use crate::kinds;
 use crate::kinds::free_coordinate::FreeCoordinate;
-use crate::kinds::{self, Family};
 use crate::model::Term;
 use crate::numerics::block_gram::{BLOCKS, BlockGram, NO_RIDGE, Targets, t_of_blocks};
 use dictionary::{Dictionary, Origin};
@@ -77,6 +77,13 @@ impl Selection {
     /// The part of the base's squared error, held out, that any free description predicts, 0 to 1.
     pub fn predictable(&self) -> f64 {
         (1.0 - self.free_squares / self.base_squares.max(f64::MIN_POSITIVE)).clamp(0.0, 1.0)
+    }
+
+    /// Takes over a refit with fewer kinds, and what it leaves on held-out blocks beside the refitted base.
+    pub fn refitted(&mut self, dataset: &Dataset<'_>, base: &Fitted, fit: Fitted) {
+        let left = dataset.rms_of_blocks(&fit) / dataset.rms_of_blocks(base).max(f64::MIN_POSITIVE);
+        self.selected_squares = self.base_squares * left * left;
+        self.fit = fit;
     }
 
     /// The part that the selected kinds predict, 0 to 1.
@@ -156,12 +163,12 @@ impl Dataset<'_> {
             let refitted = self.plain_fit(&model, &self.places(&model, search), STEPS)?;
             let (refitted, lost) = self.without_unlawful(refitted, search)?;
             if let (true, Some(result)) = (last, result.as_mut()) {
-                if !lost.is_empty() {
-                    let left = self.rms_of_blocks(&refitted) / self.rms_of_blocks(base).max(f64::MIN_POSITIVE);
-                    result.selected_squares = result.base_squares * left * left;
+                if lost.is_empty() {
+                    result.fit = refitted.clone();
+                } else {
                     result.selected.retain(|s| !lost.iter().any(|kind| kind == s.kind));
+                    result.refitted(self, base, refitted.clone());
                 }
-                result.fit = refitted.clone();
             }
             fit = refitted;
         }
@@ -177,11 +184,10 @@ impl Dataset<'_> {
         let mut lost = Vec::new();
         loop {
             let found = &fit.model.terms[search.base_terms..];
-            // A simulation may hold too much of a load.
-            let may_be_negative = |term: &Term| {
-                fit.model.is_simulation() && kinds::of_term(term).is_some_and(|k| k.family() == Family::Load)
+            let may_be_reversed = |term: &Term| {
+                kinds::of_term(term).is_some_and(|k| kinds::may_be_reversed(k, fit.model.is_simulation()))
             };
-            let unlawful = found.iter().find(|t| !may_be_negative(t) && kinds::is_reversed(t));
+            let unlawful = found.iter().find(|t| !may_be_reversed(t) && kinds::is_reversed(t));
             let Some(unlawful) = unlawful else { return Ok((fit, lost)) };
             let refines = |t: &Term| kinds::of_term(t).is_some_and(|k| k.refines().contains(&unlawful.kind.as_str()));
             let refined = found.iter().any(refines);
