@@ -117,6 +117,16 @@ impl<S: Scalar> ElasticTorque<S> {
         self.knee
     }
 
+    /// f(κA) over T_A, where the tangent begins.
+    pub fn knee_torque(&self) -> S {
+        self.knee_torque
+    }
+
+    /// The slope of the tangent, over A and T_A.
+    pub fn knee_stiffness(&self) -> S {
+        self.knee_stiffness
+    }
+
     /// f at any u.
     #[inline(always)]
     pub fn torque(&self, u: S) -> S {

@@ -78,6 +78,35 @@ struct Solver<S> {
     inner_half_tangent: S,
 }
 
+/// The numbers that the search goes by, over A and T_A: what the same search in another language needs beside the coefficients of the gear.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SearchNumbers<S> {
+    /// A residual that counts as none.
+    pub tolerance: S,
+    /// A step of t = tan(φ/2) after which the residual is below the tolerance.
+    pub last_step: S,
+    /// The largest (Δ² + abs(δ))·abs(δ) of a last chord δ after a step Δ.
+    pub last_chord: S,
+    /// A bracket of t within which the torque changes by less than the tolerance.
+    pub last_width: S,
+    /// The least slope of the torque within the range.
+    pub least_slope: S,
+    /// The edge of the range.
+    pub reach: S,
+    /// Short of it by its rounding.
+    pub inner_reach: S,
+    /// The same as t.
+    pub inner_half_tangent: S,
+    /// 3·k3 and 5·k5 of f′.
+    pub slope: [S; 2],
+    /// 6·k3 and 20·k5 of f″.
+    pub bend: [S; 2],
+    /// 1/T_A, 1/(N·m).
+    pub inverse_torque_scale: S,
+    /// The largest torque that is accepted, N·m.
+    pub largest_torque: S,
+}
+
 /// A deflection for a torque.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Solution<S> {
@@ -211,6 +240,28 @@ impl<S: Scalar, L: Invertible<S>> Inverse<S, L> {
     /// The edge rA of the invertible range ±rA, input units.
     pub fn range(&self) -> S {
         self.gear.frame().deflection(self.solver.reach)
+    }
+
+    /// What the search goes by.
+    pub fn search_numbers(&self) -> SearchNumbers<S> {
+        let Solver { spring, limits, least_slope, reach, inner_reach, inner_half_tangent } = self.solver;
+        let Limits { tolerance, last_step, last_chord, last_width } = limits;
+        let ([slope, bend], [inverse_torque_scale, largest_torque]) =
+            (spring.derivatives(), [self.inverse_torque_scale, self.limit]);
+        SearchNumbers {
+            tolerance,
+            last_step,
+            last_chord,
+            last_width,
+            least_slope,
+            reach,
+            inner_reach,
+            inner_half_tangent,
+            slope,
+            bend,
+            inverse_torque_scale,
+            largest_torque,
+        }
     }
 
     /// The state of a gear whose past is unknown (y = 0, m = 0) under a torque, and how it was found.

@@ -43,6 +43,11 @@ impl<S: Scalar> Spring<S> {
 }
 
 impl<S: Scalar> Spring<S> {
+    /// The factors of f′ and of f″.
+    pub(super) fn derivatives(&self) -> [[S; 2]; 2] {
+        [self.slope, self.bend]
+    }
+
     /// f(u), from u and u².
     #[inline]
     pub(super) fn torque(&self, u: S, square: S) -> S {

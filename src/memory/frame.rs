@@ -38,6 +38,16 @@ impl<S: Scalar> Frame<S> {
         self.rated
     }
 
+    /// 1/A in input units.
+    pub fn inverse_rated(&self) -> S {
+        self.inverse_rated
+    }
+
+    /// The largest deflection that is accepted, input units.
+    pub fn limit(&self) -> S {
+        self.limit
+    }
+
     /// A deflection, or a difference of two, over A.
     #[inline]
     pub fn fraction(&self, theta: S) -> S {

@@ -178,6 +178,16 @@ impl<S: Scalar> Time<S> {
         self.step.growth()
     }
 
+    /// αA/T_A: 1/s for kernel `deflection`, 1 for kernel `rate`.
+    pub fn gain(&self) -> S {
+        self.rates.gain
+    }
+
+    /// β, 1/s.
+    pub fn beta_per_s(&self) -> S {
+        self.rates.beta_per_s
+    }
+
     /// The factor between memory and torque.
     pub(crate) fn gate(&self) -> Gate {
         self.gate

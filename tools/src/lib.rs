@@ -11,6 +11,7 @@ pub mod cli;
 pub mod demo;
 pub mod device;
 pub mod diagnose;
+pub mod export;
 pub mod fit;
 pub mod health;
 pub mod kinds;

@@ -15,6 +15,7 @@ fn help_of_every_command() {
         "demo",
         "diagnose",
         "drive",
+        "export",
         "fit",
         "flash",
         "health",

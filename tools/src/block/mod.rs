@@ -10,4 +10,5 @@ mod pack;
 pub use contents::{Contents, Quantity, Section, Shown};
 pub use error::{FileError, PackError};
 pub use file::{BlockFile, Form, read, write};
+pub(crate) use pack::Rounded;
 pub use pack::{Arithmetic, DRIVE_TERMS, PackOptions, pack};

@@ -171,13 +171,14 @@ fn params(model: &Model, options: &PackOptions) -> Result<Option<Params>, PackEr
 }
 
 /// The values of a term in single precision.
-struct Rounded<'a> {
+pub(crate) struct Rounded<'a> {
     term: &'a Term,
     lists: Vec<(&'a str, Vec<f32>)>,
 }
 
 impl<'a> Rounded<'a> {
-    fn new(term: &'a Term) -> Self {
+    /// Those of a term.
+    pub(crate) fn new(term: &'a Term) -> Self {
         let list = |(key, value): (&'a String, &TermValue)| match value {
             TermValue::List(list) => Some((key.as_str(), list.iter().map(|x| *x as f32).collect())),
             _ => None,

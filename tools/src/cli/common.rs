@@ -157,6 +157,12 @@ fn ratio(text: &str) -> Result<f64, String> {
         .ok_or_else(|| "must be a number of 1 or more, or -1 or less".to_owned())
 }
 
+/// A number of turning points.
+pub fn depth(text: &str) -> Result<u16, String> {
+    let depth = text.parse().ok().filter(|depth: &u16| *depth >= 4 && depth.is_multiple_of(2));
+    depth.ok_or_else(|| "must be an even number of 4 or more".to_owned())
+}
+
 /// A finite number.
 pub fn finite(text: &str) -> Result<f64, String> {
     text.parse::<f64>().ok().filter(|x| x.is_finite()).ok_or_else(|| "must be a finite number".to_owned())

@@ -10,6 +10,7 @@ use crate::bench::BenchError;
 use crate::block::{FileError, PackError};
 use crate::device::DeviceError;
 use crate::diagnose::DiagnoseError;
+use crate::export::ExportError;
 use crate::fit::verdict::AssessError;
 use crate::health::HealthError;
 use crate::model::ModelError;
@@ -57,6 +58,9 @@ pub enum Failure {
     /// No block was made.
     #[error(transparent)]
     Pack(#[from] PackError),
+    /// No source was made.
+    #[error(transparent)]
+    Export(#[from] ExportError),
     /// The file of a block was refused.
     #[error(transparent)]
     BlockFile(#[from] FileError),
@@ -100,6 +104,7 @@ impl Failure {
             Failure::Health(e) => e.mend(),
             Failure::Device(e) => e.mend(),
             Failure::Pack(e) => e.mend(),
+            Failure::Export(e) => e.mend(),
             Failure::BlockFile(e) => e.mend(),
             Failure::Predict(e)
             | Failure::Assess(AssessError::Predict(e))

@@ -6,6 +6,7 @@ mod compare;
 mod demo;
 mod diagnose;
 mod drive;
+mod export;
 mod failure;
 mod fit;
 mod flash;
@@ -51,6 +52,7 @@ enum Command {
     Demo(demo::DemoArgs),
     Diagnose(diagnose::DiagnoseArgs),
     Drive(drive::DriveArgs),
+    Export(export::ExportArgs),
     Fit(fit::FitArgs),
     Flash(flash::FlashArgs),
     Health(health::HealthArgs),
@@ -133,6 +135,7 @@ pub fn run() -> ExitCode {
         Some(Command::Demo(args)) => args.run(&session),
         Some(Command::Diagnose(args)) => args.run(&session),
         Some(Command::Drive(args)) => args.run(&session),
+        Some(Command::Export(args)) => args.run(&session),
         Some(Command::Fit(args)) => args.run(&session),
         Some(Command::Flash(args)) => args.run(&session),
         Some(Command::Health(args)) => args.run(&session),

@@ -7,7 +7,7 @@ use gmhm::block::{Identity, verify};
 use gmhm::terms::Side;
 
 use super::Session;
-use super::common::{address, positive};
+use super::common::{address, depth, positive};
 use super::failure::Failure;
 use crate::block::{self, Arithmetic, FileError, Form, PackOptions};
 use crate::model;
@@ -57,11 +57,6 @@ enum Scalar {
 
 fn identity(label: &str) -> Result<Identity, String> {
     Identity::new(label).ok_or_else(|| "must have at most 16 bytes".to_owned())
-}
-
-fn depth(text: &str) -> Result<u16, String> {
-    let depth = text.parse().ok().filter(|depth: &u16| *depth >= 4 && depth.is_multiple_of(2));
-    depth.ok_or_else(|| "must be an even number of 4 or more".to_owned())
 }
 
 impl PackArgs {

@@ -8,6 +8,7 @@ mod cycles;
 mod emulate;
 mod emulator;
 mod end_to_end;
+mod export;
 mod fuzz;
 mod golden;
 mod lockstep;
@@ -55,6 +56,8 @@ enum Command {
     },
     /// Build the static library for C for the microcontrollers, free of panics, and run a C program with it on the host and in the emulator.
     C,
+    /// Export source for C, weigh it on the Cortex-M4F and check it by cppcheck and clang-tidy where they are installed.
+    Export,
     /// Fit, pack and flash into emulated drives, compare their torques with the host's, cut their power while they store.
     EndToEnd {
         /// Power cuts in the middle of a write, at least.
@@ -106,6 +109,7 @@ fn run(arguments: Arguments) -> anyhow::Result<()> {
         Command::Cost { overwrite } => cost::run(&shell, overwrite),
         Command::Size { overwrite } => size::run(&shell, overwrite),
         Command::C => c::run(&shell),
+        Command::Export => export::run(&shell),
         Command::EndToEnd { cuts, seed } => end_to_end::run(&shell, cuts, seed),
         Command::Fuzz { executions, seed } => fuzz::run(&shell, executions, seed),
         Command::RunImage { image } => emulate::run_image(&image),

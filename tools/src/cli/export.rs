@@ -1,0 +1,137 @@
+//! `gmhm export`.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+
+use super::Session;
+use super::common::{depth, positive};
+use super::failure::Failure;
+use crate::export::fmu::{DeflectionInput, Fmu, fmu};
+use crate::export::{self, ExportOptions, Exported, Origin, Precision};
+use crate::model;
+use crate::output::Outputs;
+use crate::physics::CAPACITY;
+use crate::report::page::Input;
+
+/// Write a model as source for other tools
+///
+/// --to c writes one header and one source of C99 without allocation, for the microcontroller or a simulation: the torque of a deflection path, the deflection for a torque, state,
+/// status and the model's plant terms. Neither Rust nor this program is needed to use it. Faults of the measurement are left out.
+/// --to fmu writes a co-simulation unit of FMI 2.0 around the same source in double precision, with a binary for Linux where a C compiler is present.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example:\n  gmhm export gear.toml --to c --self-test -o gear\n  cc -std=c99 gear/*.c -lm -o self_test && ./self_test\n  gmhm export gear.toml --to fmu -o gear.fmu"
+)]
+pub struct ExportArgs {
+    /// Model file
+    #[arg(value_name = "M.toml")]
+    model: PathBuf,
+    /// What to write
+    #[arg(long, value_enum)]
+    to: Form,
+    /// What the C source computes in; an FMU computes in f64
+    #[arg(long, value_enum, default_value_t)]
+    scalar: Scalar,
+    /// The FMU takes both angles instead of the deflection; needs the model's ratio
+    #[arg(long)]
+    angles: bool,
+    /// What every name and file begins with (else the model's name)
+    #[arg(long, value_name = "NAME")]
+    prefix: Option<String>,
+    /// Longest sample period; law time needs it
+    #[arg(long, value_name = "SECONDS", value_parser = positive)]
+    period: Option<f64>,
+    /// Turning points that a joint remembers, even, 4 or more (else 16 in C, 256 in an FMU)
+    #[arg(long, value_name = "N", value_parser = depth)]
+    stack_depth: Option<u16>,
+    /// Rated deflection in rad (else the model's)
+    #[arg(long, value_name = "RAD", value_parser = positive)]
+    rated_deflection: Option<f64>,
+    /// Also write golden samples and a main that checks them
+    #[arg(long)]
+    self_test: bool,
+    /// Where to write: a folder for c, a file for fmu
+    #[arg(short, long, value_name = "DIR|F.fmu")]
+    output: PathBuf,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Form {
+    /// C99 source, into a folder
+    C,
+    /// FMI 2.0 co-simulation unit, into one file
+    Fmu,
+}
+
+#[derive(Debug, Clone, Copy, Default, ValueEnum)]
+enum Scalar {
+    /// Single precision
+    #[default]
+    F32,
+    /// Double precision
+    F64,
+}
+
+impl ExportArgs {
+    pub(super) fn run(&self, session: &Session) -> Result<(), Failure> {
+        let model = model::load(&self.model)?;
+        let origin = Origin::from(&Input::of_file(&self.model)?);
+        let options = ExportOptions {
+            precision: match self.scalar {
+                Scalar::F32 => Precision::F32,
+                Scalar::F64 => Precision::F64,
+            },
+            prefix: self.prefix.clone(),
+            period_s: self.period,
+            rated_deflection_rad: self.rated_deflection,
+            turning_points: self.stack_depth.unwrap_or(match self.to {
+                Form::C => 16,
+                Form::Fmu => CAPACITY as u16,
+            }),
+            self_test: self.self_test,
+        };
+        let left_out = match self.to {
+            Form::C => {
+                let exported = export::source::c(&model, &origin, &options)?;
+                self.write_source(&exported, session)?;
+                exported.left_out
+            }
+            Form::Fmu => {
+                let inputs = if self.angles { DeflectionInput::Angles } else { DeflectionInput::Deflection };
+                let fmu = fmu(&model, &origin, &options, inputs)?;
+                self.write_fmu(&fmu, session)?;
+                fmu.left_out
+            }
+        };
+        for kind in left_out {
+            session.note(&format!("`{kind}` is a fault of the measurement: it is left out"));
+        }
+        Ok(())
+    }
+
+    fn write_source(&self, exported: &Exported, session: &Session) -> Result<(), Failure> {
+        Outputs::make_folder(&self.output)?;
+        let mut outputs = Outputs::new();
+        let paths: Vec<PathBuf> = exported.files.iter().map(|(name, _)| self.output.join(name)).collect();
+        for (path, (_, text)) in paths.iter().zip(&exported.files) {
+            outputs.add_text(path, text)?;
+        }
+        outputs.commit()?;
+        if let Some(why) = &exported.without_inverse {
+            session.note(&format!("the source can predict but not invert: {why}"));
+        }
+        let named: Vec<(&str, Option<&PathBuf>)> = paths.iter().map(|path| ("Source", Some(path))).collect();
+        session.written(&named)
+    }
+
+    fn write_fmu(&self, fmu: &Fmu, session: &Session) -> Result<(), Failure> {
+        let mut outputs = Outputs::new();
+        outputs.add(&self.output, |out| -> Result<(), Failure> { Ok(out.write_all(&fmu.bytes)?) })?;
+        outputs.commit()?;
+        if let Some(why) = &fmu.without_binary {
+            session.note(&format!("the FMU holds its sources and no binary: {why}"));
+        }
+        session.written(&[("FMU", Some(&self.output))])
+    }
+}

@@ -1,0 +1,77 @@
+//! Why a model is not exported.
+
+use gmhm::ParamError;
+use gmhm::terms::TermError;
+
+/// Why a model is not exported.
+#[derive(Debug, thiserror::Error)]
+pub enum ExportError {
+    /// A joint log's model, or one on top of a simulation.
+    #[error("the model has no [elastic] and [memory]: there is no torque of a gear to export")]
+    NoGear,
+    /// The terms are added to another simulator's torque.
+    #[error("the model's base is another simulation, whose torque is not in the model")]
+    OnSimulation,
+    /// The model does not say where it is calibrated.
+    #[error("the model has no rated_deflection_rad in [gear]")]
+    NoRatedDeflection,
+    /// The parameters are refused at the rated deflection in use.
+    #[error("the model at the rated deflection {rated_deflection_rad:?} rad: {error}")]
+    Params {
+        /// The rated deflection in use, rad.
+        rated_deflection_rad: f64,
+        /// Why the core refuses them.
+        error: ParamError,
+    },
+    /// Law `time` without a sample period.
+    #[error("law time needs the longest sample period")]
+    NoPeriod,
+    /// A term that is refused.
+    #[error("the model's term `{kind}`: {error}")]
+    Term {
+        /// Its kind.
+        kind: String,
+        /// Why the core refuses it.
+        error: TermError,
+    },
+    /// A kind that has no source.
+    #[error("the model's term `{kind}` cannot be exported: there is no C source of this kind")]
+    Kind {
+        /// The kind.
+        kind: String,
+    },
+    /// Two angles without a ratio.
+    #[error("the model has no ratio in [gear], which two angles need")]
+    NoRatio,
+    /// The archive cannot be made.
+    #[error("the FMU cannot be packed: {error}")]
+    Archive {
+        /// Why.
+        error: String,
+    },
+    /// No name of C.
+    #[error("`{prefix}` is no name in C")]
+    Prefix {
+        /// What was asked for.
+        prefix: String,
+    },
+}
+
+impl ExportError {
+    /// How to fix it.
+    pub fn mend(&self) -> Option<String> {
+        Some(match self {
+            Self::NoRatedDeflection => "add rated_deflection_rad to [gear], or give --rated-deflection RAD".to_owned(),
+            Self::NoPeriod => "give it with --period SECONDS".to_owned(),
+            Self::NoGear | Self::OnSimulation => {
+                "export a model with [elastic] and [memory], as gmhm fit writes it of a gear's recordings".to_owned()
+            }
+            Self::Kind { .. } => {
+                "remove the term from the model, or use the Rust crate or the C library (c/)".to_owned()
+            }
+            Self::Prefix { .. } => "use letters, digits and _, with a letter first, at most 24".to_owned(),
+            Self::NoRatio => "add ratio to [gear], or take the deflection as input".to_owned(),
+            Self::Params { .. } | Self::Term { .. } | Self::Archive { .. } => return None,
+        })
+    }
+}

@@ -1,0 +1,125 @@
+//! Exported C source on the microcontroller and under static checks, and the FMU in FMPy.
+
+use std::path::Path;
+
+use anyhow::{Context, Result, bail, ensure};
+use object::{Object, ObjectSection, SectionKind};
+use xshell::{Shell, cmd};
+
+use crate::setup::COMPILER;
+
+/// Flash for forward and inverse of law `masing` on the Cortex-M4F, with what they need of the C library.
+const CODE_LIMIT: u64 = 4608;
+
+/// The published gear.
+const GEAR: &str = "examples/bench/true_gear.toml";
+
+/// A gear with terms of every kind of the plant.
+const EVERY_TERM: &str = "tools/tests/exported/every_term.toml";
+
+/// Rules that exported source does not follow, with reasons.
+const DEVIATIONS: &str = "tools/templates/export/deviations.txt";
+
+/// Checks of clang-tidy.
+const TIDY: &str = "-*,bugprone-*,cert-*,clang-analyzer-*,misc-*,performance-*,portability-*";
+
+/// Exports, weighs and checks.
+pub fn run(shell: &Shell) -> Result<()> {
+    let folder = shell.create_temp_dir()?;
+    let folder = folder.path();
+    for (model, prefix) in [(GEAR, "gear"), (EVERY_TERM, "terms")] {
+        let output = folder.join(prefix);
+        cmd!(shell, "cargo run --quiet --locked --package gmhm-tools -- export {model} --to c --self-test --prefix {prefix} -o {output}")
+            .quiet()
+            .ignore_stdout()
+            .ignore_stderr()
+            .run()
+            .with_context(|| format!("{model} is not exported"))?;
+    }
+    weigh(shell, folder)?;
+    let deviations = shell.read_file(DEVIATIONS)?;
+    let of = |tool: &str| -> Vec<String> {
+        let lines = deviations.lines().filter_map(|line| line.strip_prefix(tool)?.strip_prefix(' '));
+        lines.filter_map(|line| line.split(' ').next()).map(str::to_owned).collect()
+    };
+    cppcheck(shell, folder, &of("cppcheck"))?;
+    clang_tidy(shell, folder, &of("clang-tidy"))
+}
+
+/// Links what a control loop calls, and compares its size with what is allowed.
+fn weigh(shell: &Shell, folder: &Path) -> Result<()> {
+    let (source, linked) = (folder.join("gear/gear.c"), folder.join("linked"));
+    let core = ["-Os", "-std=c99", "-mthumb", "-mcpu=cortex-m4", "-mfloat-abi=hard", "-mfpu=fpv4-sp-d16"];
+    let link = [
+        "-ffunction-sections",
+        "-fdata-sections",
+        "-nostartfiles",
+        "--specs=nano.specs",
+        "-Wl,--gc-sections,--entry=gear_start,--undefined=gear_step,--undefined=gear_invert,--undefined=gear_gear",
+    ];
+    cmd!(shell, "{COMPILER} {core...} {link...} {source} -lm -o {linked}")
+        .quiet()
+        .run()
+        .context("the exported source does not link: run `cargo xtask setup` first")?;
+    let elf = shell.read_binary_file(&linked)?;
+    let file = object::File::parse(&*elf)?;
+    let held = |kind: SectionKind| matches!(kind, SectionKind::Text | SectionKind::ReadOnlyData | SectionKind::Data);
+    let code: u64 = file.sections().filter(|section| held(section.kind())).map(|section| section.size()).sum();
+    ensure!(code <= CODE_LIMIT, "the exported source takes {code} B on the M4F, and at most {CODE_LIMIT} are allowed");
+    println!(
+        "export: law masing, forward and inverse, takes {code} B on the M4F with -Os, library functions included (at most {CODE_LIMIT})"
+    );
+    Ok(())
+}
+
+fn is_there(shell: &Shell, program: &str) -> bool {
+    let there = cmd!(shell, "{program} --version").quiet().ignore_stdout().ignore_stderr().run().is_ok();
+    if !there {
+        println!("export: skipped: no {program}");
+    }
+    there
+}
+
+fn cppcheck(shell: &Shell, folder: &Path, deviations: &[String]) -> Result<()> {
+    if !is_there(shell, "cppcheck") {
+        return Ok(());
+    }
+    let suppressed: Vec<String> = deviations.iter().map(|rule| format!("--suppress={rule}")).collect();
+    let template = "--template={id}:{file}:{line}:{message}";
+    let sources = [folder.join("gear/gear.c"), folder.join("terms/terms.c")];
+    let output =
+        cmd!(shell, "cppcheck --addon=misra --enable=all --std=c99 --quiet {template} {suppressed...} {sources...}")
+            .quiet()
+            .ignore_status()
+            .output()?;
+    let said = String::from_utf8_lossy(&output.stderr).into_owned() + &String::from_utf8_lossy(&output.stdout);
+    if !said.trim().is_empty() {
+        bail!("cppcheck: list these in {DEVIATIONS} with a reason, or follow the rule:\n{said}");
+    }
+    println!(
+        "export: cppcheck with MISRA C:2012 finds nothing beyond the {} deviations of {DEVIATIONS}",
+        deviations.len()
+    );
+    Ok(())
+}
+
+fn clang_tidy(shell: &Shell, folder: &Path, deviations: &[String]) -> Result<()> {
+    if !is_there(shell, "clang-tidy") {
+        return Ok(());
+    }
+    let without: String = deviations.iter().map(|check| format!(",-{check}")).collect();
+    let checks = format!("--checks={TIDY}{without}");
+    for source in [folder.join("gear/gear.c"), folder.join("gear/gear_self_test.c"), folder.join("terms/terms.c")] {
+        let output = cmd!(shell, "clang-tidy --quiet {checks} --warnings-as-errors=* {source} -- -std=c99")
+            .quiet()
+            .ignore_status()
+            .output()?;
+        ensure!(
+            output.status.success(),
+            "clang-tidy: list these in {DEVIATIONS} with a reason, or follow the rule:\n{}",
+            String::from_utf8_lossy(&output.stdout)
+        );
+    }
+    println!("export: clang-tidy finds nothing beyond the {} deviations of {DEVIATIONS}", deviations.len());
+    Ok(())
+}
