@@ -368,6 +368,13 @@ fn the_command_writes_readable_files_or_says_why_not() {
     }
     dir.succeed("export m.toml --to c -o source");
     assert!(dir.read("source/published.c").contains("published_step("));
+    // A name that looks like a part of the templates.
+    dir.write("named.toml", PUBLISHED.replace("published", "gear real @law@"));
+    dir.succeed("export named.toml --to c -o source");
+    assert!(dir.read("source/gear_real_law.c").contains("\n * gear real (at)law(at): "));
+    if is_there("cc") {
+        run(Command::new("cc").current_dir(dir.path("source")).args(["-std=c99", "-c", "gear_real_law.c"]));
+    }
 
     dir.write(
         "log.toml",
@@ -378,4 +385,12 @@ fn the_command_writes_readable_files_or_says_why_not() {
     dir.refuse("export time.toml --to c -o source", &["longest sample period", "--period SECONDS"]);
     dir.refuse("export m.toml --to c -o source --prefix 3j", &["`3j` is no name in C", "letter first"]);
     dir.misuse("export m.toml --to c -o source --stack-depth 5", &["even number"]);
+
+    // `cargo xtask export` runs FMUs.
+    dir.succeed("export m.toml --to fmu -o m.fmu");
+    let fmu = std::fs::read(dir.path("m.fmu")).unwrap();
+    let holds = |name: &str| fmu.windows(name.len()).any(|bytes| bytes == name.as_bytes());
+    assert!(fmu.starts_with(b"PK\x03\x04") && holds("modelDescription.xml") && holds("sources/published_fmu.c"));
+    dir.write("plain.toml", PUBLISHED.replace("ratio = 100.0\n", ""));
+    dir.refuse("export plain.toml --to fmu --angles -o m.fmu", &["no ratio in [gear]", "help: "]);
 }

@@ -320,7 +320,6 @@ fn wrapper(plan: &Plan, origin: &Origin, exported: &Exported, tables: &Tables, g
     let input_cases: String = inputs.iter().map(|v| case(v.reference, &format!("inputs->{}", v.place))).collect();
     let start_values: Vec<String> = settings.iter().map(|v| format!("{:?}", v.start)).collect();
     let slots = [
-        ("guid", guid.to_owned()),
         ("input_fields", fields(inputs)),
         ("setting_fields", fields(settings)),
         ("settings", start_values.join(", ")),
@@ -333,14 +332,20 @@ fn wrapper(plan: &Plan, origin: &Origin, exported: &Exported, tables: &Tables, g
         ("move_inputs", moves),
         ("status", format!("{STATUS}u")),
         ("first_term", format!("{FIRST_TERM}u")),
+    ];
+    let slots: Vec<(&str, &str)> = slots.iter().map(|(slot, text)| (*slot, text.as_str())).collect();
+    let text = finish(&fill(TEMPLATE, &slots), &plan.prefix, Precision::F64);
+    // Names come last: what they hold is no template.
+    let names = [
+        ("guid", guid.to_owned()),
         ("file_stem", plan.prefix.clone()),
         ("title", format!("{}:", comment(if plan.model.name.is_empty() { &plan.prefix } else { &plan.model.name }))),
         ("version", env!("CARGO_PKG_VERSION").to_owned()),
         ("file", comment(&origin.file)),
         ("hash", comment(&origin.sha256)),
     ];
-    let slots: Vec<(&str, &str)> = slots.iter().map(|(slot, text)| (*slot, text.as_str())).collect();
-    finish(&fill(TEMPLATE, &slots), &plan.prefix, Precision::F64)
+    let names: Vec<(&str, &str)> = names.iter().map(|(slot, text)| (*slot, text.as_str())).collect();
+    fill(&text, &names)
 }
 
 /// How the numbers of law and terms follow from the settings.

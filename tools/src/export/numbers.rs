@@ -48,7 +48,7 @@ fn of<S: Float>(plan: &Plan) -> Vec<Number> {
     let mut all = vec![
         number("rated", frame.rated(), "A, rad"),
         number("inverse_rated", frame.inverse_rated(), "1 / A, 1/rad"),
-        number("torque_scale", frame.torque_scale(), "T_A, N*m"),
+        number("scale_nm", frame.torque_scale(), "T_A, N*m"),
         number("limit", frame.limit(), "deflections beyond it are refused, rad"),
         number("k1", polynomial.k1, "c1 * A / T_A"),
         number("k3", polynomial.k3, "c2 * A^3 / T_A"),
@@ -89,7 +89,7 @@ fn of<S: Float>(plan: &Plan) -> Vec<Number> {
     }
     if let Ok(inverse) = Inverse::<S>::of(params, law, plan.period_s) {
         let search = inverse.search_numbers();
-        let ([slope_3, slope_5], [bend_3, bend_5]) = (search.slope.into(), search.bend.into());
+        let ([slope_3, slope_5], [bend_3, bend_5]) = (search.slope, search.bend);
         all.extend([
             number("inverse_torque_scale", search.inverse_torque_scale, "1 / T_A, 1/(N*m)"),
             number("largest_torque", search.largest_torque, "torques beyond it are refused, N*m"),

@@ -97,7 +97,8 @@ pub fn c(model: &Model, origin: &Origin, options: &ExportOptions) -> Result<Expo
     let header = header(&plan, &texts, &body, &sample);
     let source = fill(SOURCE, &[("constants", &constants(&plan, &body))]) + &body;
     let stem = plan.prefix.clone();
-    let done = |text: &str| finish(&fill(text, &about), &plan.prefix, plan.precision);
+    // Names come last: what they hold is no template.
+    let done = |text: &str| fill(&finish(text, &plan.prefix, plan.precision), &about);
     let mut files = vec![(format!("{stem}.h"), done(&header)), (format!("{stem}.c"), done(&source))];
     let names: Vec<&'static str> = sample.iter().map(|(name, _)| *name).collect();
     if options.self_test {

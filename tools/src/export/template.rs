@@ -89,6 +89,8 @@ pub(super) fn comment(text: &str) -> String {
     let mut plain = String::with_capacity(text.len());
     for c in text.chars() {
         match c {
+            // It would look like a slot.
+            '@' => plain.push_str("(at)"),
             ' '..='~' => plain.push(c),
             'α' => plain.push_str("alpha"),
             'β' => plain.push_str("beta"),

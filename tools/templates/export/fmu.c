@@ -88,7 +88,7 @@ static void derive(struct moment *m)
 {
     const struct settings *s = &m->setting;
     const double a = s->rated_deflection_rad;
-    const double per_scale = a / m->p.torque_scale;
+    const double per_scale = a / m->p.scale_nm;
     gear_parameters *p = &m->p;
     double square;
     double discriminant;

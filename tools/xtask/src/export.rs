@@ -6,6 +6,7 @@ use anyhow::{Context, Result, bail, ensure};
 use object::{Object, ObjectSection, SectionKind};
 use xshell::{Shell, cmd};
 
+use crate::fmu;
 use crate::setup::COMPILER;
 
 /// Flash for forward and inverse of law `masing` on the Cortex-M4F, with what they need of the C library.
@@ -43,7 +44,8 @@ pub fn run(shell: &Shell) -> Result<()> {
         lines.filter_map(|line| line.split(' ').next()).map(str::to_owned).collect()
     };
     cppcheck(shell, folder, &of("cppcheck"))?;
-    clang_tidy(shell, folder, &of("clang-tidy"))
+    clang_tidy(shell, folder, &of("clang-tidy"))?;
+    fmu::run(shell)
 }
 
 /// Links what a control loop calls, and compares its size with what is allowed.
@@ -84,17 +86,21 @@ fn cppcheck(shell: &Shell, folder: &Path, deviations: &[String]) -> Result<()> {
     if !is_there(shell, "cppcheck") {
         return Ok(());
     }
-    let suppressed: Vec<String> = deviations.iter().map(|rule| format!("--suppress={rule}")).collect();
+    let suppressed: &Vec<String> = &deviations.iter().map(|rule| format!("--suppress={rule}")).collect();
     let template = "--template={id}:{file}:{line}:{message}";
-    let sources = [folder.join("gear/gear.c"), folder.join("terms/terms.c")];
-    let output =
-        cmd!(shell, "cppcheck --addon=misra --enable=all --std=c99 --quiet {template} {suppressed...} {sources...}")
-            .quiet()
-            .ignore_status()
-            .output()?;
-    let said = String::from_utf8_lossy(&output.stderr).into_owned() + &String::from_utf8_lossy(&output.stdout);
-    if !said.trim().is_empty() {
-        bail!("cppcheck: list these in {DEVIATIONS} with a reason, or follow the rule:\n{said}");
+    // One by one: each file is a program's part of its own, and two exports share names of static functions.
+    for source in [folder.join("gear/gear.c"), folder.join("terms/terms.c")] {
+        let output = cmd!(
+            shell,
+            "cppcheck --addon=misra --enable=all --std=c99 --quiet {template} --suppress=unmatchedSuppression {suppressed...} {source}"
+        )
+        .quiet()
+        .ignore_status()
+        .output()?;
+        let said = String::from_utf8_lossy(&output.stderr).into_owned() + &String::from_utf8_lossy(&output.stdout);
+        if !said.trim().is_empty() {
+            bail!("cppcheck: list these in {DEVIATIONS} with a reason, or follow the rule:\n{said}");
+        }
     }
     println!(
         "export: cppcheck with MISRA C:2012 finds nothing beyond the {} deviations of {DEVIATIONS}",

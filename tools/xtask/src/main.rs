@@ -9,6 +9,7 @@ mod emulate;
 mod emulator;
 mod end_to_end;
 mod export;
+mod fmu;
 mod fuzz;
 mod golden;
 mod lockstep;
@@ -56,7 +57,7 @@ enum Command {
     },
     /// Build the static library for C for the microcontrollers, free of panics, and run a C program with it on the host and in the emulator.
     C,
-    /// Export source for C, weigh it on the Cortex-M4F and check it by cppcheck and clang-tidy where they are installed.
+    /// Export source for C, weigh it on the Cortex-M4F, check it by cppcheck and clang-tidy where they are installed; run the FMU in FMPy.
     Export,
     /// Fit, pack and flash into emulated drives, compare their torques with the host's, cut their power while they store.
     EndToEnd {

@@ -1,0 +1,48 @@
+//! Why a fleet is not gone through.
+
+use std::path::PathBuf;
+
+/// What is wrong with the file of lines.
+#[derive(Debug, thiserror::Error)]
+pub enum FleetError {
+    /// It is there already.
+    #[error("{}: exists already", path.display())]
+    Exists {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A line in it is none of a fleet.
+    #[error("{}: line {line} is no result of a recording", path.display())]
+    Foreign {
+        /// The file.
+        path: PathBuf,
+        /// The line, from 1.
+        line: usize,
+    },
+    /// Another run writes to it.
+    #[error("{}: another run writes to it", path.display())]
+    Taken {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The system refuses.
+    #[error("{}: {source}", path.display())]
+    System {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+}
+
+impl FleetError {
+    /// How to fix it.
+    pub fn mend(&self) -> Option<String> {
+        Some(match self {
+            Self::Exists { .. } => "go on with it by --resume, or name another file".to_owned(),
+            Self::Foreign { .. } => "name a file that --each wrote, or another one".to_owned(),
+            Self::Taken { .. } => "give each run a file of its own, such as part-1.ndjson with --shard 1/2".to_owned(),
+            Self::System { .. } => return None,
+        })
+    }
+}

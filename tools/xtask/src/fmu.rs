@@ -1,0 +1,82 @@
+//! Exported FMUs in FMPy, beside `gmhm predict`.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+use xshell::{Shell, cmd};
+
+/// From the package index.
+const FMPY: &str = "fmpy==0.3.32";
+
+/// The script that checks, the model, and a recording of its gear.
+const SCRIPT: &str = "tools/tests/exported/fmu.py";
+const MODEL: &str = "tools/tests/exported/gear_with_terms.toml";
+const RECORDING: &str = "examples/bench/running.csv";
+
+/// Exports the model as FMUs and predicts the recording, then compares both in FMPy.
+pub fn run(shell: &Shell) -> Result<()> {
+    let Some(python) = environment(shell)? else { return Ok(()) };
+    let folder = shell.create_temp_dir()?;
+    let folder = folder.path();
+    shell.copy_file(RECORDING, folder.join("rec.csv"))?;
+    let text = shell.read_file(MODEL)?;
+    // A softer spring and half the friction, and a recording without a deflection.
+    let tuned = text.replace("2.4737e4", "22263.3").replace("torque_nm = 0.3", "torque_nm = 0.15");
+    shell.write_file(folder.join("tuned.toml"), tuned)?;
+    shell.write_file(folder.join("of_angles.csv"), without_column(&shell.read_file(RECORDING)?, "deflection_rad"))?;
+    let gmhm = |words: &[&Path]| -> Result<()> {
+        cmd!(shell, "cargo run --quiet --locked --package gmhm-tools -- --quiet {words...}").quiet().run()?;
+        Ok(())
+    };
+    let at = |name: &str| folder.join(name);
+    let words = |words: &[&str]| -> Vec<PathBuf> { words.iter().map(PathBuf::from).collect() };
+    for (command, inputs, output) in [
+        (&["export", MODEL, "--to", "fmu"][..], &[][..], "gear.fmu"),
+        (&["export", MODEL, "--to", "fmu", "--angles"], &[], "angles.fmu"),
+        (&["predict", MODEL], &["rec.csv"], "predicted.csv"),
+        (&["predict", MODEL], &["of_angles.csv"], "angles.csv"),
+        (&["predict"], &["tuned.toml", "rec.csv"], "tuned.csv"),
+    ] {
+        let mut all = words(command);
+        all.extend(inputs.iter().map(|name| at(name)));
+        all.extend([PathBuf::from("-o"), at(output)]);
+        gmhm(&all.iter().map(PathBuf::as_path).collect::<Vec<_>>()).with_context(|| format!("{output} is not made"))?;
+    }
+    let said = cmd!(shell, "{python} {SCRIPT} {folder}")
+        .quiet()
+        .read()
+        .context("the FMU does not agree with `gmhm predict`")?;
+    println!("export: FMU in FMPy: {said}");
+    Ok(())
+}
+
+/// A Python with FMPy in `target`, made where it is missing; none without Python or package index.
+fn environment(shell: &Shell) -> Result<Option<PathBuf>> {
+    let folder = shell.current_dir().join("target/fmpy");
+    let python = folder.join("bin/python");
+    if cmd!(shell, "{python} -c 'import fmpy'").quiet().ignore_stderr().run().is_ok() {
+        return Ok(Some(python));
+    }
+    if cmd!(shell, "python3 --version").quiet().ignore_stdout().ignore_stderr().run().is_err() {
+        println!("export: skipped: no python3 for FMPy");
+        return Ok(None);
+    }
+    println!("export: installing {FMPY} into {}", folder.display());
+    let made = cmd!(shell, "python3 -m venv {folder}").quiet().run();
+    let installed = made.and_then(|()| cmd!(shell, "{python} -m pip --quiet install {FMPY}").quiet().run());
+    if let Err(error) = installed {
+        println!("export: skipped: no FMPy: {error}");
+        return Ok(None);
+    }
+    Ok(Some(python))
+}
+
+/// A CSV without one of its columns.
+fn without_column(text: &str, name: &str) -> String {
+    let index = text.lines().next().and_then(|header| header.split(',').position(|column| column == name));
+    let keep = |line: &str| -> String {
+        let cells = line.split(',').enumerate().filter(|(k, _)| Some(*k) != index).map(|(_, cell)| cell);
+        cells.collect::<Vec<_>>().join(",") + "\n"
+    };
+    text.lines().map(keep).collect()
+}
