@@ -147,7 +147,11 @@ typedef struct gmhm_diagnostics {
  */
 uint16_t gmhm_init(gmhm_joint *joint, const uint8_t *block, uint32_t length);
 
-/* Puts another block in force; its path starts at the next sample. A refused block changes nothing: what was in force stays so. */
+/*
+ * Puts another block in force while the joint runs. The path goes on: reversals keep their deflections, their torques are computed anew, terms of the same kind go on.
+ * The next output is that of the new parameters: fade over to it where it drives a motor. After another gear was mounted, call gmhm_restart as well. A refused block
+ * changes nothing: what was in force stays so.
+ */
 uint16_t gmhm_load(gmhm_joint *joint, const uint8_t *block, uint32_t length);
 
 /* The same for a block that counts torques in amperes; one in newton metres is refused. */

@@ -15,6 +15,9 @@ const DEPTH: usize = 16;
 /// Terms that it has room for.
 const TERMS: usize = 8;
 
+/// Base model and terms.
+type Model = Compensated<f32, AnyLaw<f32>, TERMS>;
+
 /// `gmhm_joint`.
 #[derive(Debug)]
 pub struct Joint {
@@ -57,7 +60,7 @@ struct Force {
     unit: TorqueUnit,
     inverse: Option<Inverse<f32>>,
     /// The base model and the terms that a drive feeds forward.
-    compensated: Compensated<f32, AnyLaw<f32>, TERMS>,
+    compensated: Model,
 }
 
 /// The path so far. Without terms the base model goes alone, at its constant period and lowest cost.
@@ -79,6 +82,20 @@ impl core::fmt::Debug for Path {
 }
 
 impl Path {
+    /// Goes on with other parameters: reversals keep their deflections, their torques are computed anew.
+    fn take_over(&mut self, before: &Model, now: &Model) {
+        match self {
+            Self::New => {}
+            Self::WithTerms(state) => now.take_over(before, state),
+            Self::Base(state) => {
+                now.gear.take_over(&before.gear, state);
+                if !now.stack.terms().is_empty() {
+                    *self = Self::WithTerms(now.resume(state.clone()));
+                }
+            }
+        }
+    }
+
     fn base(&self) -> Option<&State<f32, DEPTH>> {
         match self {
             Self::New => None,
@@ -137,7 +154,7 @@ impl Joint {
         let gear = parameters.gear.ok_or(LoadError::Block(BlockError::Missing(GEAR.tag)))?;
         let mut label = [0; 20];
         label.iter_mut().zip(parameters.header.identity.bytes()).for_each(|(to, byte)| *to = *byte);
-        self.force = Some(Force {
+        let force = Force {
             sequence: parameters.header.sequence,
             crc: parameters.crc,
             period_s: parameters.header.period_s,
@@ -149,8 +166,12 @@ impl Joint {
                 gear: gear.with_largest_step(self.largest_step_rad),
                 stack: parameters.terms.plant(&block),
             },
-        });
-        self.restart();
+        };
+        if let Some(before) = &self.force {
+            self.path.take_over(&before.compensated, &force.compensated);
+        }
+        self.force = Some(force);
+        (self.flags, self.seen) = (0, None);
         self.pair = self.pair_of(self.encoders);
         Ok(())
     }

@@ -2,18 +2,19 @@
 //!
 //! `GMHM_FUZZ=10000000 cargo test --release -p gmhm-c --test faults` fuzzes as many samples; `GMHM_FUZZ_SEED` chooses others.
 
+mod common;
+
 use std::mem::MaybeUninit;
 
-use gmhm::block::{Header, Identity, Joint as JointOfGear, ScalarKind, TorqueUnit, Writer};
+use common::{A, at, block, block_of, joint};
+use gmhm::block::{Joint as JointOfGear, TorqueUnit};
 use gmhm::diagnostics::Fault;
-use gmhm::{Elastic, Gear, Memory, Params};
 use gmhm_c::{
     DiagnosticsC, EncodersC, Joint, NULL, OK, SampleC, UNIT, VALUE, flag, gmhm_clear_diagnostics, gmhm_get_diagnostics,
     gmhm_get_status, gmhm_init, gmhm_invert, gmhm_load, gmhm_load_amperes, gmhm_restart, gmhm_set_encoders,
     gmhm_set_largest_step, gmhm_step, gmhm_step_counts,
 };
 
-const A: f32 = 1.168e-3;
 const EXECUTIONS: u64 = 100_000;
 
 fn number(name: &str, otherwise: u64) -> u64 {
@@ -21,38 +22,6 @@ fn number(name: &str, otherwise: u64) -> u64 {
         Ok(text) => text.parse().unwrap_or_else(|_| panic!("{name} must be a number")),
         Err(_) => otherwise,
     }
-}
-
-fn block() -> Vec<u8> {
-    block_of(&JointOfGear::default(), TorqueUnit::NewtonMetre)
-}
-
-fn block_of(joint: &JointOfGear, torque_unit: TorqueUnit) -> Vec<u8> {
-    let elastic = Elastic { c1_nm_per_rad: 2.4737e4, c2_nm_per_rad3: 1.0e9, c3_nm_per_rad5: -1.1774e14 };
-    let memory = Memory { alpha: 2.6532e6, beta_per_s: 422.68, omega_per_s: 226.31, ..Memory::default() };
-    let params = Params::new(f64::from(A), elastic, memory).expect("the published gear");
-    let mut buffer = vec![0; 4096];
-    let header = Header { period_s: 1e-3, torque_unit, ..Header::new(Identity::of_name("joint 3"), ScalarKind::F32) };
-    let mut writer = Writer::new(&mut buffer, header);
-    writer.gear(&Gear::<f32>::with_period(&params, 1e-3).expect("a period"), &params).expect("a gear");
-    writer.inverse::<f32>(&params, 1e-3).expect("an inverse");
-    writer.joint(joint).expect("a joint");
-    let length = writer.finish().expect("a block");
-    buffer.truncate(length);
-    buffer
-}
-
-fn joint() -> Box<Joint> {
-    let (mut joint, block) = (Box::new(MaybeUninit::uninit()), block());
-    // SAFETY: the block outlives the call.
-    let code = unsafe { gmhm_init(Some(&mut joint), block.as_ptr(), block.len() as u32) };
-    assert_eq!(code, OK);
-    // SAFETY: gmhm_init has written it.
-    unsafe { joint.assume_init() }
-}
-
-fn at(deflection_rad: f32) -> SampleC {
-    SampleC { deflection_rad, ..SampleC::default() }
 }
 
 #[test]

@@ -1,11 +1,14 @@
 //! The C program beside this file, compiled by the host's C compiler against the header and the static library: its outputs are Rust's to the bit.
 
+mod common;
+
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use common::Small;
 use gmhm::block::{Header, Identity, Joint, Parameters, ScalarKind, Writer};
-use gmhm::terms::{Form, KINDS, KeyInfo, Sample, Side, Source, Value, kind};
+use gmhm::terms::{KINDS, Sample, Side, kind};
 use gmhm::{Elastic, Gear, Memory, Params};
 use gmhm_c::{JOINT_WORDS, StatusC, flag};
 
@@ -16,20 +19,6 @@ fn params(scale: f64) -> Params {
     let elastic = Elastic { c1_nm_per_rad: scale * 2.4737e4, c2_nm_per_rad3: 1.0e9, c3_nm_per_rad5: -1.1774e14 };
     let memory = Memory { alpha: 2.6532e6, beta_per_s: 422.68, omega_per_s: 226.31, ..Memory::default() };
     Params::new(1.168e-3, elastic, memory).expect("the published gear")
-}
-
-/// Small values for every key.
-struct Small;
-
-impl Source<f32> for Small {
-    fn get(&self, key: &'static KeyInfo) -> Option<Value<'_, f32>> {
-        Some(match key.form {
-            Form::Number => Value::Number(if key.name.ends_with("_nm") { 0.25 } else { 0.5 }),
-            Form::List { .. } if key.name == "orders" => Value::List(&[2.0, 4.0]),
-            Form::List { .. } => Value::List(&[1e-5, -2e-6]),
-            Form::Choice(_) => Value::Choice(0),
-        })
-    }
 }
 
 fn block(params: &Params, terms: &[&str]) -> Vec<u8> {

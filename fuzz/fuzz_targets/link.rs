@@ -2,7 +2,7 @@
 #![no_main]
 
 use gmhm::block::{Block, BlockError, CRC, HEADER_BYTES, Header, Identity, ScalarKind, verify};
-use gmhm::link::{Answer, Drive, Live, Port, Receiver, Request, Tag};
+use gmhm::link::{Answer, Compensation, Drive, Live, Port, Receiver, Request, Tag};
 use gmhm::store::{RamFlash, Store};
 use libfuzzer_sys::fuzz_target;
 
@@ -13,14 +13,10 @@ const SLOT: usize = 128;
 struct Joint {
     block: Vec<u8>,
     enabled: bool,
-    compensating: bool,
-    gain_ratio: u32,
+    compensation: Compensation,
 }
 
 impl Drive for Joint {
-    fn gear(&self) -> Identity {
-        Identity::NONE
-    }
     fn arithmetic(&self) -> (ScalarKind, u16) {
         (ScalarKind::F32, 16)
     }
@@ -31,18 +27,12 @@ impl Drive for Joint {
         self.block = block.map_or(Vec::new(), |block| block.bytes().to_vec());
         Ok(())
     }
-    fn is_compensating(&self) -> bool {
-        self.compensating
+    fn compensation(&self) -> Compensation {
+        self.compensation
     }
-    fn compensate(&mut self, on: bool) {
-        self.compensating = on;
-    }
-    fn gain_ratio(&self) -> f32 {
-        f32::from_bits(self.gain_ratio)
-    }
-    fn set_gain_ratio(&mut self, ratio: f32) {
-        assert!((0.0..=1.0).contains(&ratio));
-        self.gain_ratio = ratio.to_bits();
+    fn set_compensation(&mut self, compensation: Compensation) {
+        assert!((0.0..=1.0).contains(&compensation.gain_ratio));
+        self.compensation = compensation;
     }
     fn live(&self) -> Live {
         Live::default()
@@ -85,7 +75,7 @@ impl<'a> Input<'a> {
     /// A request; small numbers, the right words and the right block are likely.
     fn request(&mut self, choice: u8, next: &'a [u8]) -> Request<'a> {
         let crc = u32::from_le_bytes([next[48], next[49], next[50], next[51]]);
-        match choice % 16 {
+        match choice % 17 {
             0 => Request::Identify,
             1 => Request::Status,
             2 => Request::Read { offset: self.word(), length: self.byte().unwrap_or(0) },
@@ -101,6 +91,7 @@ impl<'a> Input<'a> {
             12 => Request::Stage { length: next.len() as u32, crc },
             13 => Request::Data { offset: 0, bytes: next },
             14 => Request::Commit { signature: gmhm::link::message::SAVE, crc },
+            15 => Request::Close,
             _ => Request::RollBack { signature: gmhm::link::message::LOAD, sequence: u32::from(self.byte().unwrap_or(0)) },
         }
     }

@@ -126,7 +126,7 @@ fn every_refusal_is_reached_and_changes_nothing() {
     let with = |tail: &[Request<'static>]| [staging(&new), tail.to_vec()].concat();
     let nothing = |_: &mut Told| {};
     let enabled = |drive: &mut Told| drive.enabled = true;
-    let compensating = |drive: &mut Told| drive.compensating = true;
+    let compensating = |drive: &mut Told| drive.compensation.on = true;
 
     expect(Refusal::Enabled, 0, &[&old], &enabled, &with(&[Request::Try, commit]));
     expect(Refusal::Enabled, 0, &[&old, &new], &enabled, &[roll_back]);

@@ -121,9 +121,9 @@ fn a_trial_ends_when_its_host_is_gone() {
     for compensating in [false, true] {
         let (mut port, mut drive, old, new) = on_trial(compensating);
         wait(&mut port, &mut drive, TRIAL_MS - 100);
-        assert_eq!((drive.in_force.as_ref(), drive.compensating), (Some(&new), compensating));
+        assert_eq!((drive.in_force.as_ref(), drive.compensation.on), (Some(&new), compensating));
         wait(&mut port, &mut drive, 100);
-        assert!(!drive.compensating);
+        assert!(!drive.compensation.on);
         if compensating {
             wait(&mut port, &mut drive, FADE_MS - 100);
             assert_eq!(drive.in_force.as_ref(), Some(&new), "it fades first");
@@ -147,7 +147,7 @@ fn a_host_that_asks_keeps_its_trial() {
         wait(&mut port, &mut drive, TRIAL_MS / 2);
         ask(&mut port, &mut drive, Request::Live, Tag::default()).expect("alive");
     }
-    assert_eq!((drive.in_force.as_ref(), drive.compensating), (Some(&new), true));
+    assert_eq!((drive.in_force.as_ref(), drive.compensation.on), (Some(&new), true));
 }
 
 #[test]

@@ -100,6 +100,8 @@ pub enum Request<'a> {
         /// The largest difference of elastic torques up to the rated deflection, as a share of the torque there; infinite for none.
         share: f32,
     },
+    /// End the session: another host may open one at once. A trial goes on until it expires.
+    Close,
 }
 
 impl<'a> Request<'a> {
@@ -121,6 +123,7 @@ impl<'a> Request<'a> {
             Self::Diagnostics => 13,
             Self::ClearDiagnostics => 14,
             Self::Bound { .. } => 15,
+            Self::Close => 16,
         }
     }
 
@@ -134,7 +137,7 @@ impl<'a> Request<'a> {
         let mut pen = Pen::new(self.command(), tag);
         match *self {
             Self::Identify | Self::Status | Self::Live | Self::Try | Self::Revert => {}
-            Self::Diagnostics | Self::ClearDiagnostics => {}
+            Self::Diagnostics | Self::ClearDiagnostics | Self::Close => {}
             Self::Read { offset, length } => pen.u32(offset).u8(length).end(),
             Self::Stage { length, crc } => pen.u32(length).u32(crc).end(),
             Self::Data { offset, bytes } => pen.u32(offset).bytes(bytes).end(),
@@ -157,7 +160,7 @@ impl<'a> Request<'a> {
             return Some((command, tag, Err(Refusal::Command)));
         }
         let request = match command {
-            1..=15 => fields.request(command).filter(|_| fields.0.is_empty()).ok_or(Refusal::Payload),
+            1..=16 => fields.request(command).filter(|_| fields.0.is_empty()).ok_or(Refusal::Payload),
             _ => Err(Refusal::Command),
         };
         Some((command, tag, request))
@@ -453,6 +456,7 @@ impl<'a> Fields<'a> {
             13 => Request::Diagnostics,
             14 => Request::ClearDiagnostics,
             15 => Request::Bound { share: self.f32()? },
+            16 => Request::Close,
             _ => return None,
         })
     }
@@ -508,7 +512,7 @@ impl<'a> Fields<'a> {
                     bound: self.f32()?,
                 })
             }
-            5..=8 | 11 | 12 | 14 | 15 => Answer::Done,
+            5..=8 | 11 | 12 | 14..=16 => Answer::Done,
             _ => return None,
         })
     }

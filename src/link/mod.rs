@@ -7,19 +7,22 @@
 //! | [`frame`] | bytes on the line to bodies and back |
 //! | [`message`] | bodies to requests and answers and back |
 //! | [`refusal`] | why a request was refused, and its CANopen abort code |
+//! | [`drive`] | what the link asks of a drive |
 //! | [`port`] | the drive's end: a [`Port`] over a [`Store`](crate::store::Store) and a [`Drive`] |
 //!
 //! The way of a block: [`Stage`](Request::Stage) and [`Data`](Request::Data) carry it into RAM, [`Try`](Request::Try) puts it in force there,
 //! [`Commit`](Request::Commit) stores what is on trial, [`Revert`](Request::Revert) ends the trial. What changes anything carries the number of its session
 //! and of its turn in it, so that a frame which is lost, repeated or late changes nothing, and nothing after it does.
 
+pub mod drive;
 pub mod frame;
 pub mod message;
 pub mod port;
 mod rating;
 pub mod refusal;
 
+pub use drive::{Compensation, Drive};
 pub use frame::{Frame, LineCounts, Receiver};
 pub use message::{Answer, Identified, LinkDiagnostics, Live, Origin, Request, Status, Tag};
-pub use port::{Drive, Port};
+pub use port::Port;
 pub use refusal::{Refusal, Refused};

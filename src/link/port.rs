@@ -2,12 +2,12 @@
 
 use embedded_storage::nor_flash::NorFlash;
 
+use super::drive::{Compensation, Drive};
 use super::frame::{Frame, Receiver};
-use super::message::{Answer, Identified, LOAD, LinkDiagnostics, Live, MOST_BYTES, Origin, Request, SAVE, Status, Tag};
+use super::message::{Answer, Identified, LOAD, LinkDiagnostics, MOST_BYTES, Origin, Request, SAVE, Status, Tag};
 use super::rating::Rating;
 use super::refusal::{Refusal, Refused};
-use crate::block::{Block, BlockError, FORMAT_VERSION, Header, Identity, ScalarKind, verify};
-use crate::diagnostics::Diagnostics;
+use crate::block::{BlockError, FORMAT_VERSION, Header, Identity, verify};
 use crate::store::{Entry, Store, StoreError, is_newer};
 
 /// How far parameters may be from those in force when they come on trial on an enabled drive, as a share of the torque at the rated deflection.
@@ -21,47 +21,6 @@ pub const FADE_MS: u32 = 1_000;
 
 /// A session is its host's alone until the host has been silent for this long, ms.
 pub const SESSION_MS: u32 = 2_000;
-
-/// What the port asks of a drive.
-pub trait Drive {
-    /// The gear that it is mounted on; [`Identity::NONE`] where it does not know, and then the gear of the newest stored block counts.
-    fn gear(&self) -> Identity;
-
-    /// The arithmetic it computes in, and how many turning points it has room for.
-    fn arithmetic(&self) -> (ScalarKind, u16);
-
-    /// Whether its power stage is on.
-    fn is_enabled(&self) -> bool;
-
-    /// Puts a block in force, or none.
-    ///
-    /// # Errors
-    /// [`BlockError`]: what was in force before stays so.
-    fn adopt(&mut self, block: Option<&Block<'_>>) -> Result<(), BlockError>;
-
-    /// Whether the compensation is on.
-    fn is_compensating(&self) -> bool;
-
-    /// Switches the compensation.
-    fn compensate(&mut self, on: bool);
-
-    /// The gain ratio.
-    fn gain_ratio(&self) -> f32;
-
-    /// Sets the gain ratio, which lies between 0 and 1.
-    fn set_gain_ratio(&mut self, ratio: f32);
-
-    /// What it measures and computes.
-    fn live(&self) -> Live;
-
-    /// What has gone wrong on its control path.
-    fn diagnostics(&self) -> Diagnostics {
-        Diagnostics::default()
-    }
-
-    /// Counts that from nothing again.
-    fn clear_diagnostics(&mut self) {}
-}
 
 /// A serial port over a store, with room for blocks of `ROOM` bytes.
 ///
@@ -225,14 +184,15 @@ impl<F: NorFlash, const ROOM: usize> Desk<F, ROOM> {
                 if on && matches!(self.in_force, InForce::Nothing) {
                     return Err(Refusal::NoParameters.into());
                 }
-                drive.compensate(on);
+                drive.set_compensation(Compensation { on, ..drive.compensation() });
             }
             Request::Gain { ratio } => {
                 if !(0.0..=1.0).contains(&ratio) {
                     return Err(Refusal::Value.into());
                 }
-                drive.set_gain_ratio(ratio);
+                drive.set_compensation(Compensation { gain_ratio: ratio, ..drive.compensation() });
             }
+            Request::Close => self.next_turn = None,
             Request::Diagnostics => {
                 return Ok(Answer::Diagnostics(LinkDiagnostics {
                     joint: drive.diagnostics(),
@@ -277,8 +237,9 @@ impl<F: NorFlash, const ROOM: usize> Desk<F, ROOM> {
         if !self.is_on_trial() || silent_ms < self.reverts_after_ms {
             return;
         }
-        if drive.is_compensating() {
-            drive.compensate(false);
+        let compensation = drive.compensation();
+        if compensation.on {
+            drive.set_compensation(Compensation { on: false, ..compensation });
             self.reverts_after_ms = silent_ms.saturating_add(FADE_MS);
             return;
         }
@@ -325,6 +286,7 @@ impl<F: NorFlash, const ROOM: usize> Desk<F, ROOM> {
             InForce::Stored(entry) => (Origin::Stored, Some(entry.header), entry.crc),
             InForce::Trial { header, crc } => (Origin::Trial, Some(header), crc),
         };
+        let compensation = drive.compensation();
         Status {
             origin,
             sequence: header.map_or(0, |header| header.sequence),
@@ -333,8 +295,8 @@ impl<F: NorFlash, const ROOM: usize> Desk<F, ROOM> {
             stored_sequence: self.stored_sequence(),
             boot_error: self.boot_error,
             enabled: drive.is_enabled(),
-            compensating: drive.is_compensating(),
-            gain_ratio: drive.gain_ratio(),
+            compensating: compensation.on,
+            gain_ratio: compensation.gain_ratio,
         }
     }
 
@@ -383,7 +345,7 @@ impl<F: NorFlash, const ROOM: usize> Desk<F, ROOM> {
         if self.is_on_trial() {
             return Err(Refusal::OnTrial.into());
         }
-        if drive.is_compensating() {
+        if drive.compensation().on {
             return Err(Refusal::Compensating.into());
         }
         let staged = self.staged.filter(|staged| staged.received == staged.length).ok_or(Refusal::Incomplete)?;
@@ -414,7 +376,7 @@ impl<F: NorFlash, const ROOM: usize> Desk<F, ROOM> {
         if !self.is_on_trial() {
             return Err(Refusal::NotOnTrial);
         }
-        if drive.is_compensating() {
+        if drive.compensation().on {
             return Err(Refusal::Compensating);
         }
         self.adopt_stored(drive);
@@ -455,7 +417,7 @@ impl<F: NorFlash, const ROOM: usize> Desk<F, ROOM> {
         if drive.is_enabled() {
             return Err(Refusal::Enabled.into());
         }
-        if drive.is_compensating() {
+        if drive.compensation().on {
             return Err(Refusal::Compensating.into());
         }
         if self.is_on_trial() {

@@ -92,6 +92,20 @@ impl<S: Float<Carry = S>, L: VaryingPeriod<S>, const K: usize> Compensated<S, L,
         state.last
     }
 
+    /// Makes a state of this gear of one that another gear had, as [`Gear::take_over`]; terms go on with what one of their kind remembers, new ones start at rest.
+    pub fn take_over<const N: usize>(&self, before: &Self, state: &mut CompensatedState<S, N, L, K>) {
+        self.gear.take_over(&before.gear, &mut state.gear);
+        self.stack.take_over(&mut state.stack);
+        state.last.base = self.gear.output(&state.gear);
+    }
+
+    /// Goes on from the past of a gear that had no terms: they start at rest.
+    pub fn resume<const N: usize>(&self, gear: State<S, N, L>) -> CompensatedState<S, N, L, K> {
+        let base = self.gear.output(&gear);
+        let last = Total { torque: base.torque, base, deflection: gear.theta(), ..Total::default() };
+        CompensatedState { gear, stack: self.stack.start(), last, correction: S::ZERO }
+    }
+
     fn finish(
         &self,
         stack: &mut StackState<S, K>,

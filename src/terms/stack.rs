@@ -1,5 +1,7 @@
 //! The terms of one gear, in the order of its model file.
 
+use core::mem::discriminant;
+
 use heapless::Vec;
 
 use super::feedforward::Parts;
@@ -110,6 +112,26 @@ impl<S: Float<Carry = S>, const K: usize> Stack<S, K> {
             let _ = states.push(term.start());
         }
         StackState { states }
+    }
+
+    /// Makes a state of these terms of one that other terms had: a term goes on with what one of its kind remembers, the others start.
+    pub(super) fn take_over(&self, state: &mut StackState<S, K>) {
+        let states = &mut state.states;
+        for (k, term) in self.terms.iter().enumerate() {
+            let start = term.start();
+            let is_alike = |state: &TermState<S>| discriminant(state) == discriminant(&start);
+            match states.iter().skip(k).position(is_alike) {
+                Some(further) => states.swap(k, k + further),
+                None => {
+                    // Where all places are taken, the last one makes room.
+                    let _ = states.is_full() && states.pop().is_some();
+                    let _ = states.push(start);
+                    let last = states.len() - 1;
+                    states.swap(k, last);
+                }
+            }
+        }
+        states.truncate(self.terms.len());
     }
 
     /// The true deflection of a sample, rad. `transmitted` tells the torque that the gear would transmit if it moved to a deflection; it is asked for backlash of shape

@@ -4,7 +4,8 @@ mod common;
 mod served;
 
 use common::two_blocks;
-use served::{Joint, blank, serve};
+use gmhm::link::Compensation;
+use served::{Joint, ON, blank, serve};
 
 #[test]
 fn parameters_are_tried_kept_and_taken_back() {
@@ -33,7 +34,7 @@ fn parameters_are_tried_kept_and_taken_back() {
     assert!(drive("gain 0.25").contains("compensation on, gain ratio 0.25"));
     let (joint, _) = served.end();
     assert_eq!(joint.parameters.map(|parameters| parameters.header.sequence), Some(1));
-    assert!(joint.compensating && joint.gain_ratio == 0.25);
+    assert!(joint.compensation == Compensation { on: true, gain_ratio: 0.25 });
 
     let status: serde_json::Value = serde_json::from_str(&dir.read("status.json")).expect("JSON");
     assert_eq!((&status["origin"], &status["stored_sequence"]), (&"stored".into(), &1.into()));
@@ -67,7 +68,7 @@ fn what_a_drive_measures_is_read() {
 #[test]
 fn refusals_name_the_mend() {
     let dir = two_blocks();
-    let joint = Joint { enabled: true, compensating: true, ..Joint::default() };
+    let joint = Joint { enabled: true, compensation: ON, ..Joint::default() };
     let served = serve(joint, blank(), 5, None);
     let to = format!("drive --to tcp:{}", served.address);
     let refuse = |words: &str, told: &str| dir.refuse(&format!("{to} {words}"), &[told, "help: "]);

@@ -11,6 +11,7 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use common::{WorkDir, two_blocks};
+use gmhm::link::Compensation;
 use serialport::{SerialPort, TTYPort};
 use served::{Joint, blank, serve};
 
@@ -138,7 +139,12 @@ impl Screen {
 #[test]
 fn keys_switch_the_compensation_and_try_parameters() {
     let dir = two_blocks();
-    let served = serve(Joint { gain_ratio: 0.5, ..Joint::default() }, blank(), 2, None);
+    let served = serve(
+        Joint { compensation: Compensation { gain_ratio: 0.5, ..Compensation::default() }, ..Joint::default() },
+        blank(),
+        2,
+        None,
+    );
     let to = format!("tcp:{}", served.address);
     dir.succeed(&format!("flash params.bin --to {to}"));
     let mut terminal = Terminal::start(&dir, &format!("drive --to {to} live --block softer.bin"));
@@ -162,7 +168,7 @@ fn keys_switch_the_compensation_and_try_parameters() {
     assert!(terminal.end("q"));
     let (joint, _) = served.end();
     assert_eq!(joint.parameters.map(|parameters| parameters.header.sequence), Some(1));
-    assert!(!joint.compensating && (joint.gain_ratio - 0.6).abs() < 1e-6);
+    assert!(!joint.compensation.on && (joint.compensation.gain_ratio - 0.6).abs() < 1e-6);
 }
 
 #[test]

@@ -6,7 +6,7 @@ mod served;
 use std::net::TcpListener;
 
 use common::{PUBLISHED, WorkDir};
-use served::{Accident, Joint, blank, serve};
+use served::{Accident, Joint, ON, blank, serve};
 
 /// A gear with a term.
 fn model() -> String {
@@ -22,7 +22,7 @@ fn packed(dir: &WorkDir) {
 fn a_block_is_stored_and_read_back() {
     let dir = WorkDir::new();
     packed(&dir);
-    let served = serve(Joint { compensating: true, ..Joint::default() }, blank(), 2, None);
+    let served = serve(Joint { compensation: ON, ..Joint::default() }, blank(), 2, None);
     let to = format!("flash params.bin --to tcp:{} --read-back back.bin", served.address);
     let first = dir.succeed(&to).stdout;
     assert!(first.contains("for gear \"published\", sequence 1"), "{first}");
@@ -30,7 +30,7 @@ fn a_block_is_stored_and_read_back() {
     let (joint, _) = served.end();
     let parameters = joint.parameters.expect("parameters in force");
     assert_eq!((parameters.header.sequence, parameters.terms.terms().len()), (2, 1));
-    assert!(joint.compensating, "the compensation is on again");
+    assert!(joint.compensation.on, "the compensation is on again");
 
     // What was read back is what was packed, but for the sequence number and with it the CRC-32.
     let lines = |file: &str| -> Vec<String> {

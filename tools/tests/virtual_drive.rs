@@ -162,3 +162,64 @@ fn a_line_that_cannot_be_is_refused() {
     dir.refuse(&format!("virtual-drive --listen tcp:{address}"), &["cannot be listened on", "help: "]);
     dir.misuse("virtual-drive --listen serial:COM1", &["tcp:HOST:PORT or pty"]);
 }
+
+mod time {
+    use gmhm::link::message::SAVE;
+    use gmhm::link::{Answer, Origin, Receiver, Refusal, Request, Status, Tag};
+    use gmhm_tools::device::virtual_drive::VirtualDrive;
+
+    /// One request and the body of its answer.
+    fn ask(drive: &mut VirtualDrive, request: Request<'_>, tag: Tag) -> Vec<u8> {
+        let answer = drive.receive(&request.encode(tag)).expect("an answer");
+        let mut receiver = Receiver::new();
+        answer.iter().find_map(|byte| receiver.feed(*byte).map(<[u8]>::to_vec)).expect("a body")
+    }
+
+    fn session(drive: &mut VirtualDrive, tag: Tag) -> Result<u32, Refusal> {
+        match Answer::decode(&ask(drive, Request::Identify, tag)) {
+            Some((_, _, Answer::Identified(it))) => Ok(it.session),
+            Some((_, _, Answer::Refused(refused))) => Err(refused.refusal),
+            other => panic!("{other:?}"),
+        }
+    }
+
+    fn status(drive: &mut VirtualDrive) -> Status {
+        match Answer::decode(&ask(drive, Request::Status, Tag::default())) {
+            Some((_, _, Answer::Status(it))) => it,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn a_trial_expires_and_a_session_is_its_hosts() {
+        let dir = super::bench();
+        let block = std::fs::read(dir.path("params.bin")).expect("a block");
+        let crc = gmhm::block::verify(&block).expect("a block").crc();
+        let mut drive = VirtualDrive::new(7).expect("a drive");
+        let mut tag = Tag { session: session(&mut drive, Tag::default()).expect("a session"), turn: 0 };
+        let mut tell = |drive: &mut VirtualDrive, request: Request<'_>| {
+            let body = ask(drive, request, tag);
+            tag.turn += 1;
+            let (_, _, answer) = Answer::decode(&body).expect("an answer");
+            assert!(!matches!(answer, Answer::Refused(_)), "{request:?}: {answer:?}");
+        };
+        tell(&mut drive, Request::Stage { length: block.len() as u32, crc });
+        for (k, bytes) in block.chunks(128).enumerate() {
+            tell(&mut drive, Request::Data { offset: 128 * k as u32, bytes });
+        }
+        tell(&mut drive, Request::Try);
+        drive.advance(0.5);
+        assert_eq!(session(&mut drive, Tag::default()), Err(Refusal::Busy));
+        tell(&mut drive, Request::Close);
+        let other = session(&mut drive, Tag::default()).expect("a session after the other was closed");
+        let commit = Request::Commit { signature: SAVE, crc };
+        let late = ask(&mut drive, commit, tag);
+        assert!(matches!(Answer::decode(&late), Some((_, _, Answer::Refused(it))) if it.refusal == Refusal::Session));
+        assert_eq!(status(&mut drive).origin, Origin::Trial);
+        for _ in 0..61 {
+            drive.advance(1.0);
+        }
+        assert_eq!(status(&mut drive).origin, Origin::Nowhere);
+        assert_ne!(session(&mut drive, Tag::default()), Ok(other));
+    }
+}

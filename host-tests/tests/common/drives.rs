@@ -4,7 +4,7 @@
 use gmhm::block::{Block, BlockError, Identity, ScalarKind, verify};
 use gmhm::diagnostics::Diagnostics;
 use gmhm::link::frame::Receiver;
-use gmhm::link::{Answer, Drive, Identified, Live, Port, Refused, Request, Tag};
+use gmhm::link::{Answer, Compensation, Drive, Identified, Live, Port, Refused, Request, Tag};
 use gmhm::store::Store;
 use gmhm_host_tests::flash::HostileFlash;
 
@@ -23,8 +23,7 @@ pub struct Told {
     /// The bytes of the block in force.
     pub in_force: Option<Vec<u8>>,
     pub enabled: bool,
-    pub compensating: bool,
-    pub gain_ratio: f32,
+    pub compensation: Compensation,
     pub gear: Identity,
     /// Blocks of this sequence number are refused.
     pub dislikes: Option<u32>,
@@ -54,20 +53,12 @@ impl Drive for Told {
         Ok(())
     }
 
-    fn is_compensating(&self) -> bool {
-        self.compensating
+    fn compensation(&self) -> Compensation {
+        self.compensation
     }
 
-    fn compensate(&mut self, on: bool) {
-        self.compensating = on;
-    }
-
-    fn gain_ratio(&self) -> f32 {
-        self.gain_ratio
-    }
-
-    fn set_gain_ratio(&mut self, ratio: f32) {
-        self.gain_ratio = ratio;
+    fn set_compensation(&mut self, compensation: Compensation) {
+        self.compensation = compensation;
     }
 
     fn live(&self) -> Live {

@@ -20,8 +20,8 @@ use cortex_m_semihosting::debug::{self, EXIT_FAILURE};
 use defmt_rtt as _;
 #[cfg(not(feature = "rtt"))]
 use defmt_semihosting as _;
-use gmhm::block::{Block, BlockError, Identity, Parameters, ScalarKind, Scales, Word};
-use gmhm::link::{Drive, Live, Port};
+use gmhm::block::{Block, BlockError, Parameters, ScalarKind, Scales, Word};
+use gmhm::link::{Compensation, Drive, Live, Port};
 use gmhm::store::Store;
 use gmhm::{Gear, Output, State};
 use journey::Journey;
@@ -41,8 +41,15 @@ fn main() -> ! {
     let mut port = Port::<_, ROOM>::new(store, board.nonce());
     let mut node = Node::default();
     port.boot(&mut node);
+    let (mut before, mut clocks) = (SYST::get_current(), 0);
     loop {
         node.tick();
+        // The counter counts down, in 24 bits; a loop takes less than its turn, but where a block is stored.
+        let now = SYST::get_current();
+        clocks += before.wrapping_sub(now) & 0x00FF_FFFF;
+        before = now;
+        port.elapse(clocks / board::CLOCKS_PER_MS, &mut node);
+        clocks %= board::CLOCKS_PER_MS;
         while let Some(byte) = board.hear() {
             port.receive(&[byte], &mut node, |frame| frame.iter().for_each(|byte| board.say(*byte)));
         }
@@ -53,8 +60,7 @@ fn main() -> ! {
 #[derive(Default)]
 struct Node {
     running: Option<Running>,
-    compensating: bool,
-    gain_ratio: f32,
+    compensation: Compensation,
     ticks: u32,
     loop_cost: u32,
 }
@@ -96,10 +102,6 @@ impl Node {
 }
 
 impl Drive for Node {
-    fn gear(&self) -> Identity {
-        Identity::NONE
-    }
-
     fn arithmetic(&self) -> (ScalarKind, u16) {
         (Number::KIND, DEPTH as u16)
     }
@@ -121,20 +123,12 @@ impl Drive for Node {
         Ok(())
     }
 
-    fn is_compensating(&self) -> bool {
-        self.compensating
+    fn compensation(&self) -> Compensation {
+        self.compensation
     }
 
-    fn compensate(&mut self, on: bool) {
-        self.compensating = on;
-    }
-
-    fn gain_ratio(&self) -> f32 {
-        self.gain_ratio
-    }
-
-    fn set_gain_ratio(&mut self, ratio: f32) {
-        self.gain_ratio = ratio;
+    fn set_compensation(&mut self, compensation: Compensation) {
+        self.compensation = compensation;
     }
 
     fn live(&self) -> Live {
@@ -146,7 +140,7 @@ impl Drive for Node {
             torque_nm: arithmetic::torque_nm(output.torque, scales),
             hysteresis_nm,
             words: [output.torque.word(), output.hysteresis.word()],
-            contribution_nm: if self.compensating { self.gain_ratio * hysteresis_nm } else { 0.0 },
+            contribution_nm: self.compensation.of(hysteresis_nm),
             out_of_range,
             refused,
             ticks: self.ticks,

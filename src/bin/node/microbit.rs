@@ -18,6 +18,9 @@ pub type Number = Fixed;
 /// The one law that it has room for.
 pub type Law = Masing<Number>;
 
+/// The clock of the core: 16 MHz.
+pub const CLOCKS_PER_MS: u32 = 16_000;
+
 /// Bytes of a block.
 pub const ROOM: usize = 1024;
 

@@ -16,6 +16,9 @@ pub type Number = f32;
 /// Whichever law a block has.
 pub type Law = AnyLaw<Number>;
 
+/// The clock of the core: 25 MHz.
+pub const CLOCKS_PER_MS: u32 = 25_000;
+
 /// Bytes of a block.
 pub const ROOM: usize = 1024;
 

@@ -27,6 +27,16 @@ pub struct Client {
 /// The body of an answer.
 struct Reply(Vec<u8>);
 
+impl Drop for Client {
+    /// Leaves the drive to the next host, which else would have to wait until this session is forgotten. The answer is of no use.
+    fn drop(&mut self) {
+        if self.session != 0 {
+            let frame = Request::Close.encode(Tag { session: self.session, turn: self.turn });
+            let _ = self.line.write_all(&frame).and_then(|()| self.line.flush());
+        }
+    }
+}
+
 impl Client {
     /// A drive that has not been asked anything.
     pub fn new(line: Box<dyn Line>) -> Self {

@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 
 use gmhm::block::{Block, BlockError, Identity, Parameters, ScalarKind};
-use gmhm::link::{Drive, Live, Port};
+use gmhm::link::{Compensation, Drive, Live, Port};
 use gmhm::store::{RamFlash, Store};
 
 const SLOT: u32 = 1024;
@@ -18,8 +18,7 @@ pub struct Joint {
     pub parameters: Option<Parameters>,
     pub gear: Identity,
     pub enabled: bool,
-    pub compensating: bool,
-    pub gain_ratio: f32,
+    pub compensation: Compensation,
 }
 
 impl Drive for Joint {
@@ -36,17 +35,11 @@ impl Drive for Joint {
         self.parameters = block.map(|block| Parameters::of_block(block, 16)).transpose()?;
         Ok(())
     }
-    fn is_compensating(&self) -> bool {
-        self.compensating
+    fn compensation(&self) -> Compensation {
+        self.compensation
     }
-    fn compensate(&mut self, on: bool) {
-        self.compensating = on;
-    }
-    fn gain_ratio(&self) -> f32 {
-        self.gain_ratio
-    }
-    fn set_gain_ratio(&mut self, ratio: f32) {
-        self.gain_ratio = ratio;
+    fn set_compensation(&mut self, compensation: Compensation) {
+        self.compensation = compensation;
     }
     fn live(&self) -> Live {
         Live {
@@ -59,6 +52,9 @@ impl Drive for Joint {
         }
     }
 }
+
+/// A compensation that is on.
+pub const ON: Compensation = Compensation { on: true, gain_ratio: 1.0 };
 
 /// An accident of the line.
 #[derive(Debug, Clone, Copy)]

@@ -3,8 +3,8 @@
 use std::f64::consts::TAU;
 use std::time::Instant;
 
-use gmhm::block::{Block, BlockError, Identity, Parameters, ScalarKind, Scales};
-use gmhm::link::{Drive, Live};
+use gmhm::block::{Block, BlockError, Parameters, ScalarKind, Scales};
+use gmhm::link::{Compensation, Drive, Live};
 use gmhm::terms::compensated::CompensatedState;
 use gmhm::terms::{Compensated, Sample};
 
@@ -25,8 +25,7 @@ pub struct Machine {
     running: Option<Running>,
     /// Whether the power stage is on.
     pub enabled: bool,
-    compensating: bool,
-    gain_ratio: f32,
+    compensation: Compensation,
     ticks: u32,
     loop_cost: u32,
     waiting_s: f64,
@@ -44,8 +43,7 @@ impl Default for Machine {
             in_force: None,
             running: None,
             enabled: false,
-            compensating: false,
-            gain_ratio: 1.0,
+            compensation: Compensation::default(),
             ticks: 0,
             loop_cost: 0,
             waiting_s: 0.0,
@@ -95,10 +93,6 @@ impl Machine {
 }
 
 impl Drive for Machine {
-    fn gear(&self) -> Identity {
-        Identity::NONE
-    }
-
     fn arithmetic(&self) -> (ScalarKind, u16) {
         (ScalarKind::F32, DEPTH as u16)
     }
@@ -119,20 +113,12 @@ impl Drive for Machine {
         Ok(())
     }
 
-    fn is_compensating(&self) -> bool {
-        self.compensating
+    fn compensation(&self) -> Compensation {
+        self.compensation
     }
 
-    fn compensate(&mut self, on: bool) {
-        self.compensating = on;
-    }
-
-    fn gain_ratio(&self) -> f32 {
-        self.gain_ratio
-    }
-
-    fn set_gain_ratio(&mut self, ratio: f32) {
-        self.gain_ratio = ratio;
+    fn set_compensation(&mut self, compensation: Compensation) {
+        self.compensation = compensation;
     }
 
     fn live(&self) -> Live {
@@ -144,7 +130,7 @@ impl Drive for Machine {
             torque_nm: total.torque,
             hysteresis_nm,
             words: [total.torque.to_bits(), hysteresis_nm.to_bits()],
-            contribution_nm: if self.compensating { self.gain_ratio * hysteresis_nm } else { 0.0 },
+            contribution_nm: self.compensation.of(hysteresis_nm),
             out_of_range: gear.status().out_of_range,
             refused: total.refused,
             ticks: self.ticks,

@@ -53,6 +53,7 @@ pub struct VirtualDrive {
     in_lockstep: bool,
     nonce: u32,
     restarts: u32,
+    waiting_ms: f64,
 }
 
 impl VirtualDrive {
@@ -72,6 +73,7 @@ impl VirtualDrive {
             in_lockstep: false,
             nonce,
             restarts: 0,
+            waiting_ms: 0.0,
         };
         drive.port.boot(&mut drive.machine);
         Ok(drive)
@@ -102,9 +104,14 @@ impl VirtualDrive {
         Ok(answers)
     }
 
-    /// Lets the control periods of so many seconds pass, at most those of one second.
+    /// Lets so many seconds pass: a trial or a session may end, and control periods pass, at most those of one second.
     pub fn advance(&mut self, seconds: f64) {
         self.machine.advance(seconds);
+        self.waiting_ms += 1e3 * seconds;
+        let whole = self.waiting_ms.floor();
+        self.waiting_ms -= whole;
+        // Beyond what fits, a trial is over in any case.
+        self.port.elapse(whole as u32, &mut self.machine);
     }
 
     /// Cuts the power and switches it on again: what was in RAM is lost, the newest whole block in flash is in force.
@@ -144,8 +151,8 @@ impl VirtualDrive {
         InForce {
             sequence: self.machine.sequence(),
             enabled: self.machine.enabled,
-            compensating: self.machine.is_compensating(),
-            gain_ratio: self.machine.gain_ratio(),
+            compensating: self.machine.compensation().on,
+            gain_ratio: self.machine.compensation().gain_ratio,
         }
     }
 }

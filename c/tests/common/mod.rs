@@ -1,0 +1,68 @@
+//! Blocks of the published gear, and a joint with one in force.
+#![allow(dead_code, reason = "every test file compiles this module and uses its own part")]
+
+use std::mem::MaybeUninit;
+
+use gmhm::block::{Header, Identity, Joint as JointOfGear, ScalarKind, TorqueUnit, Writer};
+use gmhm::terms::{Form, KeyInfo, Source, Value};
+use gmhm::{Elastic, Gear, Memory, Params};
+use gmhm_c::{Joint, OK, SampleC, gmhm_init};
+
+pub const A: f32 = 1.168e-3;
+pub fn block() -> Vec<u8> {
+    block_of(&JointOfGear::default(), TorqueUnit::NewtonMetre)
+}
+
+pub fn block_of(joint: &JointOfGear, torque_unit: TorqueUnit) -> Vec<u8> {
+    write(1.0, &[], joint, torque_unit)
+}
+
+/// The published gear with another spring, and these terms.
+pub fn block_with(stiffness: f64, terms: &[&str]) -> Vec<u8> {
+    write(stiffness, terms, &JointOfGear::default(), TorqueUnit::NewtonMetre)
+}
+
+fn write(stiffness: f64, terms: &[&str], joint: &JointOfGear, torque_unit: TorqueUnit) -> Vec<u8> {
+    let elastic = Elastic { c1_nm_per_rad: stiffness * 2.4737e4, c2_nm_per_rad3: 1.0e9, c3_nm_per_rad5: -1.1774e14 };
+    let memory = Memory { alpha: 2.6532e6, beta_per_s: 422.68, omega_per_s: 226.31, ..Memory::default() };
+    let params = Params::new(f64::from(A), elastic, memory).expect("the published gear");
+    let mut buffer = vec![0; 4096];
+    let header = Header { period_s: 1e-3, torque_unit, ..Header::new(Identity::of_name("joint 3"), ScalarKind::F32) };
+    let mut writer = Writer::new(&mut buffer, header);
+    writer.gear(&Gear::<f32>::with_period(&params, 1e-3).expect("a period"), &params).expect("a gear");
+    writer.inverse::<f32>(&params, 1e-3).expect("an inverse");
+    writer.joint(joint).expect("a joint");
+    for term in terms {
+        writer.term(term, &Small).expect("a term");
+    }
+    let length = writer.finish().expect("a block");
+    buffer.truncate(length);
+    buffer
+}
+
+pub fn joint() -> Box<Joint> {
+    let (mut joint, block) = (Box::new(MaybeUninit::uninit()), block());
+    // SAFETY: the block outlives the call.
+    let code = unsafe { gmhm_init(Some(&mut joint), block.as_ptr(), block.len() as u32) };
+    assert_eq!(code, OK);
+    // SAFETY: gmhm_init has written it.
+    unsafe { joint.assume_init() }
+}
+
+pub fn at(deflection_rad: f32) -> SampleC {
+    SampleC { deflection_rad, ..SampleC::default() }
+}
+
+/// Small values for every key.
+pub struct Small;
+
+impl Source<f32> for Small {
+    fn get(&self, key: &'static KeyInfo) -> Option<Value<'_, f32>> {
+        Some(match key.form {
+            Form::Number => Value::Number(if key.name.ends_with("_nm") { 0.25 } else { 0.5 }),
+            Form::List { .. } if key.name == "orders" => Value::List(&[2.0, 4.0]),
+            Form::List { .. } => Value::List(&[1e-5, -2e-6]),
+            Form::Choice(_) => Value::Choice(0),
+        })
+    }
+}
