@@ -78,6 +78,45 @@ impl Fault {
     }
 }
 
+/// The power-on self-test: golden samples of the block, computed anew when it was put in force.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[repr(u8)]
+pub enum SelfTest {
+    /// No block, or one without samples.
+    #[default]
+    NotRun = 0,
+    /// All samples came out to the bit.
+    Passed = 1,
+    /// One came out otherwise: the block was refused.
+    Failed = 2,
+}
+
+impl SelfTest {
+    /// Its number.
+    pub const fn number(self) -> u8 {
+        self as u8
+    }
+
+    /// The result of a number.
+    pub const fn of_number(number: u8) -> Option<Self> {
+        Some(match number {
+            0 => Self::NotRun,
+            1 => Self::Passed,
+            2 => Self::Failed,
+            _ => return None,
+        })
+    }
+
+    /// Its name.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::NotRun => "not run",
+            Self::Passed => "passed",
+            Self::Failed => "failed",
+        }
+    }
+}
+
 /// Counters since they were cleared, and the last fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Diagnostics {
@@ -95,6 +134,8 @@ pub struct Diagnostics {
     pub merged_pairs: u32,
     /// The last fault.
     pub last: Fault,
+    /// The self-test of the last block.
+    pub self_test: SelfTest,
 }
 
 impl Diagnostics {
@@ -125,9 +166,19 @@ impl Diagnostics {
         }
     }
 
-    /// Begins anew.
+    /// Takes over what became of a block that was to be put in force.
+    #[cfg(feature = "block")]
+    pub fn see_load(&mut self, loaded: Result<SelfTest, &crate::block::BlockError>) {
+        match loaded {
+            Ok(self_test) => self.self_test = self_test,
+            Err(crate::block::BlockError::SelfTest) => self.self_test = SelfTest::Failed,
+            Err(_) => {}
+        }
+    }
+
+    /// Counts from nothing again; the result of the self-test stays.
     pub fn clear(&mut self) {
-        *self = Self::default();
+        *self = Self { self_test: self.self_test, ..Self::default() };
     }
 
     fn count(&mut self, happened: bool, fault: Fault) {

@@ -33,7 +33,7 @@ typedef struct gmhm_joint {
     uint64_t opaque[GMHM_JOINT_WORDS];
 } gmhm_joint;
 
-/* Codes of gmhm_init, gmhm_load and gmhm_set_largest_step. Refused blocks: 0x0101 to 0x0110, listed in docs/block.md. */
+/* Codes of gmhm_init, gmhm_load and gmhm_set_largest_step. Refused blocks: 0x0101 to 0x0111, listed in docs/block.md. */
 #define GMHM_OK 0x0000u
 #define GMHM_NULL 0x0001u
 #define GMHM_VALUE 0x0002u /* a number that is none, or out of its range: nothing changed */
@@ -54,6 +54,7 @@ typedef struct gmhm_joint {
 #define GMHM_ERROR_TERM 0x010Eu
 #define GMHM_ERROR_NO_ROOM 0x010Fu
 #define GMHM_ERROR_NO_TERMS 0x0110u
+#define GMHM_ERROR_SELF_TEST 0x0111u /* the golden samples of the block come out otherwise on this processor */
 
 /* Flags of outputs and solutions. */
 #define GMHM_FLAG_NOT_LOADED 0x01u    /* no parameters are in force: all numbers are 0 */
@@ -132,6 +133,7 @@ typedef struct gmhm_diagnostics {
     uint32_t restarted;    /* new starts where quarantined samples agreed */
     uint32_t merged_pairs; /* pairs of turning points given up because there was no room for more */
     uint32_t last_fault;   /* GMHM_FAULT_... */
+    uint32_t self_test;    /* of the last block that was loaded: GMHM_SELF_TEST_...; gmhm_clear_diagnostics leaves it */
 } gmhm_diagnostics;
 
 #define GMHM_FAULT_NONE 0u
@@ -140,6 +142,11 @@ typedef struct gmhm_diagnostics {
 #define GMHM_FAULT_QUARANTINED 3u
 #define GMHM_FAULT_RESTARTED 4u
 #define GMHM_FAULT_MERGED 6u
+
+/* gmhm_init and gmhm_load compute the golden samples of a block anew. To repeat the test, load the block in force again: the path goes on. */
+#define GMHM_SELF_TEST_NOT_RUN 0u /* no block, or one without samples */
+#define GMHM_SELF_TEST_PASSED 1u  /* to the bit */
+#define GMHM_SELF_TEST_FAILED 2u  /* the block was refused */
 
 /*
  * Makes a joint of bytes that hold anything, and loads a block. Call once, before any other call for this joint. A refused block leaves a joint

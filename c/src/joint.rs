@@ -149,7 +149,9 @@ impl Joint {
     /// Puts a block in force whose torques are counted in a unit.
     pub(crate) fn load(&mut self, block: &[u8], unit: TorqueUnit) -> Result<(), LoadError> {
         let block = verify_first(block)?;
-        let parameters = check(&block)?.in_unit(unit).map_err(|_| LoadError::Unit)?;
+        let parameters = check(&block);
+        self.diagnostics.see_load(parameters.as_ref().map(|parameters| parameters.self_test));
+        let parameters = parameters?.in_unit(unit).map_err(|_| LoadError::Unit)?;
         let joint = parameters.joint;
         let gear = parameters.gear.ok_or(LoadError::Block(BlockError::Missing(GEAR.tag)))?;
         let mut label = [0; 20];
@@ -269,9 +271,11 @@ impl Joint {
     }
 
     pub(crate) fn diagnostics(&self) -> DiagnosticsC {
-        let Diagnostics { refused, out_of_range, quarantined, restarted, merged_pairs, last, .. } = self.diagnostics;
+        let Diagnostics { refused, out_of_range, quarantined, restarted, merged_pairs, last, self_test, .. } =
+            self.diagnostics;
         let last_fault = u32::from(last.number());
-        DiagnosticsC { refused, out_of_range, quarantined, restarted, merged_pairs, last_fault }
+        let self_test = u32::from(self_test.number());
+        DiagnosticsC { refused, out_of_range, quarantined, restarted, merged_pairs, last_fault, self_test }
     }
 
     pub(crate) fn clear_diagnostics(&mut self) {

@@ -118,6 +118,8 @@ pub struct DiagnosticsC {
     pub merged_pairs: u32,
     /// [`Fault`](gmhm::diagnostics::Fault), by its number.
     pub last_fault: u32,
+    /// [`SelfTest`](gmhm::diagnostics::SelfTest), by its number.
+    pub self_test: u32,
 }
 
 /// Bits of the flags of outputs, solutions and status.

@@ -7,7 +7,7 @@ use std::fmt::Debug;
 
 use gmhm::block::{
     BlockError, BlockLaw, CRC, GEAR, Header, INVERSE, Identity, JOINT, Joint, MASING, PHASE, Parameters, RECORDS,
-    ScalarKind, Scales, TIME, Writer, stamp, verify, verify_first,
+    SELF_TEST, ScalarKind, Scales, TIME, Writer, stamp, verify, verify_first,
 };
 use gmhm::memory::masing::Masing;
 use gmhm::memory::time::Time;
@@ -272,13 +272,14 @@ fn every_refusal_has_its_own_code() {
         (refusal(&appended(coulomb, &negative)), 0x010e),
         (no_room, 0x010f),
         (without_terms, 0x0110),
+        (refusal(&appended(SELF_TEST.tag, &[0; 36])), 0x0111),
     ];
     for (refusal, code) in refusals {
         assert_eq!(refusal.code(), code, "{refusal}");
         assert!(refusal.sdo_abort() >> 24 == 0x05 || refusal.sdo_abort() >> 24 == 0x06);
     }
     let codes: BTreeSet<u16> = refusals.iter().map(|(refusal, _)| refusal.code()).collect();
-    assert_eq!(codes, (0x0101..=0x0110).collect());
+    assert_eq!(codes, (0x0101..=0x0111).collect());
 
     // What is not known but may be skipped is.
     assert!(Parameters::<f32>::load(&appended(0x8077, &[1; 8]), 16).is_ok());

@@ -11,17 +11,18 @@ use gmhm::block::{
     BlockError, BlockLaw, FORMAT_VERSION, Header, Identity, Joint, Parameters, ScalarKind, TermStack, TorqueUnit, Word,
     Writer, verify,
 };
+use gmhm::diagnostics::SelfTest;
 use gmhm::memory::AnyLaw;
 use gmhm::memory::masing::Masing;
 use gmhm::memory::time::Time;
 use gmhm::scalar::Fixed;
 use gmhm::terms::{Form, KINDS, KeyInfo, KindInfo, Setting, Source, Stack, Term, Value};
-use gmhm::{Gate, Gear, Kernel, Law, Params};
+use gmhm::{Gate, Gear, Inverse, Kernel, Law, Params};
 
 const PERIOD_S: f64 = 1e-3;
 
 /// File, CRC-32.
-const GOLDEN: [(&str, u32); 11] = [
+const GOLDEN: [(&str, u32); 13] = [
     ("block-1-masing", 0xbc7d_4194),
     ("block-1-phase", 0x7a4e_255d),
     ("block-1-time", 0x6913_b125),
@@ -33,6 +34,8 @@ const GOLDEN: [(&str, u32); 11] = [
     ("block-1-terms-17", 0x2f3d_7dfe),
     ("block-1-shapes", 0x19b7_1ee5),
     ("block-1-terms-24", 0xfa9a_9165),
+    ("block-1-tested", 0x4c1b_aaa0),
+    ("block-1-tested-fixed", 0x2b72_d216),
 ];
 
 fn file(name: &str) -> PathBuf {
@@ -112,12 +115,12 @@ fn written(name: &str) -> Vec<u8> {
         Header { period_s: PERIOD_S as f32, torque_unit: unit, ..Header::new(Identity::of_name(name), scalar) };
     let mut buffer = vec![0; 4096];
     let mut writer = Writer::new(&mut buffer, header);
-    let params = params(name);
+    let (params, tested) = (params(name), name.contains("tested"));
     let done = match (scalar, params.memory().law) {
         _ if name.ends_with("joint") => Ok(()),
-        (ScalarKind::F32, _) => gear(&mut writer, &params, AnyLaw::<f32>::new(&params, PERIOD_S)),
-        (ScalarKind::Fixed, Law::Time) => gear(&mut writer, &params, Time::<Fixed>::new(&params, PERIOD_S)),
-        (ScalarKind::Fixed, _) => gear(&mut writer, &params, Masing::<Fixed>::new(&params)),
+        (ScalarKind::F32, _) => gear(&mut writer, &params, AnyLaw::<f32>::new(&params, PERIOD_S), tested),
+        (ScalarKind::Fixed, Law::Time) => gear(&mut writer, &params, Time::<Fixed>::new(&params, PERIOD_S), tested),
+        (ScalarKind::Fixed, _) => gear(&mut writer, &params, Masing::<Fixed>::new(&params), tested),
     };
     done.expect("a gear");
     let joint = Joint { ratio: Some(-100.0), deflection_zero_rad: 0.125, motor_side: unit == TorqueUnit::Ampere };
@@ -133,9 +136,20 @@ fn written(name: &str) -> Vec<u8> {
     buffer
 }
 
-fn gear<S: Word, L: BlockLaw<S>>(writer: &mut Writer<'_>, params: &Params, law: L) -> Result<(), BlockError> {
-    writer.gear(&Gear::with_law(params, law), params)?;
-    writer.inverse::<S>(params, PERIOD_S)
+fn gear<S: Word, L: BlockLaw<S>>(
+    writer: &mut Writer<'_>,
+    params: &Params,
+    law: L,
+    tested: bool,
+) -> Result<(), BlockError> {
+    let gear = Gear::with_law(params, law);
+    writer.gear(&gear, params)?;
+    writer.inverse::<S>(params, PERIOD_S)?;
+    if tested {
+        let inverse = Inverse::of(params, law, PERIOD_S).expect("an inverse");
+        writer.self_test(&gear, Some(&inverse))?;
+    }
+    Ok(())
 }
 
 /// The gear of a golden block has the coefficients of its parameters to the bit, and its inverse inverts it.
@@ -147,6 +161,8 @@ where
     let params = params(name);
     let loaded = Parameters::<S, L, T>::load(&golden(name), 16).expect("a good block");
     assert_eq!(loaded.gear, Some(Gear::with_law(&params, law)), "{name}");
+    let expected = if name.contains("tested") { SelfTest::Passed } else { SelfTest::NotRun };
+    assert_eq!(loaded.self_test, expected, "{name}");
     let inverse = loaded.inverse.expect("an inverse");
     let gear = inverse.gear();
     let mut state = gear.start::<16>(S::ZERO);

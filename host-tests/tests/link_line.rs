@@ -8,7 +8,7 @@ mod drives;
 use blocks::block;
 use drives::{Bench, Session, Told, answers, bench, crc, staging, stored};
 use gmhm::block::{Identity, ScalarKind};
-use gmhm::diagnostics::{Diagnostics, Fault};
+use gmhm::diagnostics::{Diagnostics, Fault, SelfTest};
 use gmhm::link::frame::{MOST_BODY, MOST_FRAME, encode};
 use gmhm::link::message::{LOAD, MOST_BYTES, SAVE};
 use gmhm::link::{
@@ -178,6 +178,7 @@ proptest! {
             Request::Diagnostics,
             Request::ClearDiagnostics,
             Request::Bound { share: finite(c) },
+            Request::Close,
         ] {
             let body = body(&request.encode(tag));
             prop_assert_eq!(Request::decode(&body), Some((request.command(), tag, Ok(request))));
@@ -222,6 +223,7 @@ proptest! {
                 saturated: e,
                 merged_pairs: f,
                 last: Fault::of_number(number % 7).expect("a number"),
+                self_test: SelfTest::of_number(number % 3).expect("a number"),
             },
             line: LineCounts { frames: g, bad_checksums: h, malformed: a },
             refused_requests: b,

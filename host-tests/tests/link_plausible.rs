@@ -7,7 +7,7 @@ mod drives;
 use drives::{Bench, Session, Told, answers, ask, bench, identify};
 use gmhm::block::{Header, Identity, Joint, ScalarKind, Writer};
 use gmhm::diagnostics::{Diagnostics, Fault};
-use gmhm::link::port::{DEFAULT_BOUND, FADE_MS, SESSION_MS, TRIAL_MS};
+use gmhm::link::server::{DEFAULT_BOUND, FADE_MS, SESSION_MS, TRIAL_MS};
 use gmhm::link::{Answer, LineCounts, LinkDiagnostics, Origin, Refusal, Request, Tag};
 use gmhm::memory::masing::Masing;
 use gmhm::scalar::Fixed;

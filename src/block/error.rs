@@ -53,12 +53,14 @@ pub enum BlockError {
     },
     /// A term, where the firmware computes none: its tag.
     TermsNotComputed(u16),
+    /// The drive computes otherwise than the host that wrote the golden samples.
+    SelfTest,
     /// More bytes than a block may have, or than the buffer of its writer has.
     NoRoom,
 }
 
 impl BlockError {
-    /// The number of the reason on the link, in logs and in C: 0x0101 to 0x0110.
+    /// The number of the reason on the link, in logs and in C: 0x0101 to 0x0111.
     pub const fn code(&self) -> u16 {
         0x0100
             + match self {
@@ -78,6 +80,7 @@ impl BlockError {
                 Self::Term { .. } => 14,
                 Self::NoRoom => 15,
                 Self::TermsNotComputed(_) => 16,
+                Self::SelfTest => 17,
             }
     }
 
@@ -104,6 +107,8 @@ pub const fn sdo_abort(code: u16) -> u32 {
         0x0105 | 0x010D | 0x010E => 0x0609_0030,
         // Out of memory.
         0x010F => 0x0504_0005,
+        // Hardware error.
+        0x0111 => 0x0606_0000,
         _ => 0x0800_0000,
     }
 }
@@ -148,6 +153,9 @@ impl fmt::Display for BlockError {
             Self::OutOfRange { tag, field } => write!(f, "{field} of {} cannot be", Tag(tag)),
             Self::Term { tag, error } => write!(f, "{}: {error}", Tag(tag)),
             Self::TermsNotComputed(tag) => write!(f, "{}: this firmware computes no terms", Tag(tag)),
+            Self::SelfTest => {
+                write!(f, "the golden samples come out otherwise here: do not use this drive's arithmetic")
+            }
             Self::NoRoom => write!(f, "the block is longer than there is room for"),
         }
     }

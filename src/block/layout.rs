@@ -171,12 +171,40 @@ pub const JOINT: RecordInfo = RecordInfo {
     words: "what terms and the deflection refer to",
 };
 
+/// What the gear gives along the path of [`self_test`](super::self_test); absent in blocks of before.
+pub const SELF_TEST: RecordInfo = RecordInfo {
+    tag: MAY_SKIP | 0x0002,
+    name: "self_test",
+    fields: &[
+        sample("torque_1", "T at 1/2 A, the first step from a start at 0"),
+        sample("torque_2", "T at 3/4 A"),
+        sample("torque_3", "T at 0"),
+        sample("torque_4", "T at −5/8 A"),
+        sample("torque_5", "T at −1/8 A"),
+        sample("torque_6", "T at 1/2 A"),
+        sample("torque_7", "T at −3/8 A"),
+        sample("torque_8", "T at 1/4 A"),
+        field(
+            Coding::Scalar,
+            "solution",
+            "rad; A in fixed point",
+            Range::Any,
+            "the deflection for half of the last torque; 0 without `inverse`",
+        ),
+    ],
+    words: "golden samples: the drive computes them anew and refuses the block where one differs",
+};
+
+const fn sample(name: &'static str, words: &'static str) -> FieldInfo {
+    field(Coding::Scalar, name, "N·m; T_A in fixed point", Range::Any, words)
+}
+
 /// The name of the model file: UTF-8, padded with zeros to whole words.
 pub const NAME: RecordInfo =
     RecordInfo { tag: MAY_SKIP | 0x0001, name: "name", fields: &[], words: "the model file's name, for people" };
 
 /// All of them.
-pub const RECORDS: [&RecordInfo; 7] = [&GEAR, &MASING, &PHASE, &TIME, &INVERSE, &JOINT, &NAME];
+pub const RECORDS: [&RecordInfo; 8] = [&GEAR, &MASING, &PHASE, &TIME, &INVERSE, &JOINT, &NAME, &SELF_TEST];
 
 impl FieldInfo {
     /// The words that it chooses among; none where it is a number.

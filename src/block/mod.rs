@@ -7,6 +7,7 @@
 //! |---|---|---|
 //! | [`verify`] | magic, version, header, length, CRC-32, the walk over the records | bytes that are no block, or not the whole of one |
 //! | [`Parameters::load`] | every word against its range; gear, inverse and terms set up | values that cannot be, records that this firmware does not know |
+//! | [`self_test`] | golden samples computed anew | an arithmetic that computes otherwise than the host's |
 //!
 //! Nothing is changed by a refusal, and whatever the bytes, nothing panics. Coefficients are stored as the host rounded them, so the gear of a block computes
 //! the bits of the gear of its model file on every machine.
@@ -25,6 +26,7 @@
 //! let mut writer = Writer::new(&mut buffer, Header::new(Identity::of_name("joint 3"), ScalarKind::F32));
 //! writer.gear(&gear, &params)?;
 //! writer.inverse::<f32>(&params, 0.0)?;
+//! writer.self_test(&gear, None)?; // computed anew by the drive; a block that comes out otherwise is refused
 //! writer.joint(&Joint::default())?;
 //! let length = writer.finish()?;
 //!
@@ -41,6 +43,7 @@ mod law;
 mod layout;
 mod parameters;
 pub(crate) mod record;
+pub mod self_test;
 mod term;
 mod word;
 mod write;
@@ -49,7 +52,8 @@ pub use error::{BlockError, sdo_abort};
 pub use header::{FORMAT_VERSION, HEADER_BYTES, Header, Identity, MAGIC, TorqueUnit};
 pub use law::{BlockLaw, LawWords};
 pub use layout::{
-    Coding, FIRST_TERM, FieldInfo, GEAR, INVERSE, JOINT, MASING, MAY_SKIP, NAME, PHASE, RECORDS, RecordInfo, TIME,
+    Coding, FIRST_TERM, FieldInfo, GEAR, INVERSE, JOINT, MASING, MAY_SKIP, NAME, PHASE, RECORDS, RecordInfo, SELF_TEST,
+    TIME,
 };
 pub use parameters::{CheckedTerms, Joint, Parameters, Scales, TermStack, TorqueUnitError};
 pub use record::{Block, FieldValues, MOST_BYTES, Record, Records, verify, verify_first};

@@ -6,9 +6,11 @@ use super::Word;
 use super::error::BlockError;
 use super::header::{Header, TorqueUnit};
 use super::law::{BlockLaw, number};
-use super::layout::{GEAR, INVERSE, JOINT, MASING, MAY_SKIP, PHASE, RECORDS, TERM_TAGS, TIME};
+use super::layout::{GEAR, INVERSE, JOINT, MASING, MAY_SKIP, PHASE, RECORDS, SELF_TEST, TERM_TAGS, TIME};
 use super::record::{Block, Record, double, verify};
+use super::self_test::{IS_COMPARED, SAMPLES, samples};
 use super::term::TermRecord;
+use crate::diagnostics::SelfTest;
 use crate::drive::{Mounting, Setup, SetupError};
 use crate::elastic::{ElasticTorque, Polynomial};
 use crate::gear::Gear;
@@ -123,6 +125,8 @@ pub struct Parameters<S: Word = f32, L = AnyLaw<S>, T = Stack<f32, 8>> {
     pub joint: Joint,
     /// The gear's scales.
     pub scales: Option<Scales>,
+    /// Whether the golden samples of the block were computed anew; one that differs refuses the block.
+    pub self_test: SelfTest,
     /// All terms. Feed forward [`Stack::plant`] only.
     pub terms: T,
 }
@@ -156,6 +160,7 @@ impl<S: Word, L: BlockLaw<S>, T: TermStack> Parameters<S, L, T> {
             inverse: None,
             joint,
             scales: None,
+            self_test: SelfTest::NotRun,
             terms: T::empty(Setting { sigma: joint.sigma(), c1: 0.0, rated_deflection: 0.0 }, false),
         };
         if let Some(record) = block.only(&GEAR)? {
@@ -164,6 +169,12 @@ impl<S: Word, L: BlockLaw<S>, T: TermStack> Parameters<S, L, T> {
                 return Err(BlockError::StackDepth(header.stack_depth));
             }
             parameters.inverse = inverse(block, gear, scales, f64::from(header.period_s))?;
+            if let (Some(record), true) = (block.only(&SELF_TEST)?, IS_COMPARED) {
+                if record.checked::<S, SAMPLES>(&SELF_TEST)? != samples(&gear, parameters.inverse.as_ref()) {
+                    return Err(BlockError::SelfTest);
+                }
+                parameters.self_test = SelfTest::Passed;
+            }
             let c1 = gear.elastic().polynomial().k1.to_f64() * scales.torque_scale_nm / scales.rated_deflection_rad;
             let rated_deflection = scales.rated_deflection_rad as f32;
             parameters.terms = T::empty(Setting { sigma: joint.sigma(), c1: c1 as f32, rated_deflection }, true);

@@ -5,13 +5,14 @@ use heapless::Vec;
 use super::error::BlockError;
 use super::header::{HEADER_BYTES, Header, SEQUENCE_AT};
 use super::law::BlockLaw;
-use super::layout::{FIRST_TERM, GEAR, INVERSE, JOINT, NAME, RecordInfo};
+use super::layout::{FIRST_TERM, GEAR, INVERSE, JOINT, NAME, RecordInfo, SELF_TEST};
 use super::parameters::Joint;
 use super::record::{MOST_BYTES, check, double_words, verify};
+use super::self_test::samples;
 use super::{CRC, Word, term};
 use crate::elastic::Polynomial;
 use crate::gear::Gear;
-use crate::inverse::{InverseError, Monotony};
+use crate::inverse::{Inverse, InverseError, Monotony};
 use crate::params::Params;
 use crate::terms::{Source, tag_of_kind};
 
@@ -86,6 +87,18 @@ impl<'a> Writer<'a> {
         // There is room: five doubles.
         [reach, least_slope, slope, bend, jerk].map(double_words).iter().for_each(|pair| words.extend(*pair));
         self.fixed::<S>(&INVERSE, &words)
+    }
+
+    /// The golden samples of the gear and of the inverse that were written: the drive computes them anew.
+    ///
+    /// # Errors
+    /// No room.
+    pub fn self_test<S: Word, L: BlockLaw<S>>(
+        &mut self,
+        gear: &Gear<S, L>,
+        inverse: Option<&Inverse<S, L>>,
+    ) -> Result<(), BlockError> {
+        self.fixed::<S>(&SELF_TEST, &samples(gear, inverse))
     }
 
     /// The joint.

@@ -3,7 +3,7 @@
 use super::frame::{self, Body, Frame, LineCounts};
 use super::refusal::{Refusal, Refused};
 use crate::block::{Identity, ScalarKind};
-use crate::diagnostics::{Diagnostics, Fault};
+use crate::diagnostics::{Diagnostics, Fault, SelfTest};
 
 /// The version of the protocol, the first byte of every body.
 pub const VERSION: u8 = 1;
@@ -95,7 +95,7 @@ pub enum Request<'a> {
     /// Count from nothing again.
     ClearDiagnostics,
     /// Set how far parameters that come on trial while the drive is enabled may be from those in force. Only while it is disabled; power-up brings back
-    /// [`DEFAULT_BOUND`](super::port::DEFAULT_BOUND).
+    /// [`DEFAULT_BOUND`](super::server::DEFAULT_BOUND).
     Bound {
         /// The largest difference of elastic torques up to the rated deflection, as a share of the torque there; infinite for none.
         share: f32,
@@ -331,13 +331,14 @@ impl<'a> Answer<'a> {
                 .end(),
             Self::Stored { sequence, crc } => pen.u32(sequence).u32(crc).end(),
             Self::Diagnostics(it) => {
-                let Diagnostics { refused, out_of_range, quarantined, restarted, saturated, merged_pairs, last } =
+                let Diagnostics { refused, out_of_range, quarantined, restarted, saturated, merged_pairs, .. } =
                     it.joint;
                 let counters = [refused, out_of_range, quarantined, restarted, saturated, merged_pairs];
                 let LineCounts { frames, bad_checksums, malformed } = it.line;
                 let others = [frames, bad_checksums, malformed, it.refused_requests, it.expired_trials];
                 pen.bytes(counters.map(u32::to_le_bytes).as_flattened())
-                    .u8(last.number())
+                    .u8(it.joint.last.number())
+                    .u8(it.joint.self_test.number())
                     .bytes(others.map(u32::to_le_bytes).as_flattened())
                     .u32(it.bound.to_bits())
                     .end();
@@ -503,9 +504,18 @@ impl<'a> Fields<'a> {
             13 => {
                 let [refused, out_of_range, quarantined] = [self.u32()?, self.u32()?, self.u32()?];
                 let [restarted, saturated, merged_pairs] = [self.u32()?, self.u32()?, self.u32()?];
-                let last = Fault::of_number(self.u8()?)?;
+                let (last, self_test) = (Fault::of_number(self.u8()?)?, SelfTest::of_number(self.u8()?)?);
                 Answer::Diagnostics(LinkDiagnostics {
-                    joint: Diagnostics { refused, out_of_range, quarantined, restarted, saturated, merged_pairs, last },
+                    joint: Diagnostics {
+                        refused,
+                        out_of_range,
+                        quarantined,
+                        restarted,
+                        saturated,
+                        merged_pairs,
+                        last,
+                        self_test,
+                    },
                     line: LineCounts { frames: self.u32()?, bad_checksums: self.u32()?, malformed: self.u32()? },
                     refused_requests: self.u32()?,
                     expired_trials: self.u32()?,

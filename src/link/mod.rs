@@ -8,7 +8,10 @@
 //! | [`message`] | bodies to requests and answers and back |
 //! | [`refusal`] | why a request was refused, and its CANopen abort code |
 //! | [`drive`] | what the link asks of a drive |
-//! | [`port`] | the drive's end: a [`Port`] over a [`Store`](crate::store::Store) and a [`Drive`] |
+//! | [`server`] | the drive's end, whatever carries requests: a [`Server`] over a [`Store`](crate::store::Store) and a [`Drive`] |
+//! | [`port`] | requests over a serial line |
+//! | [`objects`] | requests as objects with indices, for CANopen, EtherCAT, Modbus |
+//! | [`sdo`] | these objects over SDO of CANopen |
 //!
 //! The way of a block: [`Stage`](Request::Stage) and [`Data`](Request::Data) carry it into RAM, [`Try`](Request::Try) puts it in force there,
 //! [`Commit`](Request::Commit) stores what is on trial, [`Revert`](Request::Revert) ends the trial. What changes anything carries the number of its session
@@ -17,12 +20,17 @@
 pub mod drive;
 pub mod frame;
 pub mod message;
+pub mod objects;
 pub mod port;
 mod rating;
 pub mod refusal;
+pub mod sdo;
+pub mod server;
 
 pub use drive::{Compensation, Drive};
 pub use frame::{Frame, LineCounts, Receiver};
 pub use message::{Answer, Identified, LinkDiagnostics, Live, Origin, Request, Status, Tag};
 pub use port::Port;
 pub use refusal::{Refusal, Refused};
+pub use sdo::SdoServer;
+pub use server::Server;

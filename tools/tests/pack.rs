@@ -218,3 +218,42 @@ fn a_bad_block_is_refused() {
     dir.write("gap.hex", [&lines[..3], &lines[4..]].concat().join("\n"));
     dir.refuse("inspect gap.hex", &["gap.hex, line 4", "a gap before the address 0x30"]);
 }
+
+/// The data sheet lists every object once, with the type and access of the dictionary.
+#[test]
+fn the_object_dictionary_is_written_as_a_data_sheet() {
+    use gmhm::link::objects::{Access, OBJECTS};
+    let dir = WorkDir::new();
+    dir.write("m.toml", PUBLISHED);
+    dir.succeed("pack m.toml -o params.bin --eds drive.eds");
+    let text = dir.read("drive.eds");
+    let sections: Vec<(&str, &str)> =
+        text.split("\n[").skip(1).map(|section| section.split_once("]\n").expect("a section")).collect();
+    for object in OBJECTS {
+        let single = OBJECTS.iter().all(|other| other.index != object.index || other.sub == 0);
+        let name =
+            if single { format!("{:04X}", object.index) } else { format!("{:04X}sub{:X}", object.index, object.sub) };
+        let mut found = sections.iter().filter(|(section, _)| *section == name);
+        let (_, entries) = found.next().unwrap_or_else(|| panic!("no section {name}"));
+        assert!(found.next().is_none(), "{name} stands twice");
+        let access = match object.access {
+            Access::ReadOnly => "ro",
+            Access::WriteOnly => "wo",
+            Access::ReadWrite => "rw",
+        };
+        for line in [
+            format!("ParameterName={}", object.name),
+            format!("DataType=0x{:04X}", object.data_type.number()),
+            format!("AccessType={access}"),
+        ] {
+            assert!(entries.lines().any(|entry| entry == line), "{name} lacks {line}:\n{entries}");
+        }
+    }
+    let objects = ["MandatoryObjects", "OptionalObjects", "ManufacturerObjects"].map(|list| {
+        let (_, entries) = sections.iter().find(|(section, _)| *section == list).expect("a list");
+        let count = entries.lines().find_map(|line| line.strip_prefix("SupportedObjects=")).expect("a count");
+        assert_eq!(count.parse::<usize>().expect("a number"), entries.trim_end().lines().count() - 1);
+        count.parse::<usize>().expect("a number")
+    });
+    assert_eq!(objects, [3, 2, 7]);
+}

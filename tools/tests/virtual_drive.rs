@@ -193,7 +193,8 @@ mod time {
     #[test]
     fn a_trial_expires_and_a_session_is_its_hosts() {
         let dir = super::bench();
-        let block = std::fs::read(dir.path("params.bin")).expect("a block");
+        let mut block = std::fs::read(dir.path("params.bin")).expect("a block");
+        gmhm::block::stamp(&mut block, 1).expect("a block");
         let crc = gmhm::block::verify(&block).expect("a block").crc();
         let mut drive = VirtualDrive::new(7).expect("a drive");
         let mut tag = Tag { session: session(&mut drive, Tag::default()).expect("a session"), turn: 0 };

@@ -21,6 +21,7 @@ use defmt_rtt as _;
 #[cfg(not(feature = "rtt"))]
 use defmt_semihosting as _;
 use gmhm::block::{Block, BlockError, Parameters, ScalarKind, Scales, Word};
+use gmhm::diagnostics::{Diagnostics, SelfTest};
 use gmhm::link::{Compensation, Drive, Live, Port};
 use gmhm::store::Store;
 use gmhm::{Gear, Output, State};
@@ -61,6 +62,7 @@ fn main() -> ! {
 struct Node {
     running: Option<Running>,
     compensation: Compensation,
+    diagnostics: Diagnostics,
     ticks: u32,
     loop_cost: u32,
 }
@@ -76,15 +78,16 @@ struct Running {
 
 impl Running {
     /// The gear of a block, at the beginning of its path.
-    fn of(block: &Block<'_>) -> Result<Option<Self>, BlockError> {
+    fn of(block: &Block<'_>) -> Result<(Option<Self>, SelfTest), BlockError> {
         let parameters = Parameters::<Number, Law, ()>::of_block(block, DEPTH)?;
-        Ok(parameters.gear.zip(parameters.scales).map(|(gear, scales)| Self {
+        let running = parameters.gear.zip(parameters.scales).map(|(gear, scales)| Self {
             state: gear.start(Number::default()),
             gear,
             output: Output::default(),
             path: arithmetic::path(),
             scales,
-        }))
+        });
+        Ok((running, parameters.self_test))
     }
 }
 
@@ -95,6 +98,7 @@ impl Node {
         let began = SYST::get_current();
         let deflection = arithmetic::next_deflection(&mut running.path, &running.scales);
         running.output = running.gear.step(&mut running.state, deflection);
+        self.diagnostics.see_sample(&running.state.status());
         // The counter counts down, in 24 bits.
         self.loop_cost = began.wrapping_sub(SYST::get_current()) & 0x00FF_FFFF;
         self.ticks = self.ticks.wrapping_add(1);
@@ -111,9 +115,13 @@ impl Drive for Node {
     }
 
     fn adopt(&mut self, block: Option<&Block<'_>>) -> Result<(), BlockError> {
-        self.running = match block.map(Running::of) {
+        let loaded = block.map(Running::of);
+        if let Some(loaded) = &loaded {
+            self.diagnostics.see_load(loaded.as_ref().map(|(_, self_test)| *self_test));
+        }
+        self.running = match loaded {
             None => None,
-            Some(Ok(running)) => running,
+            Some(Ok((running, _))) => running,
             Some(Err(error)) => {
                 defmt::error!("{}", error);
                 return Err(error);
@@ -129,6 +137,14 @@ impl Drive for Node {
 
     fn set_compensation(&mut self, compensation: Compensation) {
         self.compensation = compensation;
+    }
+
+    fn diagnostics(&self) -> Diagnostics {
+        self.diagnostics
+    }
+
+    fn clear_diagnostics(&mut self) {
+        self.diagnostics.clear();
     }
 
     fn live(&self) -> Live {

@@ -3,8 +3,8 @@
 use std::fmt;
 
 use gmhm::block::{
-    Block, BlockError, FORMAT_VERSION, GEAR, INVERSE, JOINT, MASING, NAME, PHASE, Record, RecordInfo, ScalarKind, TIME,
-    TermRecord, TorqueUnit,
+    Block, BlockError, FORMAT_VERSION, GEAR, INVERSE, JOINT, MASING, NAME, PHASE, Record, RecordInfo, SELF_TEST,
+    ScalarKind, TIME, TermRecord, TorqueUnit,
 };
 use gmhm::terms::{Form, KeyInfo, Value};
 use serde::Serialize;
@@ -264,6 +264,15 @@ fn section(record: &Record<'_>, scalar: ScalarKind, (a, t): (f64, f64), ampere: 
             });
             let zero = fields.number("deflection_zero", "deflection_zero_rad", "rad", 1.0);
             (JOINT.name.to_owned(), [ratio, zero, fields.choice("torque_side")].into_iter().flatten().collect())
+        }
+        tag if tag == SELF_TEST.tag => {
+            let fields = known(&SELF_TEST)?;
+            let (torque, angle) = if scalar == ScalarKind::F32 { (1.0, 1.0) } else { (t, a) };
+            let quantities = SELF_TEST.fields.iter().filter_map(|field| match field.key.name {
+                "solution" => fields.number("solution", "solution_rad", "rad", angle),
+                name => fields.number(name, &format!("{name}_nm"), "N·m", torque),
+            });
+            (SELF_TEST.name.to_owned(), quantities.collect())
         }
         tag if tag == NAME.tag => {
             let name = String::from_utf8_lossy(record.payload).trim_end_matches('\0').to_owned();

@@ -3,11 +3,13 @@
 //! The format is the core's, [`gmhm::block`].
 
 mod contents;
+mod eds;
 mod error;
 mod file;
 mod pack;
 
 pub use contents::{Contents, Quantity, Section, Shown};
+pub use eds::eds;
 pub use error::{FileError, PackError};
 pub use file::{BlockFile, Form, read, write};
 pub(crate) use pack::Rounded;

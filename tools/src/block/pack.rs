@@ -127,11 +127,14 @@ fn write_gear<S: Word, L: BlockLaw<S>>(
     law: L,
     period_s: f64,
 ) -> Result<Option<String>, BlockError> {
-    writer.gear(&Gear::with_law(params, law), params)?;
-    match Inverse::of(params, law, period_s) {
-        Ok(_) => writer.inverse::<S>(params, period_s).map(|()| None),
-        Err(error) => Ok(Some(error.to_string())),
+    let gear = Gear::with_law(params, law);
+    writer.gear(&gear, params)?;
+    let inverse = Inverse::of(params, law, period_s);
+    if inverse.is_ok() {
+        writer.inverse::<S>(params, period_s)?;
     }
+    writer.self_test(&gear, inverse.as_ref().ok())?;
+    Ok(inverse.err().map(|error| error.to_string()))
 }
 
 /// Loads a block as a drive would: what the drive's numbers cannot hold shows here, the model itself was checked in `f64`.

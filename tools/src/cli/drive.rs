@@ -222,6 +222,7 @@ fn counters(diagnostics: &LinkDiagnostics) -> String {
         let _ = writeln!(text, "{name:<24}{count}");
     }
     let _ = writeln!(text, "{:<24}{}", "last fault", joint.last.name());
+    let _ = writeln!(text, "{:<24}{}", "self-test", joint.self_test.name());
     let _ = writeln!(text, "{:<24}{bound}", "bound while enabled");
     text
 }

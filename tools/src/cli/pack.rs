@@ -41,6 +41,9 @@ pub struct PackArgs {
     /// Rated deflection in rad (else the model's)
     #[arg(long, value_name = "RAD", value_parser = positive)]
     rated_deflection: Option<f64>,
+    /// Also write the object dictionary of the drive as an electronic data sheet for CANopen tools (CiA 306)
+    #[arg(long, value_name = "FILE.eds")]
+    eds: Option<PathBuf>,
     /// Where to write the block
     #[arg(short, long, value_name = "params.bin|.hex|.h")]
     output: PathBuf,
@@ -63,6 +66,7 @@ impl PackArgs {
     pub(super) fn run(&self, session: &Session) -> Result<(), Failure> {
         let form = Form::of(&self.output)?;
         Outputs::check(&self.output)?;
+        self.eds.as_deref().map_or(Ok(()), Outputs::check)?;
         let model = model::load(&self.model)?;
         let options = PackOptions {
             arithmetic: match self.scalar {
@@ -81,6 +85,11 @@ impl PackArgs {
 
         let mut outputs = Outputs::new();
         outputs.add(&self.output, |out| -> Result<(), Failure> { Ok(out.write_all(&bytes)?) })?;
+        if let Some(path) = &self.eds {
+            let name = path.file_name().map(|name| name.to_string_lossy()).unwrap_or_default();
+            let text = block::eds(&name);
+            outputs.add(path, |out| -> Result<(), Failure> { Ok(out.write_all(text.as_bytes())?) })?;
+        }
         outputs.commit()?;
         session.note(&format!(
             "block of gear \"{}\", {} bytes, CRC-32 {:#010x}",

@@ -3,6 +3,7 @@
 mod accuracy;
 mod c;
 mod c_program;
+mod canopen;
 mod cost;
 mod cycles;
 mod emulate;
@@ -59,6 +60,8 @@ enum Command {
     C,
     /// Export source for C, weigh it on the Cortex-M4F, check it by cppcheck and clang-tidy where they are installed; run the FMU in FMPy.
     Export,
+    /// Read and write the object dictionary of a simulated drive over a virtual CAN bus, by python canopen.
+    Canopen,
     /// Fit, pack and flash into emulated drives, compare their torques with the host's, cut their power while they store.
     EndToEnd {
         /// Power cuts in the middle of a write, at least.
@@ -111,6 +114,7 @@ fn run(arguments: Arguments) -> anyhow::Result<()> {
         Command::Size { overwrite } => size::run(&shell, overwrite),
         Command::C => c::run(&shell),
         Command::Export => export::run(&shell),
+        Command::Canopen => canopen::run(&shell),
         Command::EndToEnd { cuts, seed } => end_to_end::run(&shell, cuts, seed),
         Command::Fuzz { executions, seed } => fuzz::run(&shell, executions, seed),
         Command::RunImage { image } => emulate::run_image(&image),

@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 use std::time::Instant;
 
 use gmhm::block::{Block, BlockError, Parameters, ScalarKind, Scales};
+use gmhm::diagnostics::Diagnostics;
 use gmhm::link::{Compensation, Drive, Live};
 use gmhm::terms::compensated::CompensatedState;
 use gmhm::terms::{Compensated, Sample};
@@ -26,6 +27,7 @@ pub struct Machine {
     /// Whether the power stage is on.
     pub enabled: bool,
     compensation: Compensation,
+    diagnostics: Diagnostics,
     ticks: u32,
     loop_cost: u32,
     waiting_s: f64,
@@ -44,6 +46,7 @@ impl Default for Machine {
             running: None,
             enabled: false,
             compensation: Compensation::default(),
+            diagnostics: Diagnostics::default(),
             ticks: 0,
             loop_cost: 0,
             waiting_s: 0.0,
@@ -82,6 +85,7 @@ impl Machine {
             let sample = sample(self.ticks, running.scales.rated_deflection_rad);
             let began = Instant::now();
             running.gear.step(&mut running.state, &sample);
+            self.diagnostics.see_sample(&running.state.gear().status());
             self.loop_cost = u32::try_from(began.elapsed().as_nanos()).unwrap_or(u32::MAX);
         }
     }
@@ -102,7 +106,13 @@ impl Drive for Machine {
     }
 
     fn adopt(&mut self, block: Option<&Block<'_>>) -> Result<(), BlockError> {
-        let parameters = block.map(|block| Parameters::of_block(block, DEPTH)).transpose()?;
+        let parameters: Option<Parameters> = match block.map(|block| Parameters::of_block(block, DEPTH)) {
+            None => None,
+            Some(loaded) => {
+                self.diagnostics.see_load(loaded.as_ref().map(|parameters: &Parameters| parameters.self_test));
+                Some(loaded?)
+            }
+        };
         self.running = parameters.as_ref().and_then(|parameters| {
             let (gear, scales) = (parameters.compensated()?, parameters.scales?);
             let state = gear.start(&sample(0, scales.rated_deflection_rad));
@@ -119,6 +129,14 @@ impl Drive for Machine {
 
     fn set_compensation(&mut self, compensation: Compensation) {
         self.compensation = compensation;
+    }
+
+    fn diagnostics(&self) -> Diagnostics {
+        self.diagnostics
+    }
+
+    fn clear_diagnostics(&mut self) {
+        self.diagnostics.clear();
     }
 
     fn live(&self) -> Live {
