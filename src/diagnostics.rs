@@ -26,6 +26,8 @@ use crate::gear::Status;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 #[repr(u8)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Fault {
     /// Nothing yet.
     #[default]
@@ -81,6 +83,8 @@ impl Fault {
 /// The power-on self-test: golden samples of the block, computed anew when it was put in force.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(u8)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum SelfTest {
     /// No block, or one without samples.
     #[default]
@@ -119,6 +123,8 @@ impl SelfTest {
 
 /// Counters since they were cleared, and the last fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Diagnostics {
     /// Samples or demands that were refused.
     pub refused: u32,

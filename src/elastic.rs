@@ -4,6 +4,8 @@ use crate::scalar::Scalar;
 
 /// The elastic coefficients in SI units (paper, Table 2).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Elastic {
     /// c1, N·m/rad.
     pub c1_nm_per_rad: f64,

@@ -12,6 +12,8 @@ pub const LONGEST_PERIOD_S: f64 = 1e9;
 
 /// Torques at one sample: N·m for floats, fractions of the rated torque for fixed point.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Output<S> {
     /// T = f + z.
     pub torque: S,
@@ -24,6 +26,8 @@ pub struct Output<S> {
 /// What the last sample was.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Status {
     /// The deflection lies outside ±A, where the model is not calibrated: the gate is closed, the rest extrapolates.
     pub out_of_range: bool,
@@ -42,6 +46,8 @@ pub const AGREEING_SAMPLES: u32 = 3;
 
 /// A sample period that is no time.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct PeriodError {
     /// What it was, s.
     pub period_s: f64,

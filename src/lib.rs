@@ -29,9 +29,11 @@
 //! | `block` | [`block`], `terms`, `fixed` | `crc` |
 //! | `store` | [`store`], `block` | `embedded-storage` |
 //! | `link` | [`link`], `drive::lockstep`, `store` | `cobs` |
+//! | `lock` | access by key in [`link`] | `hmac`, `sha2` |
 //! | `drive` | drivers in [`drive`] | `embedded-hal` |
 //! | `full` | all of these | |
-//! | `defmt` | logs | `defmt` |
+//! | `serde` | plain types written and read | `serde` |
+//! | `defmt` | logs, plain types as their arguments | `defmt` |
 //!
 //! ```
 //! use gmhm::{Elastic, Gear, Memory, Params};
@@ -70,6 +72,7 @@ pub mod params;
 #[cfg(feature = "terms")]
 pub mod registry;
 pub mod scalar;
+mod sealed;
 #[cfg(feature = "store")]
 pub mod store;
 #[cfg(feature = "terms")]

@@ -6,6 +6,8 @@ use crate::elastic::Elastic;
 
 /// Which law the memory follows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Law {
     /// Quasi-static, any deflection path, return-point memory: Masing's rule on Rayleigh's loop.
     #[default]
@@ -18,6 +20,8 @@ pub enum Law {
 
 /// What the memory integral weighs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Kernel {
     /// −∫ α e^(−β(t−s)) θ ds, the sign that dissipates: what the paper fitted and published.
     #[default]
@@ -28,6 +32,8 @@ pub enum Kernel {
 
 /// The factor between the memory and the hysteresis torque.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Gate {
     /// z = g(θ)·m with g(θ) = √(1 − θ²/A²), the paper's abs(cos ωt).
     #[default]
@@ -38,6 +44,8 @@ pub enum Gate {
 
 /// The hysteresis memory: its law and its parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Memory {
     /// Which law.
     pub law: Law,
@@ -93,6 +101,9 @@ impl Memory {
 
 /// Why parameters were refused.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub enum ParamError {
     /// A value is NaN or infinite.
     NotFinite {
@@ -205,6 +216,8 @@ impl Gate {
 
 /// Checked parameters of one gear, SI units.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Params {
     rated_deflection_rad: f64,
     elastic: Elastic,

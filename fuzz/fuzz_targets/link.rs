@@ -1,8 +1,8 @@
 //! Whatever comes over the line: bytes of nobody, and requests with any fields, in their turn and out of it.
 #![no_main]
 
-use gmhm::block::{Block, BlockError, CRC, HEADER_BYTES, Header, Identity, ScalarKind, verify};
-use gmhm::link::{Answer, Compensation, Drive, Live, Port, Receiver, Request, Tag};
+use gmhm::block::{Block, BlockError, HEADER_BYTES, Header, Identity, ScalarKind, verify, crc32};
+use gmhm::link::{Answer, CompensationSetting, Drive, Live, Port, Receiver, Request, Tag};
 use gmhm::store::{RamFlash, Store};
 use libfuzzer_sys::fuzz_target;
 
@@ -13,7 +13,7 @@ const SLOT: usize = 128;
 struct Joint {
     block: Vec<u8>,
     enabled: bool,
-    compensation: Compensation,
+    compensation: CompensationSetting,
 }
 
 impl Drive for Joint {
@@ -27,10 +27,10 @@ impl Drive for Joint {
         self.block = block.map_or(Vec::new(), |block| block.bytes().to_vec());
         Ok(())
     }
-    fn compensation(&self) -> Compensation {
+    fn compensation(&self) -> CompensationSetting {
         self.compensation
     }
-    fn set_compensation(&mut self, compensation: Compensation) {
+    fn set_compensation(&mut self, compensation: CompensationSetting) {
         assert!((0.0..=1.0).contains(&compensation.gain_ratio));
         self.compensation = compensation;
     }
@@ -45,7 +45,7 @@ fn block(sequence: u32) -> [u8; HEADER_BYTES + 4] {
     let header = Header { length, sequence, ..Header::new(Identity::NONE, ScalarKind::F32) };
     let mut bytes = [0; HEADER_BYTES + 4];
     bytes[..HEADER_BYTES].copy_from_slice(&header.encode());
-    let crc = CRC.checksum(&bytes[..HEADER_BYTES]);
+    let crc = crc32(&bytes[..HEADER_BYTES]);
     bytes[HEADER_BYTES..].copy_from_slice(&crc.to_le_bytes());
     bytes
 }

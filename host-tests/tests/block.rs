@@ -6,8 +6,8 @@ use std::collections::BTreeSet;
 use std::fmt::Debug;
 
 use gmhm::block::{
-    BlockError, BlockLaw, CRC, GEAR, Header, INVERSE, Identity, JOINT, Joint, MASING, PHASE, Parameters, RECORDS,
-    SELF_TEST, ScalarKind, Scales, TIME, Writer, stamp, verify, verify_first,
+    BlockError, BlockLaw, GEAR, Header, INVERSE, Identity, JOINT, Joint, MASING, PHASE, Parameters, RECORDS, SELF_TEST,
+    ScalarKind, Scales, TIME, Writer, crc32, stamp, verify, verify_first,
 };
 use gmhm::memory::masing::Masing;
 use gmhm::memory::time::Time;
@@ -48,7 +48,7 @@ fn sealed(mut bytes: Vec<u8>) -> Vec<u8> {
     let length = (bytes.len() as u32).to_le_bytes();
     bytes[8..12].copy_from_slice(&length);
     let end = bytes.len() - 4;
-    let crc = CRC.checksum(&bytes[..end]).to_le_bytes();
+    let crc = crc32(&bytes[..end]).to_le_bytes();
     bytes[end..].copy_from_slice(&crc);
     bytes
 }

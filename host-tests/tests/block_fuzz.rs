@@ -6,7 +6,7 @@
 
 use std::collections::BTreeMap;
 
-use gmhm::block::{BlockError, BlockLaw, CRC, CheckedTerms, HEADER_BYTES, Parameters, TermStack, Word, verify_first};
+use gmhm::block::{BlockError, BlockLaw, CheckedTerms, HEADER_BYTES, Parameters, TermStack, Word, crc32, verify_first};
 use gmhm::inverse::MOST_STEPS;
 use gmhm::memory::AnyLaw;
 use gmhm::memory::masing::Masing;
@@ -68,7 +68,7 @@ fn seal(block: &mut [u8]) {
     block[8..12].copy_from_slice(&length.to_le_bytes());
     block[40..42].copy_from_slice(&count.to_le_bytes());
     let end = block.len() - 4;
-    let crc = CRC.checksum(&block[..end]).to_le_bytes();
+    let crc = crc32(&block[..end]).to_le_bytes();
     block[end..].copy_from_slice(&crc);
 }
 

@@ -196,7 +196,7 @@ fn every_refusal_is_reached_and_changes_nothing() {
 
     // Commands and versions that are not known, payloads of another length.
     for (body, refusal) in [
-        ([1, 16, 0, 0, 0, 0, 0, 0, 0, 0].as_slice(), Refusal::Command),
+        ([1, 17, 0, 0, 0, 0, 0, 0, 0, 0].as_slice(), Refusal::Command),
         (&[2, 7, 0, 0, 0, 0, 0, 0, 0, 0], Refusal::Command),
         (&[1, 7, 0, 0, 0, 0, 0, 0, 0, 0, 0], Refusal::Payload),
         (&[1, 9, 0, 0, 0, 0, 0, 0, 0, 0, 0], Refusal::Payload),
@@ -212,8 +212,8 @@ fn every_refusal_is_reached_and_changes_nothing() {
         assert!(answers(&mut port, &mut drive, &gmhm::link::frame::encode(body)).is_empty());
     }
     let missing: Vec<_> = Refusal::ALL.iter().filter(|refusal| !reached.contains(refusal)).collect();
-    // A flash that fails is met where power is cut, the last two among plausible changes.
-    assert_eq!(missing, [&Refusal::Flash, &Refusal::ReadBack, &Refusal::Bound, &Refusal::Busy]);
+    // A flash that fails is met where power is cut, the next two among plausible changes, the last with a lock.
+    assert_eq!(missing, [&Refusal::Flash, &Refusal::ReadBack, &Refusal::Bound, &Refusal::Busy, &Refusal::Locked]);
 }
 
 #[test]

@@ -156,7 +156,7 @@ proptest! {
         words in prop::array::uniform8(any::<u32>()),
         bytes in prop::collection::vec(any::<u8>(), 0..=MOST_BYTES),
         flags in prop::array::uniform4(any::<bool>()),
-        number in 1_u8..=23,
+        number in 1_u8..=24,
     ) {
         let [a, b, c, d, e, f, g, h] = words;
         let [on, ..] = flags;
@@ -191,6 +191,7 @@ proptest! {
             format_version: d as u16,
             scalar: ScalarKind::F32,
             stack_depth: e as u16,
+            challenge: on.then_some([number; 16]),
         };
         let status = Status {
             origin: [Origin::Nowhere, Origin::Stored, Origin::Trial][c as usize % 3],

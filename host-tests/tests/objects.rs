@@ -9,7 +9,7 @@ use gmhm::block::{BlockError, Header, Identity, Joint, ScalarKind, Writer, verif
 use gmhm::link::objects::{Abort, Access, DataType, OBJECTS, STAGE, object};
 use gmhm::link::sdo::CanData;
 use gmhm::link::server::{FADE_MS, SESSION_MS, TRIAL_MS};
-use gmhm::link::{Answer, Origin, Refusal, Request, SdoServer, Server, Tag};
+use gmhm::link::{Answer, Asked, Origin, Refusal, Request, SdoServer, Server, Tag};
 use gmhm::{Gear, Params};
 use proptest::prelude::*;
 
@@ -155,7 +155,7 @@ fn a_block_goes_its_way_over_objects() {
 fn a_bus_and_a_serial_host_do_not_change_things_at_once() {
     let (mut server, mut drive) = bench(&[&block(1)]);
     server.elapse(1, &mut drive);
-    let identified = server.answer(Ok(Request::Identify), Tag::default(), &mut drive, &mut [0; 128]);
+    let identified = server.answer(&Asked::plain(Request::Identify, Tag::default()), &mut drive, &mut [0; 128]);
     assert!(matches!(identified, Answer::Identified(_)));
     let ratio = 0.5_f32.to_le_bytes();
     let busy = Abort(Refusal::Busy.abort_code());

@@ -7,6 +7,8 @@ use crate::terms::{TermError, kind_of_tag};
 
 /// A block was refused; nothing was changed. [`code`](Self::code) is what a drive tells of it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub enum BlockError {
     /// Fewer or more bytes than the header says.
     Length {

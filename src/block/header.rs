@@ -16,6 +16,8 @@ pub(super) const SEQUENCE_AT: usize = 12;
 
 /// Which gear a block is for: up to 16 bytes of UTF-8, zero-padded. Empty is no identity.
 #[derive(Clone, Copy, PartialEq, Eq, Default, Hash)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Identity([u8; 16]);
 
 impl Identity {
@@ -78,6 +80,8 @@ impl fmt::Debug for Identity {
 
 /// What torques are counted in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum TorqueUnit {
     /// N·m.
     #[default]
@@ -88,6 +92,8 @@ pub enum TorqueUnit {
 
 /// The header of a block.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Header {
     /// All bytes of the block, header and CRC-32 included.
     pub length: u32,

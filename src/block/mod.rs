@@ -61,6 +61,13 @@ pub use term::TermRecord;
 pub use word::{ScalarKind, Word};
 pub use write::{Writer, stamp};
 
-/// The check of blocks and of the link's frames: CRC-32/ISO-HDLC (polynomial 0x04C11DB7, reflected, initially and finally inverted; "123456789" gives
-/// 0xCBF43926).
-pub const CRC: crc::Crc<u32, crc::NoTable> = crc::Crc::<u32, crc::NoTable>::new(&crc::CRC_32_ISO_HDLC);
+pub(crate) const CRC: crc::Crc<u32, crc::NoTable> = crc::Crc::<u32, crc::NoTable>::new(&crc::CRC_32_ISO_HDLC);
+
+/// The check of blocks and of the link's frames: CRC-32/ISO-HDLC (polynomial 0x04C11DB7, reflected, initially and finally inverted).
+///
+/// ```
+/// assert_eq!(gmhm::block::crc32(b"123456789"), 0xCBF4_3926);
+/// ```
+pub const fn crc32(bytes: &[u8]) -> u32 {
+    CRC.checksum(bytes)
+}

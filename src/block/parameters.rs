@@ -21,6 +21,8 @@ use crate::terms::{Compensated, Setting, Side, Stack, TermError};
 
 /// The joint that the gear sits in.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Joint {
     /// N, negative where the gear reverses; `None` where not stated.
     pub ratio: Option<f64>,
@@ -75,6 +77,8 @@ fn fraction(ratio: f64) -> Option<(u32, u32)> {
 
 /// Torques of a block in another unit than the firmware's.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct TorqueUnitError {
     /// That of the block.
     pub found: TorqueUnit,
@@ -93,6 +97,8 @@ impl core::error::Error for TorqueUnitError {}
 
 /// A and T_A in SI units, also where samples enter as fractions of them.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Scales {
     /// A, rad.
     pub rated_deflection_rad: f64,
@@ -226,7 +232,7 @@ impl<const K: usize> Parameters<f32, AnyLaw<f32>, Stack<f32, K>> {
 }
 
 /// Where the terms of a block go.
-pub trait TermStack: Sized {
+pub trait TermStack: Sized + crate::sealed::Sealed {
     /// No terms yet; T_base is that of a gear, or gravity and inertia without one.
     fn empty(setting: Setting<f32>, has_gear: bool) -> Self;
 

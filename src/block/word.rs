@@ -5,6 +5,8 @@ use crate::scalar::fixed::{Fixed, Gain};
 
 /// The arithmetic that a block's words are made for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum ScalarKind {
     /// IEEE 754 single precision.
     F32,

@@ -26,6 +26,8 @@ pub const TOP_SPEED_RAD_PER_S: f64 = 1e4;
 
 /// What a servo is tuned to.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Gains {
     /// Δ > 0, s.
     pub period_s: f64,
@@ -43,6 +45,8 @@ pub struct Gains {
 
 /// A gain that is none.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct GainsError {
     /// Its field in [`Gains`].
     pub gain: &'static str,

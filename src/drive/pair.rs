@@ -79,6 +79,8 @@ impl FromCounts for Fixed {
 
 /// An encoder as it is mounted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Mounting {
     /// Counts of one turn of its shaft.
     pub counts_per_turn: u32,
@@ -88,6 +90,8 @@ pub struct Mounting {
 
 /// Two encoders on a gear.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Setup {
     /// On the motor.
     pub motor: Mounting,
@@ -104,6 +108,8 @@ pub struct Setup {
 /// Why two encoders do not make a deflection.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub enum SetupError {
     /// An encoder without counts, or beyond 2^30 a turn.
     Counts,

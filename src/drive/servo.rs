@@ -15,6 +15,8 @@ use crate::scalar::Float;
 
 /// What a servo is set to.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct ServoSetup {
     /// The encoders and the ratio between them.
     pub encoders: Setup,
@@ -28,6 +30,9 @@ pub struct ServoSetup {
 
 /// Why there is no servo.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub enum ServoError {
     /// The encoders do not go together.
     Encoders(SetupError),
@@ -69,6 +74,8 @@ impl From<FeedForwardError> for ServoError {
 
 /// What a period is asked for.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Reference<S> {
     /// q_o* in reference counts over all turns.
     pub counts: i64,

@@ -70,6 +70,8 @@ use settings::Steps;
 
 /// What the memory follows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Source {
     /// The torque reference.
     #[default]
@@ -80,6 +82,8 @@ pub enum Source {
 
 /// What may be changed from one period to the next.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Controls<S> {
     /// Off, the contribution fades to nothing; the memory goes on.
     pub on: bool,
@@ -98,6 +102,8 @@ impl<S: Scalar> Default for Controls<S> {
 
 /// What a period brings.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Demand<S> {
     /// T*, the torque that the gear shall carry: N·m for floats, a fraction of the rated torque for fixed point.
     pub torque: S,
@@ -107,6 +113,8 @@ pub struct Demand<S> {
 
 /// What is fed forward in a period, and why that much.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Contribution<S> {
     /// The share of θ* to add to the output's reference: rad for floats, a fraction of the rated deflection for fixed point. [`MotorSide`] brings it to the motor.
     pub offset: S,

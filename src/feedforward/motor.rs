@@ -12,6 +12,8 @@ use crate::scalar::Float;
 
 /// How counts of the output's reference become counts of the motor.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct MotorEncoder {
     /// Counts of a turn of the motor.
     pub counts_per_turn: u32,

@@ -8,6 +8,8 @@ use crate::scalar::Scalar;
 
 /// What the feed-forward of a joint is set to.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Settings {
     /// Δ, the control period, s.
     pub period_s: f64,
@@ -37,6 +39,9 @@ impl Default for Settings {
 
 /// Why there is no feed-forward.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub enum FeedForwardError {
     /// A setting must be greater than zero, times finite.
     Setting {

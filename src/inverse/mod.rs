@@ -109,6 +109,8 @@ pub struct SearchNumbers<S> {
 
 /// A deflection for a torque.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Solution<S> {
     /// θ*, input units of the gear: rad for floats.
     pub theta: S,

@@ -11,6 +11,9 @@ use crate::scalar::Scalar;
 
 /// Why there is no inverse.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub enum InverseError {
     /// The torque need not increase with the deflection even about θ = 0: the memory is too strong for the spring.
     NoRange {

@@ -6,21 +6,23 @@ use crate::diagnostics::Diagnostics;
 
 /// The compensation as a host has set it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Compensation {
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct CompensationSetting {
     /// Whether it is on.
     pub on: bool,
     /// The share of the contribution, 0 to 1.
     pub gain_ratio: f32,
 }
 
-impl Default for Compensation {
+impl Default for CompensationSetting {
     /// Off, and whole once it is on.
     fn default() -> Self {
         Self { on: false, gain_ratio: 1.0 }
     }
 }
 
-impl Compensation {
+impl CompensationSetting {
     /// What it makes of a contribution: the share while it is on, else 0.
     pub fn of(&self, contribution: f32) -> f32 {
         if self.on { self.gain_ratio * contribution } else { 0.0 }
@@ -47,10 +49,10 @@ pub trait Drive {
     fn adopt(&mut self, block: Option<&Block<'_>>) -> Result<(), BlockError>;
 
     /// The compensation.
-    fn compensation(&self) -> Compensation;
+    fn compensation(&self) -> CompensationSetting;
 
     /// Sets the compensation; the gain ratio lies between 0 and 1.
-    fn set_compensation(&mut self, compensation: Compensation);
+    fn set_compensation(&mut self, compensation: CompensationSetting);
 
     /// What it measures and computes.
     fn live(&self) -> Live;

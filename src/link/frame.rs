@@ -6,7 +6,7 @@ use heapless::Vec;
 use crate::block::CRC;
 
 /// The most bytes of a body.
-pub const MOST_BODY: usize = 148;
+pub const MOST_BODY: usize = 164;
 
 const CRC_BYTES: usize = 4;
 
@@ -39,6 +39,8 @@ pub fn encode(body: &[u8]) -> Frame {
 
 /// What came over the line so far; the counters stop at `u32::MAX`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct LineCounts {
     /// Bodies whose CRC-32 was right.
     pub frames: u32,

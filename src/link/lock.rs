@@ -13,10 +13,10 @@ use core::fmt;
 use hmac::{Hmac, KeyInit, Mac};
 use sha2::Sha256;
 
+pub use super::message::PROOF_BYTES;
+
 /// Bytes of a key.
 pub const KEY_BYTES: usize = 32;
-/// Bytes of a challenge and of a proof.
-pub const PROOF_BYTES: usize = 16;
 
 /// A key, the same in drive and host.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -45,8 +45,7 @@ impl Key {
 
     /// Whether a proof is that of a body, in a time that does not depend on where it differs.
     pub fn proves(&self, challenge: &Proof, body: &[u8], proof: &Proof) -> bool {
-        self.of_parts(&[b"gmhm request", challenge, body])
-            .is_some_and(|code| code.verify_truncated_left(proof).is_ok())
+        self.of_parts(&[b"gmhm request", challenge, body]).is_some_and(|code| code.verify_truncated_left(proof).is_ok())
     }
 
     fn first_bytes(&self, parts: &[&[u8]]) -> Proof {

@@ -17,14 +17,23 @@ pub const SAVE: u32 = u32::from_le_bytes(*b"save");
 /// What [`Request::RollBack`] must carry: "load", as object 1011h of CANopen.
 pub const LOAD: u32 = u32::from_le_bytes(*b"load");
 
-// The longest body: version, command, tag, refusal, detail, offset, bytes.
+/// Bytes of a proof at the end of a body: see `docs/link.md`, access.
+pub const PROOF_BYTES: usize = 16;
+
+// The longest bodies: version, command, tag, refusal, detail, offset, bytes; version, command, tag, offset, bytes, proof.
 const _: () = assert!(2 + 8 + 3 + 4 + MOST_BYTES <= frame::MOST_BODY);
+const _: () = assert!(2 + 8 + 4 + MOST_BYTES + PROOF_BYTES <= frame::MOST_BODY);
 
 /// Set in the command of an answer, so that a line which echoes is not taken for a drive.
 const ANSWER: u8 = 0x80;
 
+/// Set in the command of a request whose body ends with a proof.
+const PROVEN: u8 = 0x40;
+
 /// Which request this is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Tag {
     /// The session, as [`Identified::session`] has opened it. Free in requests that change nothing.
     pub session: u32,
@@ -134,7 +143,21 @@ impl<'a> Request<'a> {
 
     /// Its frame. Bytes beyond [`MOST_BYTES`] are left out.
     pub fn encode(&self, tag: Tag) -> Frame {
-        let mut pen = Pen::new(self.command(), tag);
+        frame::encode(&self.body(self.command(), tag))
+    }
+
+    /// Its frame with the proof that the host knows the key of a drive with this challenge.
+    #[cfg(feature = "lock")]
+    pub fn encode_proven(&self, tag: Tag, key: &super::lock::Key, challenge: &[u8; PROOF_BYTES]) -> Frame {
+        let mut body = self.body(self.command() | PROVEN, tag);
+        let proof = key.prove(challenge, &body);
+        // There is room: the longest body was counted with it.
+        let _ = body.extend_from_slice(&proof);
+        frame::encode(&body)
+    }
+
+    fn body(&self, command: u8, tag: Tag) -> Body {
+        let mut pen = Pen::new(command, tag);
         match *self {
             Self::Identify | Self::Status | Self::Live | Self::Try | Self::Revert => {}
             Self::Diagnostics | Self::ClearDiagnostics | Self::Close => {}
@@ -146,16 +169,17 @@ impl<'a> Request<'a> {
             Self::Compensate { on } => pen.u8(u8::from(on)).end(),
             Self::Gain { ratio } | Self::Bound { share: ratio } => pen.u32(ratio.to_bits()).end(),
         }
-        frame::encode(&pen.body)
+        pen.body
     }
 
-    /// The request of a body: its command, its tag, and what it asks. `None` where it is no request at all.
+    /// The request of a body without a proof: its command, its tag, and what it asks. `None` where it is no request at all.
     pub fn decode(body: &'a [u8]) -> Option<(u8, Tag, Result<Self, Refusal>)> {
         let mut fields = Fields(body);
         let (version, command, tag) = (fields.u8()?, fields.u8()?, fields.tag()?);
         if command & ANSWER != 0 {
             return None;
         }
+        let command = command & !PROVEN;
         if version != VERSION {
             return Some((command, tag, Err(Refusal::Command)));
         }
@@ -167,8 +191,38 @@ impl<'a> Request<'a> {
     }
 }
 
+/// A request as it comes to a drive.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Asked<'a> {
+    /// The number of its command.
+    pub command: u8,
+    /// Which request it is.
+    pub tag: Tag,
+    /// What it asks, or why that is not understood.
+    pub request: Result<Request<'a>, Refusal>,
+    /// The bytes that its proof is about, and the proof.
+    pub proof: Option<(&'a [u8], &'a [u8; PROOF_BYTES])>,
+}
+
+impl<'a> Asked<'a> {
+    /// A request without a proof.
+    pub const fn plain(request: Request<'a>, tag: Tag) -> Self {
+        Self { command: request.command(), tag, request: Ok(request), proof: None }
+    }
+
+    /// The request of a body. `None` where it is no request at all.
+    pub fn of_body(body: &'a [u8]) -> Option<Self> {
+        let is_proven = body.get(1).is_some_and(|command| command & (ANSWER | PROVEN) == PROVEN);
+        let proof = if is_proven { Some(body.split_last_chunk()?) } else { None };
+        let (command, tag, request) = Request::decode(proof.map_or(body, |(body, _)| body))?;
+        Some(Self { command, tag, request, proof })
+    }
+}
+
 /// Where the parameters in force come from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Origin {
     /// There are none.
     #[default]
@@ -181,6 +235,8 @@ pub enum Origin {
 
 /// Who a drive is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Identified {
     /// The session that is open from here on.
     pub session: u32,
@@ -194,10 +250,14 @@ pub struct Identified {
     pub scalar: ScalarKind,
     /// Turning points that it has room for.
     pub stack_depth: u16,
+    /// What proofs of this session are made with; `None` where the drive is open to anyone.
+    pub challenge: Option<[u8; PROOF_BYTES]>,
 }
 
 /// What is in force.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Status {
     /// Where it comes from.
     pub origin: Origin,
@@ -221,6 +281,8 @@ pub struct Status {
 
 /// What a drive measures and computes, SI units.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Live {
     /// θ, rad.
     pub deflection_rad: f32,
@@ -244,6 +306,8 @@ pub struct Live {
 
 /// What has gone wrong since power-up or since it was cleared.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct LinkDiagnostics {
     /// On the control path.
     pub joint: Diagnostics,
@@ -305,6 +369,8 @@ impl<'a> Answer<'a> {
                 .u16(it.format_version)
                 .bytes(&it.scalar.bytes())
                 .u16(it.stack_depth)
+                .u8(u8::from(it.challenge.is_some()))
+                .bytes(&it.challenge.unwrap_or_default())
                 .end(),
             Self::Status(it) => pen
                 .u8(it.origin as u8)
@@ -471,6 +537,11 @@ impl<'a> Fields<'a> {
                 format_version: self.u16()?,
                 scalar: ScalarKind::of(self.chunk()?)?,
                 stack_depth: self.u16()?,
+                challenge: {
+                    let is_locked = self.bool()?;
+                    let challenge = self.chunk()?;
+                    is_locked.then_some(challenge)
+                },
             }),
             2 => Answer::Status(Status {
                 origin: match self.u8()? {

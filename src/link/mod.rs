@@ -6,6 +6,7 @@
 //! |---|---|
 //! | [`frame`] | bytes on the line to bodies and back |
 //! | [`message`] | bodies to requests and answers and back |
+//! | `lock` | access by key, with the feature `lock` |
 //! | [`refusal`] | why a request was refused, and its CANopen abort code |
 //! | [`drive`] | what the link asks of a drive |
 //! | [`server`] | the drive's end, whatever carries requests: a [`Server`] over a [`Store`](crate::store::Store) and a [`Drive`] |
@@ -19,6 +20,8 @@
 
 pub mod drive;
 pub mod frame;
+#[cfg(feature = "lock")]
+pub mod lock;
 pub mod message;
 pub mod objects;
 pub mod port;
@@ -27,9 +30,9 @@ pub mod refusal;
 pub mod sdo;
 pub mod server;
 
-pub use drive::{Compensation, Drive};
+pub use drive::{CompensationSetting, Drive};
 pub use frame::{Frame, LineCounts, Receiver};
-pub use message::{Answer, Identified, LinkDiagnostics, Live, Origin, Request, Status, Tag};
+pub use message::{Answer, Asked, Identified, LinkDiagnostics, Live, Origin, Request, Status, Tag};
 pub use port::Port;
 pub use refusal::{Refusal, Refused};
 pub use sdo::SdoServer;

@@ -23,6 +23,7 @@ pub const IN_FORCE: (u16, u8) = (0x2005, 1);
 /// What a value is, by its data type of CiA 301.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u16)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum DataType {
     /// One byte.
     Unsigned8 = 0x05,
@@ -57,6 +58,8 @@ impl DataType {
 
 /// Who may do what.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Access {
     /// It is read.
     ReadOnly,
@@ -68,6 +71,7 @@ pub enum Access {
 
 /// An entry of the dictionary.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Object {
     /// Its index.
     pub index: u16,
@@ -167,6 +171,8 @@ pub fn record_name(index: u16) -> &'static str {
 
 /// Why a transfer is aborted: an SDO abort code of CiA 301.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Abort(pub u32);
 
 impl Abort {

@@ -4,7 +4,7 @@ use embedded_storage::nor_flash::NorFlash;
 
 use super::drive::Drive;
 use super::frame::{Frame, Receiver};
-use super::message::{Answer, LinkDiagnostics, MOST_BYTES, Request};
+use super::message::{Answer, Asked, LinkDiagnostics, MOST_BYTES, Request};
 use super::server::Server;
 use crate::store::{Entry, Store};
 
@@ -22,6 +22,13 @@ impl<F: NorFlash, const ROOM: usize> Port<F, ROOM> {
         Self { receiver: Receiver::new(), server: Server::new(store, nonce) }
     }
 
+    /// [`Server::with_lock`].
+    #[cfg(feature = "lock")]
+    #[must_use]
+    pub fn with_lock(self, key: super::lock::Key, entropy: [u8; super::lock::PROOF_BYTES]) -> Self {
+        Self { server: self.server.with_lock(key, entropy), ..self }
+    }
+
     /// [`Server::boot`].
     pub fn boot(&mut self, drive: &mut impl Drive) -> Option<Entry> {
         self.server.boot(drive)
@@ -30,9 +37,10 @@ impl<F: NorFlash, const ROOM: usize> Port<F, ROOM> {
     /// Takes bytes from the line and hands back the frames that answer them.
     pub fn receive(&mut self, bytes: &[u8], drive: &mut impl Drive, mut send: impl FnMut(&Frame)) {
         for byte in bytes {
-            let Some((command, tag, request)) = self.receiver.feed(*byte).and_then(Request::decode) else { continue };
+            let Some(asked) = self.receiver.feed(*byte).and_then(Asked::of_body) else { continue };
+            let (command, tag) = (asked.command, asked.tag);
             let mut bytes = [0; MOST_BYTES];
-            let answer = match self.server.answer(request, tag, drive, &mut bytes) {
+            let answer = match self.server.answer(&asked, drive, &mut bytes) {
                 Answer::Diagnostics(it) => Answer::Diagnostics(LinkDiagnostics { line: self.receiver.counts(), ..it }),
                 Answer::Done if matches!(command, CLEAR) => {
                     self.receiver.clear_counts();

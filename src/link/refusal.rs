@@ -5,6 +5,9 @@ use core::fmt;
 /// The reason. Its number goes over the line; [`abort_code`](Self::abort_code) is what a CANopen drive answers for it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum Refusal {
     /// No such command, or a version of the protocol that is not spoken.
     Command = 1,
@@ -52,11 +55,13 @@ pub enum Refusal {
     Bound = 22,
     /// Another host has a session open.
     Busy = 23,
+    /// The drive has a key, and the request lacks the proof that its host knows it.
+    Locked = 24,
 }
 
 impl Refusal {
     /// All of them.
-    pub const ALL: [Self; 23] = [
+    pub const ALL: [Self; 24] = [
         Self::Command,
         Self::Payload,
         Self::Session,
@@ -80,6 +85,7 @@ impl Refusal {
         Self::NoParameters,
         Self::Bound,
         Self::Busy,
+        Self::Locked,
     ];
 
     /// Its number.
@@ -113,6 +119,7 @@ impl Refusal {
             Self::ReadBack => 0x0800_0000,
             Self::NothingBefore => 0x0602_0000,
             Self::Value | Self::Bound => 0x0609_0030,
+            Self::Locked => 0x0601_0000,
         }
     }
 }
@@ -142,6 +149,7 @@ impl fmt::Display for Refusal {
             Self::NotOnTrial => "no parameters are on trial",
             Self::NoParameters => "no parameters are in force",
             Self::Bound => "the drive is enabled, and the parameters are too far from those in force",
+            Self::Locked => "the drive has a key, and the request does not prove that its host knows it",
             Self::Busy => "another host has a session open: wait until it has been silent for a while",
         })
     }
@@ -151,6 +159,8 @@ impl core::error::Error for Refusal {}
 
 /// A refusal as it goes over the line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Refused {
     /// Why.
     pub refusal: Refusal,

@@ -2,8 +2,12 @@
 
 use embedded_storage::nor_flash::NorFlash;
 
-use super::drive::{Compensation, Drive};
-use super::message::{Answer, Identified, LOAD, LinkDiagnostics, MOST_BYTES, Origin, Request, SAVE, Status, Tag};
+use super::drive::{CompensationSetting, Drive};
+#[cfg(feature = "lock")]
+use super::lock::Key;
+use super::message::{
+    Answer, Asked, Identified, LOAD, LinkDiagnostics, MOST_BYTES, Origin, PROOF_BYTES, Request, SAVE, Status, Tag,
+};
 use super::rating::Rating;
 use super::refusal::{Refusal, Refused};
 use crate::block::{BlockError, FORMAT_VERSION, Header, Identity, verify};
@@ -66,6 +70,16 @@ pub struct Server<F, const ROOM: usize> {
     rating: Option<Rating>,
     refused_requests: u32,
     expired_trials: u32,
+    #[cfg(feature = "lock")]
+    lock: Option<Lock>,
+}
+
+/// The key, and what makes the challenges of this power-up.
+#[cfg(feature = "lock")]
+#[derive(Debug, Clone, Copy)]
+struct Lock {
+    key: Key,
+    entropy: [u8; PROOF_BYTES],
 }
 
 impl<F: NorFlash, const ROOM: usize> Server<F, ROOM> {
@@ -86,7 +100,41 @@ impl<F: NorFlash, const ROOM: usize> Server<F, ROOM> {
             rating: None,
             refused_requests: 0,
             expired_trials: 0,
+            #[cfg(feature = "lock")]
+            lock: None,
         }
+    }
+
+    /// The same, open to hosts only that know a key. `entropy` must differ from one power-up to the next: random numbers, or a counter that is stored.
+    #[cfg(feature = "lock")]
+    #[must_use]
+    pub fn with_lock(self, key: Key, entropy: [u8; PROOF_BYTES]) -> Self {
+        Self { lock: Some(Lock { key, entropy }), ..self }
+    }
+
+    /// The challenge of the session; `None` without a lock.
+    #[cfg(feature = "lock")]
+    fn challenge(&self) -> Option<[u8; PROOF_BYTES]> {
+        self.lock.map(|lock| lock.key.challenge(&lock.entropy, self.session))
+    }
+
+    #[cfg(not(feature = "lock"))]
+    fn challenge(&self) -> Option<[u8; PROOF_BYTES]> {
+        None
+    }
+
+    /// Whether a request that changes something comes from a host that knows the key. One that does not takes no turn.
+    #[cfg(feature = "lock")]
+    fn check_proof(&self, asked: &Asked<'_>) -> Result<(), Refusal> {
+        let Some((lock, challenge)) = self.lock.zip(self.challenge()) else { return Ok(()) };
+        let is_proven = asked.proof.is_some_and(|(body, proof)| lock.key.proves(&challenge, body, proof));
+        // Before a session was opened, its challenge is not known to anyone.
+        if is_proven && self.next_turn.is_some() { Ok(()) } else { Err(Refusal::Locked) }
+    }
+
+    #[cfg(not(feature = "lock"))]
+    fn check_proof(&self, _: &Asked<'_>) -> Result<(), Refusal> {
+        Ok(())
     }
 
     /// Puts the newest stored block in force that can be loaded, and says which.
@@ -111,14 +159,15 @@ impl<F: NorFlash, const ROOM: usize> Server<F, ROOM> {
     /// Answers a request of a session, or what was none. The answer to [`Request::Read`] lies in `bytes`. The counters of the line are for the line to fill in.
     pub fn answer<'b>(
         &mut self,
-        request: Result<Request<'_>, Refusal>,
-        tag: Tag,
+        asked: &Asked<'_>,
         drive: &mut impl Drive,
         bytes: &'b mut [u8; MOST_BYTES],
     ) -> Answer<'b> {
+        let tag = asked.tag;
         self.hear(tag);
-        let answer = request.map_err(Refused::from).and_then(|request| {
+        let answer = asked.request.map_err(Refused::from).and_then(|request| {
             if request.changes() {
+                self.check_proof(asked)?;
                 self.admit(tag)?;
             }
             if request == Request::Identify {
@@ -156,13 +205,13 @@ impl<F: NorFlash, const ROOM: usize> Server<F, ROOM> {
                 if on && matches!(self.in_force, InForce::Nothing) {
                     return Err(Refusal::NoParameters.into());
                 }
-                drive.set_compensation(Compensation { on, ..drive.compensation() });
+                drive.set_compensation(CompensationSetting { on, ..drive.compensation() });
             }
             Request::Gain { ratio } => {
                 if !(0.0..=1.0).contains(&ratio) {
                     return Err(Refusal::Value.into());
                 }
-                drive.set_compensation(Compensation { gain_ratio: ratio, ..drive.compensation() });
+                drive.set_compensation(CompensationSetting { gain_ratio: ratio, ..drive.compensation() });
             }
             Request::Close => self.next_turn = None,
             Request::Diagnostics => return Ok(Answer::Diagnostics(self.diagnostics(drive))),
@@ -205,6 +254,10 @@ impl<F: NorFlash, const ROOM: usize> Server<F, ROOM> {
     /// Whether a bus may change anything: not while a host of the serial link has a session open.
     pub(super) fn admit_bus(&mut self) -> Result<(), Refusal> {
         self.hear_bus();
+        // A bus carries no proofs.
+        if self.challenge().is_some() {
+            return Err(Refusal::Locked);
+        }
         if self.next_turn.is_some() && self.is_held() { Err(Refusal::Busy) } else { Ok(()) }
     }
 
@@ -234,7 +287,7 @@ impl<F: NorFlash, const ROOM: usize> Server<F, ROOM> {
         }
         let compensation = drive.compensation();
         if compensation.on {
-            drive.set_compensation(Compensation { on: false, ..compensation });
+            drive.set_compensation(CompensationSetting { on: false, ..compensation });
             self.reverts_after_ms = silent_ms.saturating_add(FADE_MS);
             return;
         }
@@ -271,6 +324,7 @@ impl<F: NorFlash, const ROOM: usize> Server<F, ROOM> {
             format_version: FORMAT_VERSION,
             scalar,
             stack_depth,
+            challenge: self.challenge(),
         })
     }
 

@@ -38,7 +38,7 @@ pub trait VaryingPeriod<S: Float>: MemoryLaw<S> {
 }
 
 /// A memory law with its coefficients; its state is apart, so that one set of coefficients serves many gears of a kind.
-pub trait MemoryLaw<S: Scalar>: Copy {
+pub trait MemoryLaw<S: Scalar>: Copy + crate::sealed::Sealed {
     /// What the law remembers, with room for `N` turning points.
     type State<const N: usize>: Clone;
 

@@ -28,6 +28,7 @@ pub trait Scalar:
     + Sub<Output = Self>
     + Mul<Output = Self>
     + Neg<Output = Self>
+    + crate::sealed::Sealed
     + 'static
 {
     /// 0.

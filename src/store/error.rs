@@ -4,6 +4,9 @@ use core::fmt;
 
 /// The two ranges cannot be slots.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum PlaceError {
     /// A slot is empty, or not made of whole erase sectors.
     Sectors {
@@ -33,6 +36,7 @@ impl core::error::Error for PlaceError {}
 
 /// A block was not stored, or not rolled back.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum StoreError<E> {
     /// The flash failed.
     Flash(E),

@@ -53,6 +53,8 @@ pub const fn is_newer(a: u32, b: u32) -> bool {
 
 /// One of the two places.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Slot {
     /// The first.
     A,
@@ -72,6 +74,8 @@ impl Slot {
 
 /// A whole block in flash.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Entry {
     /// Where it lies.
     pub slot: Slot,

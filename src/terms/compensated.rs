@@ -16,6 +16,8 @@ pub struct Compensated<S: Float, L = AnyLaw<S>, const K: usize = 8> {
 
 /// Torques at one sample.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Total<S> {
     /// T with all terms, N·m.
     pub torque: S,

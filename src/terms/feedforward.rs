@@ -56,6 +56,8 @@ struct TermsState<S: Float<Carry = S>, const K: usize> {
 
 /// What terms add to T, N·m.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Parts<S> {
     /// Those of the gear, G.
     pub gear: S,
@@ -65,6 +67,8 @@ pub struct Parts<S> {
 
 /// A deflection for a torque, with terms.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct CompensatedSolution<S> {
     /// The deflection of the encoders, rad.
     pub measured: S,
@@ -228,6 +232,8 @@ pub struct CompensatedFeedForwardState<
 
 /// What is fed forward in a period.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Compensation<S> {
     /// Of the base model, its torque less by what the terms give.
     pub base: Contribution<S>,

@@ -28,6 +28,8 @@ pub trait Source<S> {
 
 /// The gear that a term belongs to.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Setting<S> {
     /// σ: +1 where the torque is taken on the motor side, −1 for a sensor on the output side.
     pub sigma: S,
@@ -39,6 +41,9 @@ pub struct Setting<S> {
 
 /// Why a term was refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub enum TermError {
     /// No such kind.
     UnknownKind,

@@ -82,6 +82,8 @@ pub enum Need {
 
 /// What a key holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub enum Form {
     /// A number.
     Number,
@@ -96,6 +98,8 @@ pub enum Form {
 
 /// Which numbers a key accepts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub enum Range {
     /// Any finite number.
     Any,

@@ -5,6 +5,8 @@ use crate::scalar::Float;
 
 /// One sample of the joint. What no term of the stack needs may be left at 0.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Sample<S> {
     /// t, s.
     pub time: S,

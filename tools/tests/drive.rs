@@ -4,7 +4,7 @@ mod common;
 mod served;
 
 use common::two_blocks;
-use gmhm::link::Compensation;
+use gmhm::link::CompensationSetting;
 use served::{Joint, ON, blank, serve};
 
 #[test]
@@ -34,7 +34,7 @@ fn parameters_are_tried_kept_and_taken_back() {
     assert!(drive("gain 0.25").contains("compensation on, gain ratio 0.25"));
     let (joint, _) = served.end();
     assert_eq!(joint.parameters.map(|parameters| parameters.header.sequence), Some(1));
-    assert!(joint.compensation == Compensation { on: true, gain_ratio: 0.25 });
+    assert!(joint.compensation == CompensationSetting { on: true, gain_ratio: 0.25 });
 
     let status: serde_json::Value = serde_json::from_str(&dir.read("status.json")).expect("JSON");
     assert_eq!((&status["origin"], &status["stored_sequence"]), (&"stored".into(), &1.into()));

@@ -11,7 +11,7 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use common::{WorkDir, two_blocks};
-use gmhm::link::Compensation;
+use gmhm::link::CompensationSetting;
 use serialport::{SerialPort, TTYPort};
 use served::{Joint, blank, serve};
 
@@ -140,7 +140,10 @@ impl Screen {
 fn keys_switch_the_compensation_and_try_parameters() {
     let dir = two_blocks();
     let served = serve(
-        Joint { compensation: Compensation { gain_ratio: 0.5, ..Compensation::default() }, ..Joint::default() },
+        Joint {
+            compensation: CompensationSetting { gain_ratio: 0.5, ..CompensationSetting::default() },
+            ..Joint::default()
+        },
         blank(),
         2,
         None,

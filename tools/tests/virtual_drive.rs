@@ -16,8 +16,13 @@ struct Running {
 
 impl Running {
     fn start(listen: &str) -> Self {
+        Self::start_with(&["--listen", listen])
+    }
+
+    fn start_with(words: &[&str]) -> Self {
         let mut child = Command::new(env!("CARGO_BIN_EXE_gmhm"))
-            .args(["virtual-drive", "--listen", listen])
+            .arg("virtual-drive")
+            .args(words)
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .spawn()
@@ -161,6 +166,24 @@ fn a_line_that_cannot_be_is_refused() {
     let address = taken.local_addr().expect("an address");
     dir.refuse(&format!("virtual-drive --listen tcp:{address}"), &["cannot be listened on", "help: "]);
     dir.misuse("virtual-drive --listen serial:COM1", &["tcp:HOST:PORT or pty"]);
+}
+
+#[test]
+fn a_locked_drive_is_commissioned_with_its_key_alone() {
+    let dir = bench();
+    dir.write("drive.key", "00112233445566778899aabbccddeeff".repeat(2) + "\n");
+    let key = dir.path("drive.key");
+    dir.write("other.key", "ff".repeat(32));
+    dir.write("no.key", "secret");
+    let drive = Running::start_with(&["--listen", "tcp:127.0.0.1:0", "--key", &key.display().to_string()]);
+    let to = &drive.target;
+    assert!(dir.succeed(&format!("drive --to {to} status")).stdout.contains("locked"));
+    dir.refuse(&format!("flash params.bin --to {to}"), &["the drive has a key", "--key"]);
+    dir.refuse(&format!("drive --to {to} --key other.key gain 0.5"), &["the drive has a key"]);
+    dir.refuse(&format!("drive --to {to} --key no.key gain 0.5"), &["no.key", "64 hexadecimal digits"]);
+    dir.succeed(&format!("flash params.bin --to {to} --key drive.key"));
+    dir.succeed(&format!("drive --to {to} --key drive.key gain 0.5"));
+    assert!(dir.succeed(&format!("drive --to {to} status")).stdout.contains("gain ratio 0.5"));
 }
 
 mod time {

@@ -16,9 +16,9 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
 use emulator::{Board, Emulator};
-use gmhm::block::{BlockError, CRC, FIRST_TERM, verify};
+use gmhm::block::{BlockError, FIRST_TERM, crc32, verify};
 use gmhm::link::Origin;
-use gmhm_tools::device::{DeviceError, flash, line};
+use gmhm_tools::device::{Client, DeviceError, flash, line};
 use gmhm_tools::model;
 use node::{Followed, Twin};
 
@@ -98,7 +98,7 @@ fn with_a_term(block: &[u8]) -> Vec<u8> {
     longer[records] += 1;
     let length = longer.len() as u32 + 4;
     longer[8..12].copy_from_slice(&length.to_le_bytes());
-    longer.extend(CRC.checksum(&longer).to_le_bytes());
+    longer.extend(crc32(&longer).to_le_bytes());
     longer
 }
 
@@ -163,7 +163,7 @@ fn chain(arguments: &Arguments) -> Result<(), Failure> {
 
     // A block with a term, of which this image computes none, is refused by a code of its own, and changes nothing.
     drop(drive);
-    let refused = flash(&with_a_term(&back), || line::open(&emulator.target(), 0), |_, _| {});
+    let refused = flash(&with_a_term(&back), || Ok(Client::new(line::open(&emulator.target(), 0)?)), |_, _| {});
     let code = match refused {
         Err(DeviceError::Refused { refused, .. }) => refused.detail,
         other => return Err(format!("a block with a term was not refused: {other:?}").into()),

@@ -97,7 +97,7 @@ fn boot(arguments: &Arguments, flash_file: &Path, old: &Version, new: &Version) 
     version.twin.follow(&mut drive, 20)?;
     drop(drive);
     // And it can be flashed as if nothing had been.
-    let again = flash(&old.bytes, || line::open(&emulator.target(), 0), |_, _| {})?;
+    let again = flash(&old.bytes, || Ok(Client::new(line::open(&emulator.target(), 0)?)), |_, _| {})?;
     let follows = again.sequence == verify(&found)?.header().sequence + 1;
     check(follows, "after a power cut the drive cannot be flashed")?;
     Ok(version.bytes == new.bytes)

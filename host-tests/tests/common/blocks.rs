@@ -1,6 +1,6 @@
 //! Blocks without physics: a header, one record that any reader may skip, a CRC-32.
 
-use gmhm::block::{CRC, HEADER_BYTES, Header, Identity, ScalarKind, verify};
+use gmhm::block::{HEADER_BYTES, Header, Identity, ScalarKind, crc32, verify};
 
 /// The fewest bytes of such a block.
 pub const LEAST: usize = HEADER_BYTES + 8;
@@ -19,7 +19,7 @@ pub fn block(length: usize, sequence: u32, identity: Identity, seed: u8) -> Vec<
         _ => (k as u8).wrapping_mul(37) ^ seed,
     });
     bytes.extend(filling);
-    bytes.extend(CRC.checksum(&bytes).to_le_bytes());
+    bytes.extend(crc32(&bytes).to_le_bytes());
     assert!(verify(&bytes).is_ok());
     bytes
 }

@@ -4,7 +4,7 @@
 use gmhm::block::{Block, BlockError, Identity, ScalarKind, verify};
 use gmhm::diagnostics::Diagnostics;
 use gmhm::link::frame::Receiver;
-use gmhm::link::{Answer, Compensation, Drive, Identified, Live, Port, Refused, Request, Tag};
+use gmhm::link::{Answer, CompensationSetting, Drive, Identified, Live, Port, Refused, Request, Tag};
 use gmhm::store::Store;
 use gmhm_host_tests::flash::HostileFlash;
 
@@ -23,7 +23,7 @@ pub struct Told {
     /// The bytes of the block in force.
     pub in_force: Option<Vec<u8>>,
     pub enabled: bool,
-    pub compensation: Compensation,
+    pub compensation: CompensationSetting,
     pub gear: Identity,
     /// Blocks of this sequence number are refused.
     pub dislikes: Option<u32>,
@@ -53,11 +53,11 @@ impl Drive for Told {
         Ok(())
     }
 
-    fn compensation(&self) -> Compensation {
+    fn compensation(&self) -> CompensationSetting {
         self.compensation
     }
 
-    fn set_compensation(&mut self, compensation: Compensation) {
+    fn set_compensation(&mut self, compensation: CompensationSetting) {
         self.compensation = compensation;
     }
 

@@ -22,7 +22,7 @@ use defmt_rtt as _;
 use defmt_semihosting as _;
 use gmhm::block::{Block, BlockError, Parameters, ScalarKind, Scales, Word};
 use gmhm::diagnostics::{Diagnostics, SelfTest};
-use gmhm::link::{Compensation, Drive, Live, Port};
+use gmhm::link::{CompensationSetting, Drive, Live, Port};
 use gmhm::store::Store;
 use gmhm::{Gear, Output, State};
 use journey::Journey;
@@ -61,7 +61,7 @@ fn main() -> ! {
 #[derive(Default)]
 struct Node {
     running: Option<Running>,
-    compensation: Compensation,
+    compensation: CompensationSetting,
     diagnostics: Diagnostics,
     ticks: u32,
     loop_cost: u32,
@@ -131,11 +131,11 @@ impl Drive for Node {
         Ok(())
     }
 
-    fn compensation(&self) -> Compensation {
+    fn compensation(&self) -> CompensationSetting {
         self.compensation
     }
 
-    fn set_compensation(&mut self, compensation: Compensation) {
+    fn set_compensation(&mut self, compensation: CompensationSetting) {
         self.compensation = compensation;
     }
 

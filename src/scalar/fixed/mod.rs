@@ -256,3 +256,27 @@ impl Scalar for Fixed {
         *carry = word::saturate(sum - (i64::from(rounded) << 32));
     }
 }
+
+/// As the number that it stands for.
+#[cfg(all(feature = "defmt", target_os = "none"))]
+impl defmt::Format for Fixed {
+    fn format(&self, f: defmt::Formatter<'_>) {
+        // The low bits do not matter to a reader.
+        defmt::write!(f, "{=f32}", self.to_bits() as f32 / (1_u32 << 28) as f32);
+    }
+}
+
+/// As its bits.
+#[cfg(feature = "serde")]
+impl serde::Serialize for Fixed {
+    fn serialize<T: serde::Serializer>(&self, serializer: T) -> Result<T::Ok, T::Error> {
+        serializer.serialize_i32(self.to_bits())
+    }
+}
+
+#[cfg(feature = "serde")]
+impl<'de> serde::Deserialize<'de> for Fixed {
+    fn deserialize<T: serde::Deserializer<'de>>(deserializer: T) -> Result<Self, T::Error> {
+        i32::deserialize(deserializer).map(Self::from_bits)
+    }
+}

@@ -15,7 +15,7 @@ use super::failure::Failure;
 use super::live::Screen;
 use super::progress::Progress;
 use crate::block::read;
-use crate::device::{Client, Target, line, trial};
+use crate::device::{Client, Target, key, line, trial};
 use crate::output::Outputs;
 
 /// Watch a drive, try parameters in its RAM, keep them or take them back
@@ -33,6 +33,9 @@ pub struct DriveArgs {
     /// Speed of a serial port
     #[arg(long, value_name = "RATE", default_value = "115200")]
     baud: u32,
+    /// The drive's key, 64 hexadecimal digits, where it has one
+    #[arg(long, value_name = "FILE")]
+    key: Option<PathBuf>,
     #[command(subcommand)]
     action: Action,
 }
@@ -123,7 +126,8 @@ impl DriveArgs {
             Action::Try { block } | Action::Live { block: Some(block), .. } => read(block)?.bytes,
             _ => Vec::new(),
         };
-        let mut drive = Client::new(line::open(&self.to, self.baud)?);
+        let key = self.key.as_deref().map(key::read).transpose()?;
+        let mut drive = Client::new(line::open(&self.to, self.baud)?).with_key(key);
         match &self.action {
             Action::Status { json } => {
                 let state = State::of(drive.identify()?, drive.status()?);
@@ -251,6 +255,7 @@ struct State {
     enabled: bool,
     compensating: bool,
     gain_ratio: f32,
+    locked: bool,
 }
 
 impl State {
@@ -274,6 +279,7 @@ impl State {
             enabled: status.enabled,
             compensating: status.compensating,
             gain_ratio: status.gain_ratio,
+            locked: drive.challenge.is_some(),
         }
     }
 
@@ -312,6 +318,7 @@ impl State {
         }
         line("drive", if self.enabled { "enabled" } else { "disabled" }.to_owned());
         line("state", compensation(self.compensating, self.gain_ratio));
+        line("access", if self.locked { "locked: changes need the key" } else { "open to any host" }.to_owned());
         text
     }
 }

@@ -11,7 +11,7 @@ use super::failure::Failure;
 use super::progress::Progress;
 use crate::block::read;
 use crate::device::probe::{self, Elf, Places, ProbeError};
-use crate::device::{self, DeviceError, Flashed, Target, line};
+use crate::device::{self, Client, DeviceError, Flashed, Target, key, line};
 use crate::output::Outputs;
 
 /// Write a parameter block into a drive, read it back and compare
@@ -35,6 +35,9 @@ pub struct FlashArgs {
     /// Speed of a serial port
     #[arg(long, value_name = "RATE", default_value = "115200")]
     baud: u32,
+    /// The drive's key, 64 hexadecimal digits, where it has one
+    #[arg(long, value_name = "FILE")]
+    key: Option<PathBuf>,
     /// With a probe: where the firmware keeps its block, or its two
     #[arg(long, value_name = "ADDRESS[,ADDRESS]", value_parser = address, value_delimiter = ',', conflicts_with = "elf")]
     address: Vec<u32>,
@@ -80,7 +83,9 @@ impl FlashArgs {
             if self.elf.is_some() || !self.address.is_empty() {
                 super::wrong_usage("--address and --elf are for a debug probe: --to probe:CHIP");
             }
-            return Ok(device::flash(block, || line::open(&self.to, self.baud), at)?);
+            let key = self.key.as_deref().map(key::read).transpose()?;
+            let open = || Ok(Client::new(line::open(&self.to, self.baud)?).with_key(key));
+            return Ok(device::flash(block, open, at)?);
         };
         let firmware = self.elf.as_deref().map(Elf::load).transpose().map_err(DeviceError::from)?;
         let places = self.places(firmware.as_ref()).map_err(DeviceError::from)?;

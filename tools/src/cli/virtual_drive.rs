@@ -1,16 +1,19 @@
 //! `gmhm virtual-drive`.
 
+use std::hash::{BuildHasher, Hasher, RandomState};
 use std::io::BufRead;
+use std::path::PathBuf;
 use std::sync::mpsc::{Sender, channel};
 
 use clap::Args;
+use gmhm::link::lock::PROOF_BYTES;
 
 use super::Session;
 use super::failure::Failure;
-use crate::device::DeviceError;
 use crate::device::virtual_drive::VirtualDrive;
 use crate::device::virtual_drive::listen::Listen;
 use crate::device::virtual_drive::serve::{Key, Socket};
+use crate::device::{DeviceError, key};
 
 /// Run a simulated drive on this computer, to try flash, drive and simulate --drive without hardware
 ///
@@ -30,12 +33,19 @@ pub struct VirtualDriveArgs {
     /// Where to listen: tcp:HOST:PORT (port 0 takes a free one) or pty, a pseudo-terminal
     #[arg(long, value_name = "tcp:HOST:PORT|pty")]
     listen: Listen,
+    /// A key, 64 hexadecimal digits: only hosts that know it change anything
+    #[arg(long, value_name = "FILE")]
+    key: Option<PathBuf>,
 }
 
 impl VirtualDriveArgs {
     pub(super) fn run(&self, session: &Session) -> Result<(), Failure> {
         let mut socket = Socket::open(&self.listen)?;
+        let key = self.key.as_deref().map(key::read).transpose()?;
         let mut drive = VirtualDrive::new(nonce()).map_err(DeviceError::from)?;
+        if let Some(key) = key {
+            drive = drive.with_key(key, entropy()).map_err(DeviceError::from)?;
+        }
         session.say(format_args!(
             "Virtual drive at {}\nKeys, then Enter: c cut the power, w cut it in the next write, e enable or disable, q quit\n",
             socket.target(&self.listen)
@@ -53,6 +63,16 @@ impl VirtualDriveArgs {
 /// A number that differs from run to run.
 fn nonce() -> u32 {
     std::time::UNIX_EPOCH.elapsed().map_or(0, |since| since.subsec_nanos()) ^ std::process::id()
+}
+
+/// Random bytes: those that the standard library seeds its hashes with.
+fn entropy() -> [u8; PROOF_BYTES] {
+    let mut bytes = [0; PROOF_BYTES];
+    for part in bytes.chunks_mut(8) {
+        let random = RandomState::new().build_hasher().finish().to_le_bytes();
+        part.iter_mut().zip(random).for_each(|(to, byte)| *to = byte);
+    }
+    bytes
 }
 
 /// Hands keys on until the input ends; the drive goes on without them.

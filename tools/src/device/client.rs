@@ -3,7 +3,8 @@
 use std::io::{ErrorKind, Read, Write};
 use std::time::{Duration, Instant};
 
-use gmhm::link::{Answer, Identified, LinkDiagnostics, Live, Receiver, Refusal, Request, Status, Tag};
+use gmhm::link::lock::{Key, PROOF_BYTES};
+use gmhm::link::{Answer, Frame, Identified, LinkDiagnostics, Live, Receiver, Refusal, Request, Status, Tag};
 
 use super::error::DeviceError;
 use super::line::Line;
@@ -20,6 +21,9 @@ pub struct Client {
     receiver: Receiver,
     session: u32,
     turn: u32,
+    key: Option<Key>,
+    /// Of the session, where the drive has a key.
+    challenge: Option<[u8; PROOF_BYTES]>,
     /// Tells the answers to questions apart.
     questions: u32,
 }
@@ -31,7 +35,7 @@ impl Drop for Client {
     /// Leaves the drive to the next host, which else would have to wait until this session is forgotten. The answer is of no use.
     fn drop(&mut self) {
         if self.session != 0 {
-            let frame = Request::Close.encode(Tag { session: self.session, turn: self.turn });
+            let frame = self.frame(&Request::Close, Tag { session: self.session, turn: self.turn });
             let _ = self.line.write_all(&frame).and_then(|()| self.line.flush());
         }
     }
@@ -40,7 +44,14 @@ impl Drop for Client {
 impl Client {
     /// A drive that has not been asked anything.
     pub fn new(line: Box<dyn Line>) -> Self {
-        Self { line, receiver: Receiver::new(), session: 0, turn: 0, questions: 0 }
+        Self { line, receiver: Receiver::new(), session: 0, turn: 0, key: None, challenge: None, questions: 0 }
+    }
+
+    /// The same, which proves with every request that changes something that it knows the drive's key.
+    #[must_use]
+    pub fn with_key(mut self, key: Option<Key>) -> Self {
+        self.key = key;
+        self
     }
 
     /// Asks who the drive is, and opens a session with it.
@@ -65,7 +76,7 @@ impl Client {
     fn open(&mut self) -> Result<Identified, DeviceError> {
         match self.ask(&Request::Identify)?.answer() {
             Answer::Identified(identified) => {
-                (self.session, self.turn) = (identified.session, 0);
+                (self.session, self.turn, self.challenge) = (identified.session, 0, identified.challenge);
                 Ok(identified)
             }
             _ => Err(DeviceError::NotUnderstood),
@@ -137,6 +148,14 @@ impl Client {
         }
     }
 
+    /// The frame of a request, with a proof where the drive asks for one and the key is known.
+    fn frame(&self, request: &Request<'_>, tag: Tag) -> Frame {
+        match (&self.key, &self.challenge) {
+            (Some(key), Some(challenge)) if request.changes() => request.encode_proven(tag, key, challenge),
+            _ => request.encode(tag),
+        }
+    }
+
     fn ask(&mut self, request: &Request<'_>) -> Result<Reply, DeviceError> {
         let tag = if request.changes() {
             let tag = Tag { session: self.session, turn: self.turn };
@@ -146,7 +165,8 @@ impl Client {
             self.questions = self.questions.wrapping_add(1);
             Tag { session: self.session, turn: self.questions }
         };
-        self.line.write_all(&request.encode(tag))?;
+        let frame = self.frame(request, tag);
+        self.line.write_all(&frame)?;
         self.line.flush()?;
         let stores = matches!(request, Request::Commit { .. } | Request::RollBack { .. });
         let patience = if stores { STORING } else { ANSWERING };

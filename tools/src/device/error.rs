@@ -98,6 +98,14 @@ pub enum DeviceError {
         /// What came back.
         found: u8,
     },
+    /// A key that cannot be read.
+    #[error("{}: {problem}", path.display())]
+    Key {
+        /// Its file.
+        path: std::path::PathBuf,
+        /// What is wrong.
+        problem: String,
+    },
     /// The bytes are no block.
     #[error(transparent)]
     Block(#[from] BlockError),
@@ -113,6 +121,7 @@ fn refusal_mend(refusal: Refusal) -> Option<String> {
         Refusal::NotOnTrial => "gmhm drive --to TARGET try params.bin first",
         Refusal::NoParameters => "gmhm flash params.bin --to TARGET first",
         Refusal::Bound => "disable the drive, or, while it is disabled, gmhm drive --to TARGET bound SHARE first",
+        Refusal::Locked => "give the drive's key with --key FILE",
         Refusal::Busy => "end the other program that talks to the drive, then again",
         _ => return None,
     };
@@ -153,6 +162,7 @@ impl DeviceError {
             Self::ReadBack { .. } => "flash again; if it stays, the drive's flash is worn".to_owned(),
             Self::Probe(error) => return error.mend(),
             Self::Refused { refused, .. } => return refusal_mend(refused.refusal),
+            Self::Key { .. } => "make a key with: openssl rand -hex 32 > drive.key".to_owned(),
             Self::NotUnderstood | Self::Block(_) | Self::Place(_) => return None,
         })
     }

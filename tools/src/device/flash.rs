@@ -6,7 +6,6 @@ use gmhm::link::{Identified, Origin, Request};
 
 use super::client::Client;
 use super::error::DeviceError;
-use super::line::Line;
 
 /// How often a broken line is tried again.
 const ATTEMPTS: usize = 3;
@@ -22,7 +21,7 @@ pub struct Flashed {
     pub crc: u32,
 }
 
-/// Flashes a block: `open` gives a line to the drive, `progress` hears how many bytes of how many have gone either way.
+/// Flashes a block: `open` gives a client on a line to the drive, `progress` hears how many bytes of how many have gone either way.
 ///
 /// Where the line breaks, everything is started over, on a line opened anew. The drive keeps what it had until the whole block is stored.
 ///
@@ -30,18 +29,18 @@ pub struct Flashed {
 /// [`DeviceError`]: no line, a drive that does not answer, refuses or reads back otherwise.
 pub fn flash(
     block: &[u8],
-    mut open: impl FnMut() -> Result<Box<dyn Line>, DeviceError>,
+    mut open: impl FnMut() -> Result<Client, DeviceError>,
     mut progress: impl FnMut(usize, usize),
 ) -> Result<Flashed, DeviceError> {
     verify(block)?;
     let mut past = Past::default();
     for _ in 1..ATTEMPTS {
-        match attempt(block, &mut Client::new(open()?), &mut past, &mut progress) {
+        match attempt(block, &mut open()?, &mut past, &mut progress) {
             Err(error) if error.is_of_the_line() => {}
             done => return done,
         }
     }
-    attempt(block, &mut Client::new(open()?), &mut past, &mut progress)
+    attempt(block, &mut open()?, &mut past, &mut progress)
 }
 
 /// What broken attempts have left behind.

@@ -7,6 +7,7 @@
 //! | [`client`] | one request, one answer |
 //! | [`Lockstep`] | a joint played for a drive |
 //! | [`mod@flash`] | a whole block: staged, tried, stored, read back, compared |
+//! | [`key`] | the key of a drive, from a file |
 //! | [`trial`] | parameters in RAM: tried, kept, taken back |
 //! | [`virtual_drive`] | a simulated drive on this computer |
 //! | [`probe`] | a block into a chip's flash through a debug probe |
@@ -14,6 +15,7 @@
 pub mod client;
 mod error;
 pub mod flash;
+pub mod key;
 pub mod line;
 mod lockstep;
 pub mod probe;

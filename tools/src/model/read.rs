@@ -165,7 +165,8 @@ fn key_of(error: &ParamError) -> &'static str {
         | ParamError::NotInLaw { parameter, .. } => parameter.split(' ').next().unwrap_or(parameter),
         ParamError::MixedSigns { .. } => "omega_per_s",
         ParamError::NoSpeed => "beta_per_s",
-        ParamError::NoTorque { .. } => "c1_nm_per_rad",
+        // Without torque, and what the core may come to refuse beside it.
+        _ => "c1_nm_per_rad",
     }
 }
 

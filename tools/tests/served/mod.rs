@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 
 use gmhm::block::{Block, BlockError, Identity, Parameters, ScalarKind};
-use gmhm::link::{Compensation, Drive, Live, Port};
+use gmhm::link::{CompensationSetting, Drive, Live, Port};
 use gmhm::store::{RamFlash, Store};
 
 const SLOT: u32 = 1024;
@@ -18,7 +18,7 @@ pub struct Joint {
     pub parameters: Option<Parameters>,
     pub gear: Identity,
     pub enabled: bool,
-    pub compensation: Compensation,
+    pub compensation: CompensationSetting,
 }
 
 impl Drive for Joint {
@@ -35,10 +35,10 @@ impl Drive for Joint {
         self.parameters = block.map(|block| Parameters::of_block(block, 16)).transpose()?;
         Ok(())
     }
-    fn compensation(&self) -> Compensation {
+    fn compensation(&self) -> CompensationSetting {
         self.compensation
     }
-    fn set_compensation(&mut self, compensation: Compensation) {
+    fn set_compensation(&mut self, compensation: CompensationSetting) {
         self.compensation = compensation;
     }
     fn live(&self) -> Live {
@@ -54,7 +54,7 @@ impl Drive for Joint {
 }
 
 /// A compensation that is on.
-pub const ON: Compensation = Compensation { on: true, gain_ratio: 1.0 };
+pub const ON: CompensationSetting = CompensationSetting { on: true, gain_ratio: 1.0 };
 
 /// An accident of the line.
 #[derive(Debug, Clone, Copy)]

@@ -39,7 +39,7 @@ pub fn run(shell: &Shell) -> Result<()> {
 
 /// Checks the core with each of its features alone, and that it depends on two packages without any.
 fn features(shell: &Shell) -> Result<()> {
-    for feature in ["", "fixed", "terms", "block", "store", "link", "drive"] {
+    for feature in ["", "fixed", "terms", "block", "store", "link", "lock", "drive", "serde"] {
         cmd!(
             shell,
             "cargo clippy --quiet --package gmhm --no-default-features --features {feature} --locked -- -D warnings"

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use gmhm::block::{Block, BlockError, Parameters, ScalarKind, Scales};
 use gmhm::diagnostics::Diagnostics;
-use gmhm::link::{Compensation, Drive, Live};
+use gmhm::link::{CompensationSetting, Drive, Live};
 use gmhm::terms::compensated::CompensatedState;
 use gmhm::terms::{Compensated, Sample};
 
@@ -26,7 +26,7 @@ pub struct Machine {
     running: Option<Running>,
     /// Whether the power stage is on.
     pub enabled: bool,
-    compensation: Compensation,
+    compensation: CompensationSetting,
     diagnostics: Diagnostics,
     ticks: u32,
     loop_cost: u32,
@@ -45,7 +45,7 @@ impl Default for Machine {
             in_force: None,
             running: None,
             enabled: false,
-            compensation: Compensation::default(),
+            compensation: CompensationSetting::default(),
             diagnostics: Diagnostics::default(),
             ticks: 0,
             loop_cost: 0,
@@ -123,11 +123,11 @@ impl Drive for Machine {
         Ok(())
     }
 
-    fn compensation(&self) -> Compensation {
+    fn compensation(&self) -> CompensationSetting {
         self.compensation
     }
 
-    fn set_compensation(&mut self, compensation: Compensation) {
+    fn set_compensation(&mut self, compensation: CompensationSetting) {
         self.compensation = compensation;
     }
 

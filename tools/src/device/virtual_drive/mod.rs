@@ -16,6 +16,7 @@ pub mod serve;
 
 use gmhm::drive::lockstep;
 use gmhm::link::frame::{self, Receiver};
+use gmhm::link::lock::{Key, PROOF_BYTES};
 use gmhm::link::{Drive, Port};
 use gmhm::store::{PlaceError, Store};
 
@@ -54,6 +55,7 @@ pub struct VirtualDrive {
     nonce: u32,
     restarts: u32,
     waiting_ms: f64,
+    lock: Option<(Key, [u8; PROOF_BYTES])>,
 }
 
 impl VirtualDrive {
@@ -74,9 +76,21 @@ impl VirtualDrive {
             nonce,
             restarts: 0,
             waiting_ms: 0.0,
+            lock: None,
         };
         drive.port.boot(&mut drive.machine);
         Ok(drive)
+    }
+
+    /// The same with a key. `entropy` should be random.
+    ///
+    /// # Errors
+    /// As [`restart`](Self::restart).
+    pub fn with_key(mut self, key: Key, entropy: [u8; PROOF_BYTES]) -> Result<Self, PlaceError> {
+        self.lock = Some((key, entropy));
+        self.restart()?;
+        self.restarts = 0;
+        Ok(self)
     }
 
     /// Takes bytes from the line and returns the bytes to answer. A power cut in the middle of a write leaves the host without an answer, and the drive restarts.
@@ -123,6 +137,12 @@ impl VirtualDrive {
         self.restarts = self.restarts.wrapping_add(1);
         self.nonce = self.nonce.wrapping_mul(0x0019_660D).wrapping_add(0x3C6E_F35F);
         self.port = Port::new(Store::new(self.chip.clone(), SLOTS[0].clone(), SLOTS[1].clone())?, self.nonce);
+        if let Some((key, mut entropy)) = self.lock {
+            // No two power-ups have the same.
+            entropy.iter_mut().zip(self.restarts.to_le_bytes()).for_each(|(byte, count)| *byte ^= count);
+            self.port = Port::new(Store::new(self.chip.clone(), SLOTS[0].clone(), SLOTS[1].clone())?, self.nonce)
+                .with_lock(key, entropy);
+        }
         self.machine = Machine::default();
         self.receiver = Receiver::new();
         self.lockstep = lockstep::Drive::default();
