@@ -259,7 +259,7 @@ fn refusals_have_numbers_of_their_own_and_abort_codes_of_canopen() {
         assert!(!refusal.to_string().is_empty());
     }
     assert_eq!(Refusal::of_number(0), None);
-    assert_eq!(Refusal::of_number(24), None);
+    assert_eq!(Refusal::of_number(25), None);
 }
 
 /// Power fails at every moment of a commit: an acknowledgement means that boot finds the new block, and without one it finds the old or the new.

@@ -155,7 +155,8 @@ fn a_block_goes_its_way_over_objects() {
 fn a_bus_and_a_serial_host_do_not_change_things_at_once() {
     let (mut server, mut drive) = bench(&[&block(1)]);
     server.elapse(1, &mut drive);
-    let identified = server.answer(&Asked::plain(Request::Identify, Tag::default()), &mut drive, &mut [0; 128]);
+    let mut bytes = [0; 128];
+    let identified = server.answer(&Asked::plain(Request::Identify, Tag::default()), &mut drive, &mut bytes);
     assert!(matches!(identified, Answer::Identified(_)));
     let ratio = 0.5_f32.to_le_bytes();
     let busy = Abort(Refusal::Busy.abort_code());

@@ -40,7 +40,7 @@ fn parameters_are_tried_kept_and_taken_back() {
     assert_eq!((&status["origin"], &status["stored_sequence"]), (&"stored".into(), &1.into()));
     let c1 = |file: &str| {
         let shown = dir.succeed(&format!("inspect {file}")).stdout;
-        shown.lines().find(|line| line.contains("c1")).expect("c1").to_owned()
+        shown.lines().find(|line| line.contains("c1_nm")).expect("c1").to_owned()
     };
     assert_eq!(c1("back.bin"), c1("softer.bin"));
     assert_ne!(c1("back.bin"), c1("params.bin"));
