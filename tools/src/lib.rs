@@ -13,6 +13,7 @@ pub mod device;
 pub mod diagnose;
 pub mod export;
 pub mod fit;
+pub mod fleet;
 pub mod health;
 pub mod kinds;
 pub mod model;

@@ -1,8 +1,9 @@
 //! Options that several commands share.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
+use serde_json::Value;
 
 use super::Session;
 use super::failure::Failure;
@@ -23,6 +24,16 @@ pub struct RecordingArgs {
 }
 
 impl RecordingArgs {
+    /// The paths as they were given.
+    pub fn paths(&self) -> &[PathBuf] {
+        &self.recordings
+    }
+
+    /// The list of more.
+    pub fn list(&self) -> Option<&Path> {
+        self.files_from.as_deref()
+    }
+
     /// The files, folders opened.
     pub fn files(&self) -> Result<Vec<RecordingFile>, Failure> {
         Ok(recording::files_and_listed(&self.recordings, self.files_from.as_deref())?)
@@ -139,6 +150,13 @@ impl Default for SeedArgs {
 /// Results as indented JSON with a line break at the end.
 pub fn json(results: &impl serde::Serialize) -> Result<String, Failure> {
     Ok(serde_json::to_string_pretty(results).map_err(std::io::Error::other)? + "\n")
+}
+
+/// Results of a recording with the text of its model file as `model_toml`.
+pub fn with_model(results: &impl serde::Serialize, model: &Model) -> Result<Value, Failure> {
+    let mut value = serde_json::to_value(results).map_err(std::io::Error::other)?;
+    value["model_toml"] = Value::String(model.to_toml());
+    Ok(value)
 }
 
 /// A finite number greater than zero.

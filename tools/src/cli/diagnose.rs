@@ -5,15 +5,16 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::Session;
-use super::common::{ReadingArgs, SeedArgs, json, provenance};
+use super::common::{ReadingArgs, SeedArgs, json, provenance, with_model};
+use super::each::EachArgs;
 use super::failure::Failure;
 use super::progress::Progress;
 use super::tables;
-use crate::diagnose::{Options, diagnose};
+use crate::diagnose::{Finding, Options, diagnose};
 use crate::fit::zeros;
 use crate::model::{self, Base, GearSection, Model};
 use crate::output::Outputs;
-use crate::recording::{self, Need, Needs, Recording};
+use crate::recording::{self, Need, Needs, Recording, RecordingFile};
 use crate::report;
 use crate::report::page::Input;
 use crate::signal::encoder_zeros;
@@ -27,7 +28,8 @@ use crate::signal::encoder_zeros;
 #[command(after_help = "Examples:
   gmhm diagnose gear.toml recording.csv -o extended.toml --json findings.json --report findings.html
   gmhm diagnose joint.csv -o extended.toml        joint.csv has the simulation's torque in torque_sim_nm
-  gmhm diagnose gear.toml slow.csv fast.csv --holdout tuesday.csv -o extended.toml")]
+  gmhm diagnose gear.toml slow.csv fast.csv --holdout tuesday.csv -o extended.toml
+  gmhm diagnose --each gear.toml --files-from joints.txt --ndjson findings.ndjson --resume")]
 pub struct DiagnoseArgs {
     /// Model file (.toml) of the base, then recordings of one gear or joint; without one, recordings with torque_sim_nm
     #[arg(required = true, value_name = "M.toml|RECORDING")]
@@ -36,24 +38,24 @@ pub struct DiagnoseArgs {
     #[arg(long, value_name = "FILE")]
     files_from: Option<PathBuf>,
     /// Recordings that take no part and are predicted
-    #[arg(long, value_name = "RECORDING", num_args = 1..)]
+    #[arg(long, value_name = "RECORDING", num_args = 1.., conflicts_with = "each")]
     holdout: Vec<PathBuf>,
     /// The encoders of each recording count from a zero of their own: they were switched on anew, or moved
     ///
     /// Each deflection is shifted to the zero of the first before anything is compared. What drifts from recording to recording as a zero does is then not seen.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "each")]
     own_zeros: bool,
     /// Where to write the extended model
-    #[arg(short, long, value_name = "M2.toml")]
-    output: PathBuf,
+    #[arg(short, long, value_name = "M2.toml", required_unless_present = "each", conflicts_with = "each")]
+    output: Option<PathBuf>,
     /// Where to write the findings as JSON
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", conflicts_with = "each")]
     json: Option<PathBuf>,
     /// Where to write the report: one HTML page, the finding first
-    #[arg(long, value_name = "F.html")]
+    #[arg(long, value_name = "F.html", conflicts_with = "each")]
     report: Option<PathBuf>,
     /// Where to draw the torque, measured and by both models
-    #[arg(long, value_name = "F.svg")]
+    #[arg(long, value_name = "F.svg", conflicts_with = "each")]
     plot: Option<PathBuf>,
     /// Name of the gear in the extended model [default: the model's]
     #[arg(long, value_name = "TEXT")]
@@ -62,6 +64,8 @@ pub struct DiagnoseArgs {
     reading: ReadingArgs,
     #[command(flatten)]
     seed: SeedArgs,
+    #[command(flatten)]
+    each: EachArgs,
 }
 
 /// Time and torque; motion as far as the terms of the model need it, which its evaluation says.
@@ -69,25 +73,71 @@ const NEEDS: Needs = Needs { motion: Need::IfPresent, ..Needs::FIT };
 
 impl DiagnoseArgs {
     pub(super) fn run(&self, session: &Session) -> Result<(), Failure> {
+        self.each.check();
         let is_model = |path: &PathBuf| path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml"));
         let (model_file, recordings) = match self.inputs.split_first() {
             Some((first, rest)) if is_model(first) => (Some(first), rest),
             _ => (None, &self.inputs[..]),
         };
-        let files = recording::files_and_listed(recordings, self.files_from.as_deref())?;
-        let held_out = recording::files_and_listed(&self.holdout, None)?;
-        let outputs = [Some(&self.output), self.json.as_ref(), self.report.as_ref(), self.plot.as_ref()];
-        for output in outputs.into_iter().flatten() {
-            Outputs::check_beside(output, &[&files[..], &held_out].concat())?;
-        }
         let simulation =
             || Model { gear: GearSection { base: Base::Simulation, ..GearSection::default() }, ..Model::default() };
-        let mut model = self.reading.of_gear(model_file.map_or_else(|| Ok(simulation()), |file| model::load(file))?);
-        if let Some(name) = &self.name {
-            model.name.clone_from(name);
+        let model = || -> Result<Model, Failure> {
+            let base = model_file.map_or_else(|| Ok(simulation()), |file| model::load(file))?;
+            let mut model = self.reading.of_gear(base);
+            if let Some(name) = &self.name {
+                model.name.clone_from(name);
+            }
+            Ok(model)
+        };
+        let Some(output) = &self.output else {
+            let model = model()?;
+            return self.each.run(recordings, self.files_from.as_deref(), session, |file, silent| {
+                let (finding, ..) = self.find(model.clone(), std::slice::from_ref(file), &[], silent)?;
+                with_model(&finding.diagnosis, &finding.model)
+            });
+        };
+        let files = recording::files_and_listed(recordings, self.files_from.as_deref())?;
+        let held_out = recording::files_and_listed(&self.holdout, None)?;
+        let outputs = [Some(output), self.json.as_ref(), self.report.as_ref(), self.plot.as_ref()];
+        for path in outputs.into_iter().flatten() {
+            Outputs::check_beside(path, &[&files[..], &held_out].concat())?;
         }
-        let mut recordings = self.reading.read_needed(&files, &NEEDS, Some(&model), session)?;
-        let mut holdout = self.reading.read_needed(&held_out, &NEEDS, Some(&model), session)?;
+        let (finding, recordings, holdout) = self.find(model()?, &files, &held_out, session)?;
+        finding.remarks.iter().for_each(|remark| session.note(&remark.to_string()));
+        let mut outputs = Outputs::new();
+        outputs.add_text(output, &finding.model.to_toml())?;
+        if let Some(path) = &self.json {
+            outputs.add_text(path, &json(&finding.diagnosis)?)?;
+        }
+        if let Some(path) = &self.report {
+            let mut inputs = model_file.map(|file| Input::of_file(file)).transpose()?.into_iter().collect::<Vec<_>>();
+            inputs.extend(recordings.iter().chain(&holdout).map(Input::from));
+            let provenance = provenance(inputs, Some(self.seed.seed));
+            outputs.add_text(path, &report::diagnosis::page(&finding, &recordings, provenance).to_html())?;
+        }
+        if let Some(path) = &self.plot {
+            outputs.add_text(path, &report::diagnosis::drawing(&finding, &recordings).to_file())?;
+        }
+        outputs.commit()?;
+        session.say(format_args!("{}", tables::diagnosis(&finding.diagnosis)))?;
+        session.say(format_args!("Seed {}\n", self.seed.seed))?;
+        session.written(&[
+            ("Model", Some(output)),
+            ("JSON", self.json.as_ref()),
+            ("Report", self.report.as_ref()),
+            ("Picture", self.plot.as_ref()),
+        ])
+    }
+    /// Reads recordings of one gear or joint and diagnoses them.
+    fn find(
+        &self,
+        mut model: Model,
+        files: &[RecordingFile],
+        held_out: &[RecordingFile],
+        session: &Session,
+    ) -> Result<(Finding, Vec<Recording>, Vec<Recording>), Failure> {
+        let mut recordings = self.reading.read_needed(files, &NEEDS, Some(&model), session)?;
+        let mut holdout = self.reading.read_needed(held_out, &NEEDS, Some(&model), session)?;
         if model.elastic.is_none() && model.gear.ratio.is_none() {
             model.gear.ratio = recordings.iter().find_map(recording::ratio::shown_rounded);
             if let Some(ratio) = model.gear.ratio {
@@ -108,30 +158,6 @@ impl DiagnoseArgs {
         }
         let progress = Progress::new("Diagnosing", Progress::WHOLE, session.quiet);
         let finding = diagnose(&recordings, &model, &holdout, &options, &progress)?;
-        drop(progress);
-        finding.remarks.iter().for_each(|remark| session.note(&remark.to_string()));
-        let mut outputs = Outputs::new();
-        outputs.add_text(&self.output, &finding.model.to_toml())?;
-        if let Some(path) = &self.json {
-            outputs.add_text(path, &json(&finding.diagnosis)?)?;
-        }
-        if let Some(path) = &self.report {
-            let mut inputs = model_file.map(|file| Input::of_file(file)).transpose()?.into_iter().collect::<Vec<_>>();
-            inputs.extend(recordings.iter().chain(&holdout).map(Input::from));
-            let provenance = provenance(inputs, Some(self.seed.seed));
-            outputs.add_text(path, &report::diagnosis::page(&finding, &recordings, provenance).to_html())?;
-        }
-        if let Some(path) = &self.plot {
-            outputs.add_text(path, &report::diagnosis::drawing(&finding, &recordings).to_file())?;
-        }
-        outputs.commit()?;
-        session.say(format_args!("{}", tables::diagnosis(&finding.diagnosis)))?;
-        session.say(format_args!("Seed {}\n", self.seed.seed))?;
-        session.written(&[
-            ("Model", Some(&self.output)),
-            ("JSON", self.json.as_ref()),
-            ("Report", self.report.as_ref()),
-            ("Picture", self.plot.as_ref()),
-        ])
+        Ok((finding, recordings, holdout))
     }
 }

@@ -12,6 +12,7 @@ use crate::device::DeviceError;
 use crate::diagnose::DiagnoseError;
 use crate::export::ExportError;
 use crate::fit::verdict::AssessError;
+use crate::fleet::FleetError;
 use crate::health::HealthError;
 use crate::model::ModelError;
 use crate::output::OutputError;
@@ -58,6 +59,9 @@ pub enum Failure {
     /// No block was made.
     #[error(transparent)]
     Pack(#[from] PackError),
+    /// A fleet was not gone through.
+    #[error(transparent)]
+    Fleet(#[from] FleetError),
     /// No source was made.
     #[error(transparent)]
     Export(#[from] ExportError),
@@ -96,7 +100,8 @@ impl Failure {
         matches!(self, Failure::Bench(BenchError::NotInExperiment { .. }) | Failure::Output(OutputError::Twice { .. }))
     }
 
-    fn mend(&self) -> Option<String> {
+    /// How to fix it.
+    pub(super) fn mend(&self) -> Option<String> {
         match self {
             Failure::Recording(e) | Failure::Copy(CopyError::Recording(e)) => e.mend(),
             Failure::Model(e) => e.mend(),
@@ -105,6 +110,7 @@ impl Failure {
             Failure::Device(e) => e.mend(),
             Failure::Pack(e) => e.mend(),
             Failure::Export(e) => e.mend(),
+            Failure::Fleet(e) => e.mend(),
             Failure::BlockFile(e) => e.mend(),
             Failure::Predict(e)
             | Failure::Assess(AssessError::Predict(e))

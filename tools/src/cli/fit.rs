@@ -3,9 +3,11 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use serde_json::Value;
 
 use super::Session;
-use super::common::{ReadingArgs, RecordingArgs, SeedArgs, json, provenance};
+use super::common::{ReadingArgs, RecordingArgs, SeedArgs, json, provenance, with_model};
+use super::each::EachArgs;
 use super::failure::Failure;
 use super::progress::Progress;
 use super::tables;
@@ -14,8 +16,9 @@ use crate::fit::Fit;
 use crate::fit::FitOptions;
 use crate::fit::verdict::{Assessment, Grade};
 use crate::health::{self, condition::Condition};
-use crate::model;
+use crate::model::{self, Model};
 use crate::output::Outputs;
+use crate::recording::{Recording, RecordingFile};
 use crate::report;
 use crate::signal::plausible;
 
@@ -26,7 +29,8 @@ use crate::signal::plausible;
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   gmhm fit recording.csv -o gear.toml
-  gmhm fit slow.csv fast.csv --map deflection_rad=-twist -o gear.toml --json fit.json --report fit.html")]
+  gmhm fit slow.csv fast.csv --map deflection_rad=-twist -o gear.toml --json fit.json --report fit.html
+  gmhm fit --each --files-from joints.txt --ndjson fits.ndjson --resume")]
 pub struct FitArgs {
     #[command(flatten)]
     files: RecordingArgs,
@@ -37,16 +41,16 @@ pub struct FitArgs {
     #[arg(long, value_enum, default_value_t = Method::Auto)]
     method: Method,
     /// Where to write the model file
-    #[arg(short, long, value_name = "M2.toml")]
-    output: PathBuf,
+    #[arg(short, long, value_name = "M2.toml", required_unless_present = "each", conflicts_with = "each")]
+    output: Option<PathBuf>,
     /// Where to write everything that is known about the fit, as JSON
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", conflicts_with = "each")]
     json: Option<PathBuf>,
     /// Where to write the report: one HTML page, verdict first
-    #[arg(long, value_name = "F.html")]
+    #[arg(long, value_name = "F.html", conflicts_with = "each")]
     report: Option<PathBuf>,
     /// Where to write the plot of the loop [default: beside the model, with the ending svg]
-    #[arg(long, value_name = "FILE.svg")]
+    #[arg(long, value_name = "FILE.svg", conflicts_with = "each")]
     plot: Option<PathBuf>,
     /// Name of the gear in the model file [default: that of the first recording]
     #[arg(long, value_name = "TEXT")]
@@ -55,6 +59,8 @@ pub struct FitArgs {
     reading: ReadingArgs,
     #[command(flatten)]
     seed: SeedArgs,
+    #[command(flatten)]
+    each: EachArgs,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -67,21 +73,36 @@ enum Method {
 
 impl FitArgs {
     pub(super) fn run(&self, session: &Session) -> Result<(), Failure> {
-        let files = self.files.files()?;
-        for output in
-            [Some(&self.output), self.json.as_ref(), self.report.as_ref(), self.plot.as_ref()].into_iter().flatten()
-        {
-            Outputs::check_beside(output, &files)?;
-        }
+        self.each.check();
         let start = self.model.as_deref().map(model::load).transpose()?.map(|model| self.reading.of_gear(model));
-        let mut recordings = self.reading.read_all(&files, start.as_ref(), session)?;
+        let Some(output) = &self.output else {
+            return self.each.run(self.files.paths(), self.files.list(), session, |file, silent| {
+                self.one(file, start.as_ref(), silent)
+            });
+        };
+        let files = self.files.files()?;
+        for path in [Some(output), self.json.as_ref(), self.report.as_ref(), self.plot.as_ref()].into_iter().flatten() {
+            Outputs::check_beside(path, &files)?;
+        }
+        let (fit, recordings, assessment) = self.identify(&files, start.as_ref(), session)?;
+        self.write(output, &fit, &recordings, &assessment, session)
+    }
+
+    /// Reads recordings of one gear, fits them and judges the fit.
+    fn identify(
+        &self,
+        files: &[RecordingFile],
+        start: Option<&Model>,
+        session: &Session,
+    ) -> Result<(Fit, Vec<Recording>, Assessment), Failure> {
+        let mut recordings = self.reading.read_all(files, start, session)?;
         let options = FitOptions {
             method: match self.method {
                 Method::Auto => fit::Method::Auto,
                 Method::Pso => fit::Method::Pso,
             },
             seed: self.seed.seed,
-            start,
+            start: start.cloned(),
             rated_deflection_rad: self.reading.rated_deflection,
             evaluations: None,
             ratio: self.reading.ratio,
@@ -99,38 +120,53 @@ impl FitArgs {
             recording.derive_deflection(fit.model.gear.ratio)?;
         }
         fit.align(&mut recordings)?;
-        let assessment = Assessment::of(&fit, &recordings, &progress)?;
-        let verdict = report::fit_words::worded(&assessment.verdict, fit.model.torque_unit);
-        drop(progress);
+        let assessment = if self.each.each {
+            Assessment::of_model_alone(&fit, &recordings)?
+        } else {
+            Assessment::of(&fit, &recordings, &progress)?
+        };
+        Ok((fit, recordings, assessment))
+    }
+
+    /// A recording of a fleet: what `--json` writes, and the model file.
+    fn one(&self, file: &RecordingFile, start: Option<&Model>, silent: &Session) -> Result<Value, Failure> {
+        let (fit, recordings, assessment) = self.identify(std::slice::from_ref(file), start, silent)?;
+        let everything = Everything::of(&fit, &recordings, &assessment);
+        with_model(&everything, &fit.model)
+    }
+
+    /// Writes all outputs.
+    fn write(
+        &self,
+        output: &PathBuf,
+        fit: &Fit,
+        recordings: &[Recording],
+        assessment: &Assessment,
+        session: &Session,
+    ) -> Result<(), Failure> {
+        let everything = Everything::of(fit, recordings, assessment);
+        let verdict = &everything.verdict;
         let mut outputs = Outputs::new();
-        outputs.add_text(&self.output, &fit.model.to_toml())?;
+        outputs.add_text(output, &fit.model.to_toml())?;
         if let Some(path) = &self.json {
-            outputs.add_text(
-                path,
-                &json(&Everything {
-                    verdict: &verdict,
-                    assessment: &assessment,
-                    fit: &fit,
-                    catalogue: health::catalogue_figures(&recordings, &fit),
-                })?,
-            )?;
+            outputs.add_text(path, &json(&everything)?)?;
         }
         if let Some(path) = &self.report {
             let provenance = provenance(recordings.iter().map(Into::into).collect(), Some(fit.seed));
-            outputs.add_text(path, &report::fit::page(&fit, &assessment, &recordings, provenance).to_html())?;
+            outputs.add_text(path, &report::fit::page(fit, assessment, recordings, provenance).to_html())?;
         }
-        let plot = self.plot.clone().or_else(|| session.side_file(&self.output.with_extension("svg"), "--plot"));
+        let plot = self.plot.clone().or_else(|| session.side_file(&output.with_extension("svg"), "--plot"));
         if let Some(path) = &plot {
-            outputs.add_text(path, &report::fit::loop_figure(&fit, &assessment, &recordings).to_file())?;
+            outputs.add_text(path, &report::fit::loop_figure(fit, assessment, recordings).to_file())?;
         }
         outputs.commit()?;
         session.say(format_args!("{}\n", verdict.sentence))?;
         for reason in verdict.reasons.iter().skip(1).filter(|reason| reason.grade != Grade::Good) {
             session.say(format_args!("  {}\n", reason.words))?;
         }
-        session.say(format_args!("{}", tables::fit(&fit)))?;
+        session.say(format_args!("{}", tables::fit(fit)))?;
         session.written(&[
-            ("Model", Some(&self.output)),
+            ("Model", Some(output)),
             ("Plot", plot.as_ref()),
             ("JSON", self.json.as_ref()),
             ("Report", self.report.as_ref()),
@@ -141,11 +177,18 @@ impl FitArgs {
 /// What `--json` writes.
 #[derive(serde::Serialize)]
 struct Everything<'a> {
-    verdict: &'a report::fit_words::WordedVerdict,
+    verdict: report::fit_words::WordedVerdict,
     #[serde(flatten)]
     assessment: &'a Assessment,
     #[serde(flatten)]
     fit: &'a Fit,
     /// K1, K2, K3, hysteresis loss and lost motion; none of a joint log.
     catalogue: Option<Condition>,
+}
+
+impl<'a> Everything<'a> {
+    fn of(fit: &'a Fit, recordings: &[Recording], assessment: &'a Assessment) -> Self {
+        let verdict = report::fit_words::worded(&assessment.verdict, fit.model.torque_unit);
+        Self { verdict, assessment, fit, catalogue: health::catalogue_figures(recordings, fit) }
+    }
 }

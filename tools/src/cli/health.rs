@@ -6,6 +6,7 @@ use clap::Args;
 
 use super::Session;
 use super::common::{ReadingArgs, SeedArgs, json, positive, provenance};
+use super::each::EachArgs;
 use super::failure::Failure;
 use super::progress::Progress;
 use super::tables;
@@ -26,7 +27,8 @@ use crate::report::page::Input;
   gmhm health today.csv
   gmhm health 2024.csv 2025.csv 2026.csv --report health.html
   gmhm health cold.csv warm.csv hot.csv --against temperature_c --json health.json
-  gmhm health --models 2024.toml 2026.toml --against service.csv:hours")]
+  gmhm health --models 2024.toml 2026.toml --against service.csv:hours
+  gmhm health --each --model gear.toml --files-from joints.txt --ndjson states.ndjson --shard 1/2")]
 pub struct HealthArgs {
     /// Recordings of one gear, in order: CSV (.gz, .zst), Parquet, MAT, MDF4 or MCAP; a folder means the recordings in it, - is standard input
     #[arg(required_unless_present_any = ["models", "files_from"], value_name = "RECORDING")]
@@ -35,7 +37,7 @@ pub struct HealthArgs {
     #[arg(long, value_name = "FILE", conflicts_with = "models")]
     files_from: Option<PathBuf>,
     /// Model files of one gear, in order; with what fit --json wrote beside each (gear.toml, gear.json) they have uncertainty too
-    #[arg(long, num_args = 1.., value_name = "M.toml", conflicts_with_all = ["recordings", "model", "rated_deflection"])]
+    #[arg(long, num_args = 1.., value_name = "M.toml", conflicts_with_all = ["recordings", "model", "rated_deflection", "each"])]
     models: Vec<PathBuf>,
     /// Model file whose law, kernel, gate and rated deflection all recordings are fitted with [default: chosen by all of them]
     #[arg(long, value_name = "M.toml")]
@@ -55,23 +57,21 @@ pub struct HealthArgs {
     #[arg(long, value_name = "NM", value_parser = positive)]
     t2: Option<f64>,
     /// Where to write the finding as JSON
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", conflicts_with = "each")]
     json: Option<PathBuf>,
     /// Where to write the report: one HTML page with trends
-    #[arg(long, value_name = "F.html")]
+    #[arg(long, value_name = "F.html", conflicts_with = "each")]
     report: Option<PathBuf>,
     #[command(flatten)]
     reading: ReadingArgs,
     #[command(flatten)]
     seed: SeedArgs,
+    #[command(flatten)]
+    each: EachArgs,
 }
 
 impl HealthArgs {
     pub(super) fn run(&self, session: &Session) -> Result<(), Failure> {
-        let files = recording::files_and_listed(&self.recordings, self.files_from.as_deref())?;
-        for output in [self.json.as_ref(), self.report.as_ref()].into_iter().flatten() {
-            Outputs::check_beside(output, &files)?;
-        }
         let options = HealthOptions {
             seed: self.seed.seed,
             start: self.model.as_deref().map(model::load).transpose()?.map(|model| self.reading.of_gear(model)),
@@ -81,6 +81,16 @@ impl HealthArgs {
             rating: Asked { rated_torque: self.rated_torque, t1: self.t1, t2: self.t2 },
             against: self.against.clone(),
         };
+        if self.each.each {
+            return self.each.run(&self.recordings, self.files_from.as_deref(), session, |file, silent| {
+                let (found, _) = self.of_recordings(std::slice::from_ref(file), &options, silent)?;
+                Ok(serde_json::to_value(&found).map_err(std::io::Error::other)?)
+            });
+        }
+        let files = recording::files_and_listed(&self.recordings, self.files_from.as_deref())?;
+        for output in [self.json.as_ref(), self.report.as_ref()].into_iter().flatten() {
+            Outputs::check_beside(output, &files)?;
+        }
         let (found, inputs) = if self.models.is_empty() {
             self.of_recordings(&files, &options, session)?
         } else {

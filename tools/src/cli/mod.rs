@@ -6,6 +6,7 @@ mod compare;
 mod demo;
 mod diagnose;
 mod drive;
+mod each;
 mod export;
 mod failure;
 mod fit;

@@ -177,6 +177,18 @@ impl Assessment {
     /// # Errors
     /// What prediction or comparison refuse; cancelled by `progress`.
     pub fn of(fit: &Fit, recordings: &[Recording], progress: &dyn Progress) -> Result<Self, AssessError> {
+        Self::with(fit, recordings, true, progress)
+    }
+
+    /// The same without other models and another rated deflection, which take several times as long as the fit: for fleets.
+    ///
+    /// # Errors
+    /// As of [`of`](Self::of).
+    pub fn of_model_alone(fit: &Fit, recordings: &[Recording]) -> Result<Self, AssessError> {
+        Self::with(fit, recordings, false, &())
+    }
+
+    fn with(fit: &Fit, recordings: &[Recording], compares: bool, progress: &dyn Progress) -> Result<Self, AssessError> {
         let predictions = recordings.iter().map(|r| predict(&fit.model, None, r)).collect::<Result<Vec<_>, _>>()?;
         let unpredicted = |((recording, prediction), offset): ((&Recording, &Prediction), &f64)| {
             let torque = recording.torque.as_deref().unwrap_or_default();
@@ -210,7 +222,7 @@ impl Assessment {
             coverage: rated.map(|rated| Coverage::of(recordings, gear.deflection_zero_rad, rated)),
             joint_coverage: fit.model.elastic.is_none().then(|| JointCoverage::of(recordings)),
             structure: structure(recordings, &residuals, fit.seed),
-            comparison: if rated.is_some() && fit.model.terms.is_empty() {
+            comparison: if compares && rated.is_some() && fit.model.terms.is_empty() {
                 compare(&compared, &options, progress)?
             } else {
                 Vec::new()

@@ -34,7 +34,9 @@ impl Lines {
         }
         let whole = text.iter().rposition(|byte| *byte == b'\n').map_or(0, |end| end + 1);
         let mut held = HashSet::new();
-        for (number, line) in text[..whole].split(|byte| *byte == b'\n').enumerate().filter(|(_, line)| !line.is_empty()) {
+        for (number, line) in
+            text[..whole].split(|byte| *byte == b'\n').enumerate().filter(|(_, line)| !line.is_empty())
+        {
             let value: Option<Value> = serde_json::from_slice(line).ok();
             let name = value.as_ref().and_then(|value| value["recording"].as_str());
             let foreign = || FleetError::Foreign { path: path.to_owned(), line: number + 1 };

@@ -22,16 +22,24 @@ pub fn file(path: &Path) -> Result<RecordingFile, RecordingError> {
 /// # Errors
 /// What cannot be read, and folders without recordings.
 pub fn files_and_listed(paths: &[PathBuf], list: Option<&Path>) -> Result<Vec<RecordingFile>, RecordingError> {
+    paths_and_listed(paths, list)?.iter().map(|path| file(path)).collect()
+}
+
+/// The paths of [`files_and_listed`], whether or not there is a file at each.
+///
+/// # Errors
+/// A list that cannot be read, and folders without recordings.
+pub fn paths_and_listed(paths: &[PathBuf], list: Option<&Path>) -> Result<Vec<PathBuf>, RecordingError> {
     let listed = list.map(listed).transpose()?.unwrap_or_default();
-    let mut files = Vec::new();
+    let mut all = Vec::new();
     for path in paths.iter().chain(&listed) {
         if path.is_dir() {
-            files.extend(in_folder(path)?.iter().map(RecordingFile::from));
+            all.extend(in_folder(path)?);
         } else {
-            files.push(file(path)?);
+            all.push(path.clone());
         }
     }
-    Ok(files)
+    Ok(all)
 }
 
 fn listed(list: &Path) -> Result<Vec<PathBuf>, RecordingError> {

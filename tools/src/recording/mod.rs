@@ -30,7 +30,7 @@ mod write;
 use std::borrow::Cow;
 
 pub use error::{ColumnPlace, Mistake, RecordingError, RecordingProblem, shell_word};
-pub use files::{file, files_and_listed};
+pub use files::{file, files_and_listed, paths_and_listed};
 pub use format::Format;
 pub use map::{ColumnMap, MapError, Mapping};
 pub use needs::{Need, Needs};

@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result};
 use xshell::{Shell, cmd};
 
+use crate::python::environment;
+
 /// From the package index.
 const FMPY: &str = "fmpy==0.3.32";
 
@@ -15,7 +17,7 @@ const RECORDING: &str = "examples/bench/running.csv";
 
 /// Exports the model as FMUs and predicts the recording, then compares both in FMPy.
 pub fn run(shell: &Shell) -> Result<()> {
-    let Some(python) = environment(shell)? else { return Ok(()) };
+    let Some(python) = environment(shell, "fmpy", &[FMPY], "fmpy")? else { return Ok(()) };
     let folder = shell.create_temp_dir()?;
     let folder = folder.path();
     shell.copy_file(RECORDING, folder.join("rec.csv"))?;
@@ -48,27 +50,6 @@ pub fn run(shell: &Shell) -> Result<()> {
         .context("the FMU does not agree with `gmhm predict`")?;
     println!("export: FMU in FMPy: {said}");
     Ok(())
-}
-
-/// A Python with FMPy in `target`, made where it is missing; none without Python or package index.
-fn environment(shell: &Shell) -> Result<Option<PathBuf>> {
-    let folder = shell.current_dir().join("target/fmpy");
-    let python = folder.join("bin/python");
-    if cmd!(shell, "{python} -c 'import fmpy'").quiet().ignore_stderr().run().is_ok() {
-        return Ok(Some(python));
-    }
-    if cmd!(shell, "python3 --version").quiet().ignore_stdout().ignore_stderr().run().is_err() {
-        println!("export: skipped: no python3 for FMPy");
-        return Ok(None);
-    }
-    println!("export: installing {FMPY} into {}", folder.display());
-    let made = cmd!(shell, "python3 -m venv {folder}").quiet().run();
-    let installed = made.and_then(|()| cmd!(shell, "{python} -m pip --quiet install {FMPY}").quiet().run());
-    if let Err(error) = installed {
-        println!("export: skipped: no FMPy: {error}");
-        return Ok(None);
-    }
-    Ok(Some(python))
 }
 
 /// A CSV without one of its columns.

@@ -10,11 +10,13 @@ mod emulate;
 mod emulator;
 mod end_to_end;
 mod export;
+mod fleet;
 mod fmu;
 mod fuzz;
 mod golden;
 mod lockstep;
 mod machine;
+mod python;
 mod registry;
 mod setup;
 mod size;
@@ -71,6 +73,21 @@ enum Command {
         #[arg(long, default_value_t = end_to_end::SEED)]
         seed: u64,
     },
+    /// Run the Dask example on synthetic joints, some of them damaged, with a worker killed on the way.
+    Fleet {
+        /// Joints, two recordings each.
+        #[arg(long, default_value_t = 20)]
+        joints: u32,
+        /// Rows of each recording.
+        #[arg(long, default_value_t = 400)]
+        rows: u32,
+        /// Damaged recordings among them.
+        #[arg(long, default_value_t = 3)]
+        damaged: u32,
+        /// Also time a plain loop, with the program built in release.
+        #[arg(long)]
+        timed: bool,
+    },
     /// Fuzz the block parser, the link, the store, the control path and the library for C.
     Fuzz {
         /// Executions of each.
@@ -116,6 +133,7 @@ fn run(arguments: Arguments) -> anyhow::Result<()> {
         Command::Export => export::run(&shell),
         Command::Canopen => canopen::run(&shell),
         Command::EndToEnd { cuts, seed } => end_to_end::run(&shell, cuts, seed),
+        Command::Fleet { joints, rows, damaged, timed } => fleet::run(&shell, [joints, rows, damaged], timed),
         Command::Fuzz { executions, seed } => fuzz::run(&shell, executions, seed),
         Command::RunImage { image } => emulate::run_image(&image),
         Command::Structure => structure::run(&shell),

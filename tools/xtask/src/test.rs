@@ -6,7 +6,7 @@ use std::process::{Child, Command, Stdio};
 use anyhow::{Context, Result, bail, ensure};
 use xshell::{Shell, cmd};
 
-use crate::{c, canopen, cost, emulate, end_to_end, export, fuzz, setup, size, structure};
+use crate::{c, canopen, cost, emulate, end_to_end, export, fleet, fuzz, setup, size, structure};
 
 /// Sets up what is missing, then runs everything.
 pub fn run(shell: &Shell) -> Result<()> {
@@ -28,6 +28,7 @@ pub fn run(shell: &Shell) -> Result<()> {
     size::run(shell, false)?;
     c::run(shell)?;
     export::run(shell)?;
+    fleet::run(shell, fleet::IN_TESTS, false)?;
     canopen::run(shell)?;
     end_to_end::run(shell, end_to_end::CUTS, end_to_end::SEED)?;
     fuzz::run(shell, fuzz::IN_TESTS, 1)?;

@@ -1,0 +1,199 @@
+"""Fits every recording of a fleet on a Dask cluster, ranks the joints by what changed and diagnoses the first of them.
+
+    python fleet.py recordings.parquet -o results.parquet
+    python fleet.py recordings.parquet -o results.parquet --scheduler tcp://scheduler:8786
+
+Each row group of the Parquet files is one recording: columns `joint` and `session` name it, the others are those of a recording (docs/recordings.md).
+The program `gmhm` does the work; every worker needs it, and the files, under the same paths. Run again after a stop: what is done is kept.
+Needs dask[distributed] and pyarrow.
+"""
+
+import argparse
+import json
+import math
+import os
+import subprocess
+import tempfile
+import time
+from pathlib import Path
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+NAMES = ("joint", "session")
+COLUMNS = [("file", pa.string()), ("row_group", pa.int64()), ("joint", pa.string()), ("session", pa.string())]
+COLUMNS += [("ok", pa.bool_()), ("error", pa.string()), ("result", pa.string()), ("model_toml", pa.string())]
+
+
+def gmhm(program, words):
+    """Runs gmhm with one thread: the cluster has one worker for each core."""
+    environment = os.environ | {"RAYON_NUM_THREADS": "1"}
+    done = subprocess.run([program, "-q", *words], env=environment, capture_output=True, text=True)
+    if done.returncode != 0:
+        raise RuntimeError(f"gmhm {' '.join(words)}: {done.stderr.strip()}")
+
+
+def recordings_of(file):
+    """Joint, session and number of each row group, by the statistics of the file alone."""
+    data = pq.ParquetFile(file).metadata
+    places = [data.schema.to_arrow_schema().get_field_index(name) for name in NAMES]
+    for group in range(data.num_row_groups):
+        joint, session = (data.row_group(group).column(place).statistics.min for place in places)
+        yield str(joint), str(session), group
+
+
+def recording_to(folder, file, group):
+    """Writes a row group as a recording of its own; its path."""
+    table = pq.ParquetFile(file).read_row_group(group)
+    path = Path(folder) / f"{group}.parquet"
+    pq.write_table(table.drop_columns(list(NAMES)), path)
+    return path
+
+
+def save(rows, path):
+    """A table that appears whole or not at all."""
+    draft = path.with_suffix(f".{os.getpid()}.tmp")
+    pq.write_table(pa.Table.from_pylist(rows, schema=pa.schema(COLUMNS)), draft)
+    draft.replace(path)
+
+
+def each(command, words, recordings, program):
+    """Lines of `gmhm COMMAND --each`, by the path of the recording."""
+    with tempfile.TemporaryDirectory() as folder:
+        listed, lines = Path(folder) / "list.txt", Path(folder) / "lines.ndjson"
+        listed.write_text("".join(f"{path}\n" for path in recordings))
+        gmhm(program, [command, "--each", *words, "--files-from", str(listed), "--ndjson", str(lines)])
+        return {line["recording"]: line for line in map(json.loads, lines.read_text().splitlines())}
+
+
+def fit_rows(rows, words, program):
+    """Fits recordings and fills their rows; a damaged one gets an error."""
+    with tempfile.TemporaryDirectory() as folder:
+        paths = {}
+        for number, row in enumerate(rows):
+            try:
+                own = Path(folder) / str(number)
+                own.mkdir()
+                paths[str(recording_to(own, row["file"], row["row_group"]))] = row
+            except Exception as error:
+                row["error"] = str(error)
+        for path, line in each("fit", words, paths, program).items() if paths else ():
+            row = paths[path]
+            row["ok"], row["error"] = line["ok"], line.get("error")
+            if line["ok"]:
+                row["model_toml"] = line["result"].pop("model_toml")
+                row["result"] = json.dumps(line["result"])
+
+
+def fit_joints(joints, part, program):
+    """Fits all sessions of some joints into a part of the results: the first one with the law that suits it, the others with the same, so that they can be compared."""
+    for sessions in joints:
+        for row in sessions:
+            row["ok"] = False
+    fit_rows([sessions[0] for sessions in joints], [], program)
+    with tempfile.TemporaryDirectory() as folder:
+        model = Path(folder) / "first.toml"
+        for first, *others in joints:
+            model.write_text(first.get("model_toml", ""))
+            if others:
+                fit_rows(others, ["--model", str(model)] if first["ok"] else [], program)
+    rows = [row for sessions in joints for row in sessions]
+    save(rows, part)
+    return len(rows)
+
+
+def diagnose_joint(first, last, program):
+    """What the last session of a joint shows beside the model of its first one."""
+    with tempfile.TemporaryDirectory() as folder:
+        model = Path(folder) / "first.toml"
+        model.write_text(first["model_toml"])
+        path = recording_to(folder, last["file"], last["row_group"])
+        line = each("diagnose", [str(model)], [path], program)[str(path)]
+    effects = [effect["name"] for effect in line["result"]["effects"]] if line["ok"] else []
+    return {"joint": last["joint"], "ok": line["ok"], "error": line.get("error"), "effects": effects}
+
+
+def changes(rows):
+    """Joints by their largest change from the first session to the last, in standard deviations, of all quantities that catalogues quote."""
+    joints = {}
+    for row in sorted((row for row in rows if row["ok"]), key=lambda row: row["session"]):
+        joints.setdefault(row["joint"], []).append(row)
+    ranked = []
+    for joint, sessions in joints.items():
+        first, last = sessions[0], sessions[-1]
+        before, after = (
+            {q["name"]: q for q in (json.loads(row["result"])["catalogue"] or {"quantities": []})["quantities"]}
+            for row in (first, last)
+        )
+        moved = [(0.0, "")]
+        for name in before.keys() & after.keys():
+            spread = math.hypot(before[name]["sd"] or 0.0, after[name]["sd"] or 0.0)
+            if first is not last and spread > 0.0:
+                moved.append((abs(after[name]["value"] - before[name]["value"]) / spread, name))
+        ranked.append((*max(moved), joint, first, last))
+    return sorted(ranked, key=lambda entry: (-entry[0], entry[2]))
+
+
+def tasks(files, parts, chunk):
+    """Chunks of joints that have no part of the results yet."""
+    joints = {}
+    for file in files:
+        for joint, session, group in recordings_of(file):
+            joints.setdefault(joint, []).append({"joint": joint, "session": session, "file": str(file), "row_group": group})
+    sorted_joints = [sorted(rows, key=lambda row: row["session"]) for _, rows in sorted(joints.items())]
+    for start in range(0, len(sorted_joints), chunk):
+        part = parts / f"{start:08}.parquet"
+        if not part.exists():
+            yield sorted_joints[start : start + chunk], part
+
+
+def run(client, function, arguments, program):
+    """Calls of a function on the cluster, or one after the other; a worker that dies is replaced, and its task done again."""
+    if client is None:
+        return [function(*call, program) for call in arguments]
+    return client.gather([client.submit(function, *call, program, retries=3, pure=False) for call in arguments])
+
+
+def main(words=None):
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("files", nargs="+", type=Path, help="Parquet files, a recording a row group")
+    parser.add_argument("-o", "--output", type=Path, required=True, help="Parquet file of the results")
+    parser.add_argument("--scheduler", help="address of a Dask scheduler; else a cluster on this computer")
+    parser.add_argument("--workers", type=int, default=2, help="workers of the cluster on this computer; 0 for a plain loop")
+    parser.add_argument("--chunk", type=int, default=20, help="joints of a task: so many that starting the program does not count")
+    parser.add_argument("--diagnose", type=int, default=10, metavar="N", help="joints to diagnose, those that changed most")
+    parser.add_argument("--gmhm", default="gmhm", help="the program")
+    asked = parser.parse_args(words)
+    parts = asked.output.with_suffix(".parts")
+    parts.mkdir(parents=True, exist_ok=True)
+    client = None
+    if asked.scheduler or asked.workers > 0:
+        from dask.distributed import Client
+
+        local = {"n_workers": asked.workers, "threads_per_worker": 1, "processes": True, "dashboard_address": None}
+        client = Client(asked.scheduler) if asked.scheduler else Client(**local)
+    began = time.monotonic()
+    fitted = sum(run(client, fit_joints, list(tasks(asked.files, parts, asked.chunk)), asked.gmhm))
+    seconds = time.monotonic() - began
+
+    table = pa.concat_tables(pq.read_table(part) for part in sorted(parts.glob("*.parquet")))
+    rows = table.to_pylist()
+    save(rows, asked.output)
+    failed = sum(not row["ok"] for row in rows)
+    print(f"{len(rows)} recordings, {failed} failed; {fitted} fitted in this run, {seconds:.1f} s")
+    ranked = [entry for entry in changes(rows) if entry[0] > 0.0]
+    worst = ranked[: asked.diagnose]
+    findings = run(client, diagnose_joint, [(first, last) for *_, first, last in worst], asked.gmhm)
+    for (size, quantity, joint, *_), found in zip(worst, findings):
+        named = ", ".join(found["effects"]) or found["error"] or "no physics beyond the model"
+        print(f"{joint}: {quantity} moved by {size:.1f} standard deviations; {named}")
+    asked.output.with_suffix(".ranking.json").write_text(
+        json.dumps([{"joint": joint, "quantity": quantity, "standard_deviations": size} for size, quantity, joint, *_ in ranked])
+    )
+    if client is not None:
+        client.close()
+    return rows, ranked, findings
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,61 @@
+//! `--each`: every recording by itself, for fleets.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use serde_json::Value;
+
+use super::Session;
+use super::failure::Failure;
+use super::progress::Progress;
+use crate::fleet::{self, Fleet, Refusal, Shard, Tally};
+use crate::output::Outputs;
+use crate::recording::{self, RecordingFile};
+
+/// How a fleet is gone through.
+#[derive(Debug, Args)]
+pub struct EachArgs {
+    /// Treat each recording by itself, several at a time: one line of JSON a recording, also where it fails
+    #[arg(long, requires = "ndjson", help_heading = "Fleets")]
+    pub each: bool,
+    /// Where to write the lines; each is there as soon as its recording is done
+    #[arg(long, value_name = "FILE", requires = "each", help_heading = "Fleets")]
+    ndjson: Option<PathBuf>,
+    /// Go on with the file of lines: recordings that it holds are left out
+    #[arg(long, requires = "each", help_heading = "Fleets")]
+    resume: bool,
+    /// Take the I-th of N parts of the recordings, for several runs at once, each with a file of its own
+    #[arg(long, value_name = "I/N", requires = "each", help_heading = "Fleets")]
+    shard: Option<Shard>,
+}
+
+impl EachArgs {
+    /// Ends as wrong usage where only `--each` is missing: clap asks for it too, but not beside an output that it excludes.
+    pub fn check(&self) {
+        if !self.each && (self.ndjson.is_some() || self.resume || self.shard.is_some()) {
+            super::wrong_usage("--ndjson, --resume and --shard need --each");
+        }
+    }
+
+    /// Does `work` on each recording, without words, and says how many were done.
+    pub fn run<W>(&self, paths: &[PathBuf], list: Option<&Path>, session: &Session, work: W) -> Result<(), Failure>
+    where
+        W: Fn(&RecordingFile, &Session) -> Result<Value, Failure> + Sync,
+    {
+        let Some(output) = &self.ndjson else { return Ok(()) };
+        let paths = recording::paths_and_listed(paths, list)?;
+        Outputs::check(output)?;
+        let fleet = Fleet { paths: &paths, output, resume: self.resume, shard: self.shard };
+        let progress = Progress::new("Recordings", Progress::WHOLE, session.quiet);
+        let silent = Session { quiet: true };
+        let one = |path: &Path| {
+            let done = recording::file(path).map_err(Failure::from).and_then(|file| work(&file, &silent));
+            done.map_err(|failure| Refusal { error: failure.to_string(), help: failure.mend() })
+        };
+        let Tally { done, failed, held } = fleet::run(&fleet, one, &progress)?;
+        drop(progress);
+        let held = if held > 0 { format!(", {held} done before") } else { String::new() };
+        session.say(format_args!("{done} recordings done, {failed} failed{held}\n"))?;
+        session.written(&[("Lines", Some(output))])
+    }
+}
