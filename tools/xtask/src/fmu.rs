@@ -15,6 +15,10 @@ const SCRIPT: &str = "tools/tests/exported/fmu.py";
 const MODEL: &str = "tools/tests/exported/gear_with_terms.toml";
 const RECORDING: &str = "examples/bench/running.csv";
 
+/// The example that couples a gear with a motor and a link, and its gear.
+const EXAMPLE: &str = "examples/fmu/joint.py";
+const GEAR: &str = "examples/bench/true_gear.toml";
+
 /// Exports the model as FMUs and predicts the recording, then compares both in FMPy.
 pub fn run(shell: &Shell) -> Result<()> {
     let Some(python) = environment(shell, "fmpy", &[FMPY], "fmpy")? else { return Ok(()) };
@@ -35,6 +39,7 @@ pub fn run(shell: &Shell) -> Result<()> {
     for (command, inputs, output) in [
         (&["export", MODEL, "--to", "fmu"][..], &[][..], "gear.fmu"),
         (&["export", MODEL, "--to", "fmu", "--angles"], &[], "angles.fmu"),
+        (&["export", GEAR, "--to", "fmu"], &[], "plain.fmu"),
         (&["predict", MODEL], &["rec.csv"], "predicted.csv"),
         (&["predict", MODEL], &["of_angles.csv"], "angles.csv"),
         (&["predict"], &["tuned.toml", "rec.csv"], "tuned.csv"),
@@ -49,6 +54,13 @@ pub fn run(shell: &Shell) -> Result<()> {
         .read()
         .context("the FMU does not agree with `gmhm predict`")?;
     println!("export: FMU in FMPy: {said}");
+    let gear = at("plain.fmu");
+    cmd!(shell, "{python} {EXAMPLE} {gear}")
+        .quiet()
+        .ignore_stdout()
+        .run()
+        .context("the example of a flexible joint fails")?;
+    println!("export: {EXAMPLE} runs");
     Ok(())
 }
 
