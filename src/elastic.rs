@@ -57,6 +57,13 @@ impl<S: Scalar> Polynomial<S> {
         u * (self.k1 + square * (self.k3 + square * self.k5))
     }
 
+    /// u, u³, u⁵: the columns that k1, k3, k5 multiply.
+    #[inline]
+    pub fn columns(u: S) -> [S; 3] {
+        let square = u * u;
+        [u, u * square, u * (square * square)]
+    }
+
     /// Its derivative at u.
     #[inline]
     pub fn stiffness(&self, u: S) -> S {
@@ -167,8 +174,7 @@ impl Polynomial<f64> {
 
 /// θ, θ³, θ⁵: the columns that c1, c2, c3 multiply.
 pub fn basis(theta_rad: f64) -> [f64; 3] {
-    let column = |k1: f64, k3: f64, k5: f64| Polynomial { k1, k3, k5 }.torque(theta_rad);
-    [column(1.0, 0.0, 0.0), column(0.0, 1.0, 0.0), column(0.0, 0.0, 1.0)]
+    Polynomial::columns(theta_rad)
 }
 
 #[cfg(test)]

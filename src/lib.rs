@@ -12,6 +12,7 @@
 //! | [`gear`] | both together: parameters and state apart, one call a sample |
 //! | [`inverse`] | from torque to deflection |
 //! | [`feedforward`] | what a joint controller adds: offset of the motor, hysteresis torque; gain, limits, start |
+//! | [`adapt`] | the coefficients follow the gear on the drive, bounded and reversible |
 //! | [`terms`] | physics beyond the base model: friction, ripple, backlash, creep, … |
 //! | [`block`] | parameter blocks: what a drive keeps of a model file |
 //! | [`store`] | two slots in flash for blocks: one is whole at any moment |
@@ -25,6 +26,7 @@
 //! |---|---|---|
 //! | none | laws, inverse, feed-forward, servo | `libm`, `heapless` |
 //! | `fixed` | fixed point | `fixed` |
+//! | `adapt` | [`adapt`] | |
 //! | `terms` | [`terms`], [`registry`] | |
 //! | `block` | [`block`], `terms`, `fixed` | `crc` |
 //! | `store` | [`store`], `block` | `embedded-storage` |
@@ -57,6 +59,8 @@
 #![cfg_attr(not(all(target_arch = "arm", target_abi = "eabihf")), forbid(unsafe_code))]
 #![deny(unsafe_code)]
 
+#[cfg(feature = "adapt")]
+pub mod adapt;
 #[cfg(feature = "block")]
 pub mod block;
 pub mod diagnostics;

@@ -5,6 +5,7 @@
 #![forbid(unsafe_code)]
 
 pub mod closed_form;
+pub mod drift;
 pub mod flash;
 pub mod integral;
 pub mod masing;

@@ -1,6 +1,6 @@
 //! Whichever law the parameters name.
 
-use super::masing::{Masing, Path};
+use super::masing::{LoopPath, Masing, Path};
 use super::phase::{Phase, PhaseState};
 use super::time::{Time, TimeState};
 use super::{Frame, MemoryLaw, VaryingPeriod};
@@ -122,6 +122,13 @@ impl<S: Float> MemoryLaw<S> for AnyLaw<S> {
 
     fn merged_pairs<const N: usize>(&self, state: &AnyMemory<S, N>) -> u32 {
         dispatch!(self, state, 0, |law, state| law.merged_pairs::<N>(state))
+    }
+}
+
+impl<S: Float> LoopPath<S> for AnyLaw<S> {
+    #[inline]
+    fn path<const N: usize>(memory: &AnyMemory<S, N>) -> Option<&Path<S, N>> {
+        if let AnyMemory::Masing(path) = memory { Some(path) } else { None }
     }
 }
 

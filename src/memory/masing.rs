@@ -364,6 +364,28 @@ impl<S: Scalar> MemoryLaw<S> for Masing<S> {
     }
 }
 
+/// A law whose memory is, or may be, the path of law `masing`.
+pub trait LoopPath<S: Scalar>: MemoryLaw<S> {
+    /// The path, if this memory is one.
+    fn path<const N: usize>(memory: &Self::State<N>) -> Option<&Path<S, N>>;
+}
+
+impl<S: Scalar> LoopPath<S> for Masing<S> {
+    #[inline]
+    fn path<const N: usize>(memory: &Path<S, N>) -> Option<&Path<S, N>> {
+        Some(memory)
+    }
+}
+
+impl<S: Scalar> Masing<S> {
+    /// −u·g and η at the deflection that a path was last moved to: what [`e`](Self::e) and [`h`](Self::h) multiply in z/T_A.
+    #[inline]
+    pub fn columns<const N: usize>(frame: &Frame<S>, path: &Path<S, N>, theta: S) -> [S; 2] {
+        let of_e = Self { e: S::ONE, h: S::ZERO, half_play: S::ZERO };
+        [of_e.single_valued(frame, theta), path.eta()]
+    }
+}
+
 /// −θ·g(θ): the column that e multiplies in law `masing`, rad.
 pub fn single_valued_column(frame: &Frame<f64>, theta_rad: f64) -> f64 {
     -theta_rad * frame.gate(theta_rad)

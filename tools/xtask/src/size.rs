@@ -25,7 +25,7 @@ struct Path {
     joint_limit: u64,
 }
 
-const PATHS: [Path; 6] = [
+const PATHS: [Path; 7] = [
     Path {
         image: "core_path",
         machine: machine::M0,
@@ -39,6 +39,13 @@ const PATHS: [Path; 6] = [
         title: "law `masing`, forward and inverse, 16 turning points",
         code_limit: 4608,
         joint_limit: 256,
+    },
+    Path {
+        image: "adapt_path",
+        machine: machine::M4F,
+        title: "law `masing`, forward and inverse, 16 turning points, with its adaptation",
+        code_limit: 14_336,
+        joint_limit: 768,
     },
     Path {
         image: "feedforward_path",

@@ -1,0 +1,186 @@
+//! The adaptation over long times, in release: `cargo test --release -p gmhm-host-tests --test adapt_long -- --ignored --nocapture`.
+
+#[path = "common/adapting.rs"]
+mod adapting;
+
+use adapting::{Case, block, run};
+use gmhm::Gear;
+use gmhm::adapt::{Adaptation, Change, Settings};
+use gmhm::memory::masing::Masing;
+use gmhm_host_tests::drift::{Fault, Motion};
+
+/// The tables of `docs/adaptation.md`.
+#[test]
+#[ignore = "the tables of the documentation"]
+fn tables() {
+    println!("| motion | block | adapted | truth | feed-forward, adapted over block | takeovers | returns |");
+    println!("|---|---:|---:|---:|---:|---:|---:|");
+    for motion in Motion::ALL {
+        let outcome = run::<f32>(&Case { motion, drift: [0.9, 1.2], ..Case::default() }, |_, _| {});
+        let [block, adapted, truth] = outcome.one_step.map(|rms| 100.0 * rms);
+        let [fixed, follows] = outcome.feed_forward;
+        println!(
+            "| {motion:?} | {block:.2} | {adapted:.2} | {truth:.2} | {:.3} | {} | {} |",
+            follows / fixed,
+            outcome.taken_over,
+            outcome.given_back
+        );
+    }
+    let rated = adapting::block().torque_scale_nm();
+    let faults = [
+        ("stuck", Fault::Stuck),
+        ("zero and noise", Fault::Zero),
+        ("offset 1 %", Fault::Offset(0.01 * rated)),
+        ("offset 5 %", Fault::Offset(0.05 * rated)),
+        ("offset 50 %", Fault::Offset(0.5 * rated)),
+        ("delay 1 ms", Fault::Delay(1e-3)),
+        ("delay 2.5 ms", Fault::Delay(2.5e-3)),
+        ("delay 5 ms", Fault::Delay(5e-3)),
+        ("spikes, 1 in 20", Fault::Spikes(20)),
+        ("spikes, 1 in 2000", Fault::Spikes(2000)),
+        ("spikes one way, 1 in 50", Fault::SpikesUp(50)),
+        ("NaN, 1 in 3", Fault::NotNumbers(3)),
+        ("NaN", Fault::AllNotNumbers),
+    ];
+    println!("\n| fault | worst ratio, gear as its block | worst ratio, gear that drifts | reported |");
+    println!("|---|---:|---:|---|");
+    for (name, fault) in faults {
+        let worst = |drift: [f64; 2]| {
+            let mut worst = 0.0_f64;
+            let mut warnings = std::collections::BTreeSet::new();
+            for motion in Motion::FIVE {
+                for from in [0.0, 100.3] {
+                    let case = Case { motion, fault: (fault, from), seconds: 300.0, drift, ..Case::default() };
+                    let outcome = run::<f32>(&case, |_, _| {});
+                    let [block, adapted, _] = outcome.one_step;
+                    worst = worst.max(adapted / block);
+                    if from == 0.0 {
+                        warnings.extend(outcome.warnings.iter().map(|warning| warning.name()));
+                    }
+                }
+            }
+            (worst, warnings)
+        };
+        let (still, warnings) = worst([1.0; 2]);
+        let (drifts, _) = worst([0.95, 1.1]);
+        let warnings: Vec<_> = warnings.into_iter().collect();
+        println!("| {name} | {still:.4} | {drifts:.4} | {} |", warnings.join(", "));
+    }
+}
+
+/// Nothing drifts: 1000 runs of 600 s.
+#[test]
+#[ignore = "minutes in release"]
+fn a_thousand_runs_without_drift() {
+    for (white, coloured) in [(0.01, [0.0; 2]), (0.007, [0.007, 0.95])] {
+        for motion in Motion::FIVE {
+            let (mut beyond, mut worst, mut taken, mut warned) = (0, 0.0_f64, 0, 0);
+            for seed in 0..200 {
+                let outcome = run::<f32>(&Case { motion, seed, white, coloured, ..Case::default() }, |_, _| {});
+                let [fixed, adapted, _] = outcome.one_step;
+                assert!(adapted <= 1.02 * fixed, "{motion:?} {seed}: {adapted} for {fixed}");
+                worst = worst.max(adapted / fixed);
+                beyond += u32::from(outcome.deviations.iter().any(|z| z.abs() > 3.0));
+                taken += outcome.taken_over;
+                warned += u32::from(outcome.warnings.bits() != 0);
+            }
+            println!(
+                "{motion:?}, coloured {}: {beyond} of 200 beyond 3 sd, worst ratio {worst:.5}, {taken} takeovers, {warned} with warnings",
+                coloured[0]
+            );
+            assert!(beyond <= 2, "{motion:?}: {beyond} of 200");
+        }
+    }
+}
+
+/// 1000 h of normal running without drift: one warning at most.
+#[test]
+#[ignore = "minutes in release"]
+fn false_alarms_in_a_thousand_hours() {
+    let mut warned = 0;
+    for hour in 0..200 {
+        for motion in Motion::FIVE {
+            let case = Case { motion, seed: 10_000 + hour, seconds: 3600.0, ..Case::default() };
+            let outcome = run::<f32>(&case, |_, _| {});
+            if outcome.warnings.bits() != 0 {
+                warned += 1;
+                println!("{motion:?} {hour}: {:?}", outcome.warnings.iter().collect::<Vec<_>>());
+            }
+        }
+    }
+    println!("{warned} of 1000 h with warnings");
+    assert!(warned <= 1, "{warned} of 1000 h");
+}
+
+/// Samples through excitation that comes and goes, by a gear that wanders: the estimate stays finite and within its prior, the error does not grow.
+fn long_run(samples: u64) {
+    let block = block();
+    let a = block.rated_deflection_rad() as f32;
+    let settings = Settings::default();
+    let prior = (0.5 * settings.largest_change).powi(2) as f32;
+    let adaptation = Adaptation::<f32>::new(&block, &settings).expect("law masing");
+    let gear = Gear::<f32, _>::with_law(&block, Masing::new(&block));
+    let (mut state, mut path) = (adaptation.start(), gear.start::<16>(0.0));
+    let mut in_force = gear;
+    let (mut noise, mut errors) = (1_u32, [0.0_f64; 4]);
+    let (mut phase, mut mode) = (0.0_f32, 0);
+    for k in 0..samples {
+        noise = noise.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        // A stay of 100 s in one kind of motion, of 1000 s at rest now and then.
+        if k % 100_000 == 0 && (k / 100_000) % 17 != 3 {
+            mode = if (k / 100_000) % 17 < 3 {
+                noise >> 29
+            } else if (k / 100_000) % 17 < 13 {
+                7
+            } else {
+                noise >> 29
+            };
+        }
+        let (speed, amplitude, bias) = match mode {
+            0 => (6.0, 0.9, 0.0),
+            1 => (0.3, 0.98, 0.0),
+            2 => (3.0, 0.1, 0.6),
+            3 => (3.0, 0.01, 0.0),
+            4 => (20.0, 0.3, 0.0),
+            5 => (4.0, 0.4, 0.5),
+            6 => (2.0, 0.6, -0.3),
+            _ => (0.0, 0.0, 0.4),
+        };
+        phase = (phase + speed * 1e-3) % std::f32::consts::TAU;
+        let u = if k < 4000 { 0.99 * (k as f32 * 1.6e-3).sin() } else { bias + amplitude * phase.sin() };
+        // Stiffness and hysteresis wander by 3 % within an hour and a half.
+        let wander = 1.0 + 0.03 * (std::f64::consts::TAU * k as f64 / 5e6).sin() as f32;
+        let truth = wander * gear.step(&mut path, a * u).torque;
+        let torque = truth + 0.6 * ((noise >> 8) as f32 / 16_777_216.0 - 0.5);
+        errors[(4 * k / samples) as usize] += f64::from(in_force.output(&path).torque - truth).powi(2);
+        match adaptation.period(&mut state, &path, torque) {
+            Change::None => {}
+            Change::TakenOver => {
+                let params = adaptation.params(&state, &block).expect("acceptable parameters");
+                in_force = Gear::with_law(&params, Masing::new(&params));
+            }
+            Change::GivenBack => in_force = gear,
+        }
+        if k % 1000 == 0 {
+            for (value, variance) in state.estimate().iter().zip(state.variances()) {
+                assert!(value.abs() < 0.25, "sample {k}: {:?}", state.estimate());
+                assert!(variance > 0.0 && variance <= prior * 1.000_1, "sample {k}: {variance}");
+            }
+        }
+    }
+    let rms = errors.map(|sum| (sum / (samples / 4) as f64).sqrt() / block.torque_scale_nm());
+    println!("{samples} samples: error of those in force by quarter, of T_A: {rms:?}; {:?}", state.warnings());
+    assert!(rms.iter().all(|rms| *rms < 0.02), "{rms:?}");
+    assert!(rms[3] < 1.5 * rms[0] + 2e-3, "{rms:?}");
+}
+
+#[test]
+fn two_million_samples() {
+    long_run(2_000_000);
+}
+
+#[test]
+#[ignore = "a minute in release"]
+fn a_hundred_million_samples() {
+    long_run(100_000_000);
+}

@@ -1,0 +1,82 @@
+//! What an adaptation is set to.
+
+use core::fmt;
+
+use crate::params::Law;
+
+/// Settings of an [`Adaptation`](super::Adaptation).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    /// Δ, the control period, s.
+    pub period_s: f64,
+    /// How far a coefficient may drift within a stretch, standard deviation as a share of the torque scale: what forgetting is measured by. 0: nothing is forgotten.
+    pub drift: f64,
+    /// The most that a coefficient, and their common factor, may depart from the block's: share of the block's torque at the rated deflection.
+    pub largest_change: f64,
+    /// False-acceptance rate of the sequential test: at most this many takeovers a stretch while the parameters in force are the truth.
+    pub false_acceptance: f64,
+}
+
+impl Default for Settings {
+    /// 1 kHz, 0.1 % of the rated torque a stretch, a quarter of it in all, one takeover in a million stretches.
+    fn default() -> Self {
+        Self { period_s: 1e-3, drift: 1e-3, largest_change: 0.25, false_acceptance: 1e-6 }
+    }
+}
+
+/// Why there is no adaptation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum AdaptError {
+    /// A setting lies outside its range.
+    Setting {
+        /// Its field in [`Settings`].
+        setting: &'static str,
+        /// What it was.
+        value: f64,
+        /// What is accepted.
+        accepted: &'static str,
+    },
+    /// The law is not linear in five coefficients given the path.
+    Law(Law),
+}
+
+impl fmt::Display for AdaptError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Setting { setting, value, accepted } => write!(f, "{setting} = {value} must be {accepted}"),
+            Self::Law(law) => write!(
+                f,
+                "law {} cannot be adapted on the drive: only law masing is linear in its coefficients given the path; fit the gear with law = \"masing\"",
+                law.name()
+            ),
+        }
+    }
+}
+
+impl core::error::Error for AdaptError {}
+
+impl Settings {
+    /// # Errors
+    /// The first setting outside its range.
+    pub(super) fn check(&self) -> Result<(), AdaptError> {
+        let Self { period_s, drift, largest_change, false_acceptance } = *self;
+        for (setting, value, within, accepted) in [
+            ("period_s", period_s, period_s > 0.0 && period_s <= 1.0, "above 0 and at most 1 s"),
+            ("drift", drift, (0.0..=0.1).contains(&drift), "between 0 and 0.1"),
+            (
+                "largest_change",
+                largest_change,
+                largest_change > 0.0 && largest_change <= 0.5,
+                "above 0 and at most 0.5",
+            ),
+            ("false_acceptance", false_acceptance, (1e-12..=0.1).contains(&false_acceptance), "between 1e-12 and 0.1"),
+        ] {
+            // A NaN compares false.
+            if !within {
+                return Err(AdaptError::Setting { setting, value, accepted });
+            }
+        }
+        Ok(())
+    }
+}
