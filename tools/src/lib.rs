@@ -4,6 +4,7 @@
 //! Every equation of the gear is evaluated by the core crate [`gmhm`] in `f64`; nothing here writes one again.
 #![forbid(unsafe_code)]
 
+pub mod adapt;
 pub mod baselines;
 pub mod bench;
 pub mod block;

@@ -9,6 +9,7 @@ fn help_of_every_command() {
     let dir = WorkDir::new();
     insta::assert_snapshot!("gmhm", dir.succeed("--help").stdout);
     for command in [
+        "adapt",
         "columns",
         "compare",
         "completions",

@@ -30,7 +30,7 @@ pub struct Key {
     pub plant: Plant,
     /// What was hidden, in the order of the last terms of the truth.
     pub hidden: Vec<Hidden>,
-    /// The model. But in experiment `joint`, its prediction is the torque of perfect sensors.
+    /// The model; in experiment `drift`, what it has become at the end. But in these two and in experiment `joint`, its prediction is the torque of perfect sensors.
     pub truth: Model,
 }
 

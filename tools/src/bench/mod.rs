@@ -9,11 +9,13 @@
 //!   q_m = N·∫v dt for a prescribed v, and q_o follows from it and the deflection.
 //! - `cycle`, `amplitudes` and `rates` prescribe the deflection (waveforms `sine`, `triangle`) or the load (`steps`); `running` and
 //!   `dynamic` prescribe the load, and the deflection is the one at which the gear carries it.
+//! - `drift` prescribes the deflection, and the gear's coefficients go from the model's to those of a warm gear in proportion to time.
 //! - [`joint`] puts the gear into a flexible joint under a drive.
-//! - But for the joint, every torque is the core's, by the same path as `gmhm predict`: the key's model predicts the noise-free recording exactly.
+//! - But for the joint, every torque is the core's, by the same path as `gmhm predict`; but for `drift` too, the key's model predicts the noise-free recording exactly.
 //!
 //! Random choices come from one seed, in a stream for the motion and one a sensor: another `--noise` leaves the motion as it was.
 
+mod drift;
 mod error;
 pub mod hide;
 pub mod joint;
@@ -68,10 +70,18 @@ pub fn simulate(
         let stand_rad = model.gear.ratio.map_or(0.0, |ratio| motion.random_range(0.0..std::f64::consts::TAU) / ratio);
         let stage = Stage { params, plan, stand_rad, warm_up_k: options.warm_up_k };
         let (truth, hidden) = hide::inject(model, &options.hide, &stage, &mut random(seed, Stream::Hidden))?;
-        (stage.record(&truth)?, truth, hidden)
+        if experiment == Experiment::Drift {
+            let (recording, warm) = drift::record(&stage, &truth)?;
+            (recording, warm, hidden)
+        } else {
+            (stage.record(&truth)?, truth, hidden)
+        }
     };
     let perfect = Recording { name: format!("simulated {experiment}"), torque_unit: model.torque_unit, ..perfect };
-    let noise = options.noise.unwrap_or_else(|| Noise::typical(params.rated_torque_nm()));
+    let noise = options.noise.unwrap_or_else(|| match experiment {
+        Experiment::Drift => Noise { torque_nm: drift::NOISE * params.rated_torque_nm(), ..Noise::default() },
+        _ => Noise::typical(params.rated_torque_nm()),
+    });
     let key = Key {
         seed,
         experiment,

@@ -21,6 +21,8 @@ pub enum Experiment {
     Running,
     /// Input locked, a random load within a band of frequencies
     Dynamic,
+    /// Input locked, a random deflection while the gear warms: stiffness falls by 10 %, hysteresis grows by 20 %, friction halves
+    Drift,
     /// The gear in a flexible joint under a drive, the link tracking an angle
     Joint,
 }
@@ -34,6 +36,7 @@ impl Experiment {
             Self::Rates => "rates",
             Self::Running => "running",
             Self::Dynamic => "dynamic",
+            Self::Drift => "drift",
             Self::Joint => "joint",
         }
     }
@@ -75,24 +78,24 @@ impl Waveform {
 
 /// The options of an experiment. What is not given takes the experiment's default (`joint`: 24 s at 500 Hz, plant `model`, compensation `off`):
 ///
-/// | | `cycle` | `amplitudes` | `rates` | `running` | `dynamic` |
-/// |---|---|---|---|---|---|
-/// | amplitude | 1 | 0.25, 0.5, 0.75, 1, 0.75, 0.5, 0.25 | 1 | 1 | 1 |
-/// | rate, Hz | 0.025 | 0.05 | 0.02, 0.1, 0.5, 2 | up to 0.5 | up to 5 |
-/// | cycles of each | 3 | 1 | 2 | | |
-/// | duration, s | 130 | 145 | 112.75 | 60 | 40 |
-/// | sample rate, Hz | 50 | 50 | 200 | 400 | 500 |
-/// | speed, rad/s | 0 | 0 | 0 | 1 | 0 |
+/// | | `cycle` | `amplitudes` | `rates` | `running` | `dynamic` | `drift` |
+/// |---|---|---|---|---|---|---|
+/// | amplitude | 1 | 0.25, 0.5, 0.75, 1, 0.75, 0.5, 0.25 | 1 | 1 | 1 | 1 |
+/// | rate, Hz | 0.025 | 0.05 | 0.02, 0.1, 0.5, 2 | up to 0.5 | up to 5 | up to 2 |
+/// | cycles of each | 3 | 1 | 2 | | | |
+/// | duration, s | 130 | 145 | 112.75 | 60 | 40 | 600 |
+/// | sample rate, Hz | 50 | 50 | 200 | 400 | 500 | 500 |
+/// | speed, rad/s | 0 | 0 | 0 | 1 | 0 | 0 |
 #[derive(Debug, Clone, PartialEq, Default, Args)]
 pub struct Options {
     /// Length of the recording, s; with the input locked it sets the rate instead of --rate
     ///
-    /// By default cycle has 130, amplitudes 145, rates 112.75, running 60, dynamic 40; joint always has 24.
+    /// By default cycle has 130, amplitudes 145, rates 112.75, running 60, dynamic 40, drift 600; joint always has 24.
     #[arg(long = "duration", value_name = "S")]
     pub duration_s: Option<f64>,
     /// Samples a second
     ///
-    /// By default cycle and amplitudes have 50, rates 200, running 400, dynamic and joint 500.
+    /// By default cycle and amplitudes have 50, rates 200, running 400, dynamic, drift and joint 500.
     #[arg(long = "sample-rate", value_name = "HZ")]
     pub sample_rate_hz: Option<f64>,
     /// Amplitudes in turn, each a share of the rated deflection (running, dynamic: of the rated torque), above 0 to 1
@@ -100,9 +103,9 @@ pub struct Options {
     /// By default 1, for amplitudes 0.25,0.5,0.75,1,0.75,0.5,0.25.
     #[arg(long = "amplitude", value_name = "SHARE,...", value_delimiter = ',')]
     pub amplitudes: Vec<f64>,
-    /// Cycles a second, several in turn for rates; running, dynamic: upper end of the load's band
+    /// Cycles a second, several in turn for rates; running, dynamic, drift: upper end of the band
     ///
-    /// By default cycle has 0.025, amplitudes 0.05, rates 0.02,0.1,0.5,2, running 0.5, dynamic 5.
+    /// By default cycle has 0.025, amplitudes 0.05, rates 0.02,0.1,0.5,2, running 0.5, dynamic 5, drift 2.
     #[arg(long = "rate", value_name = "HZ,...", value_delimiter = ',')]
     pub rates_hz: Vec<f64>,
     /// Cycles of each amplitude and rate; by default cycle has 3, amplitudes 1, rates 2
@@ -134,7 +137,7 @@ pub struct Options {
     /// torque=RMS_NM, ar=A (noise of one sample carries over to the next by A, 0 to below 1), torque_step=NM (converter), encoder_bits=BITS
     /// (2^BITS counts a turn, both encoders; the deflection follows from them), outliers=RATE:SIZE_NM, velocity=RMS_RAD_PER_S, temperature=RMS_K.
     /// What is not named adds nothing. Example: torque=0.1,ar=0.95,encoder_bits=20,outliers=0.001:5. The default is
-    /// torque=0.1 % and torque_step=1/16384 of the rated torque, ar=0.9, encoder_bits=26, temperature=0.02.
+    /// torque=0.1 % and torque_step=1/16384 of the rated torque, ar=0.9, encoder_bits=26, temperature=0.02; for drift, torque=1 % of the rated torque and nothing else.
     #[arg(long, value_name = "NOISE")]
     pub noise: Option<Noise>,
 }

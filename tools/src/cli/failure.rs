@@ -6,6 +6,7 @@ use std::path::PathBuf;
 
 use miette::{Diagnostic, GraphicalReportHandler, LabeledSpan, SourceCode};
 
+use crate::adapt::AdaptReplayError;
 use crate::bench::BenchError;
 use crate::block::{FileError, PackError};
 use crate::device::DeviceError;
@@ -44,6 +45,9 @@ pub enum Failure {
     /// Nothing could be predicted.
     #[error(transparent)]
     Predict(#[from] PredictError),
+    /// Nothing could be replayed through the adaptation.
+    #[error(transparent)]
+    Adapt(#[from] AdaptReplayError),
     /// Nothing could be inverted.
     #[error(transparent)]
     Invert(#[from] InvertError),
@@ -124,7 +128,10 @@ impl Failure {
             Failure::NoRealRecordings { .. } => {
                 Some("name the folder that holds them with --real FOLDER; docs/proof.md lists their files".to_owned())
             }
-            Failure::Bench(_)
+            Failure::Adapt(AdaptReplayError::Predict(e)) => e.mend(),
+            Failure::Adapt(AdaptReplayError::Recording(e)) => e.mend(),
+            Failure::Adapt(_)
+            | Failure::Bench(_)
             | Failure::RealRecording(_)
             | Failure::Copy(_)
             | Failure::Discover(_)

@@ -1,5 +1,6 @@
 //! The commands, one small file each; no mathematics here.
 
+mod adapt;
 mod columns;
 mod common;
 mod compare;
@@ -47,6 +48,7 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    Adapt(adapt::AdaptArgs),
     Columns(columns::ColumnsArgs),
     Compare(compare::CompareArgs),
     Completions(shell::CompletionsArgs),
@@ -130,6 +132,7 @@ pub fn run() -> ExitCode {
     crate::output::clean_up_on_interrupt();
     let session = Session { quiet: cli.quiet };
     let done = match &cli.command {
+        Some(Command::Adapt(args)) => args.run(&session),
         Some(Command::Columns(args)) => args.run(&session),
         Some(Command::Compare(args)) => args.run(&session),
         Some(Command::Completions(args)) => args.run(&session),

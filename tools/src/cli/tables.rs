@@ -1,5 +1,6 @@
 //! Results as text for people.
 
+use crate::adapt::{NAMES, Replay};
 use crate::diagnose::diagnosis::{Diagnosis, ParameterValue, Unit};
 use crate::fit::Fit;
 use crate::fit::comparison::Comparison;
@@ -8,6 +9,31 @@ use crate::number::{number, plus_minus, trimmed};
 use crate::recording::TorqueUnit;
 use crate::regression::uncertainty::Estimated;
 use crate::report::fit_words::held_invertible;
+
+/// A replay: both errors, old and new coefficients with their standard deviations, warnings.
+pub(super) fn adapt(replay: &Replay) -> String {
+    let unit = replay.unit.symbol();
+    let mut lines = vec![
+        format!("Torque error one step ahead, rms in {unit}"),
+        format!("  block    {}", four(replay.rms.block)),
+        format!("  adapted  {}", four(replay.rms.adapted)),
+        format!(
+            "Taken over {} times, given back {} times, after {} stretches of motion",
+            replay.taken_over_s.len(),
+            replay.given_back_s.len(),
+            replay.stretches
+        ),
+    ];
+    if let Some(last) = replay.trace.last() {
+        lines.push(format!("  {:<4} {:>14}    {}", "", "block", "estimate at the end"));
+        let values = last.coefficients();
+        lines.extend(NAMES.iter().enumerate().map(|(k, name)| {
+            format!("  {name:<4} {:>14}    {}", number(replay.block[k], 5), plus_minus(values[k], last.sd[k]))
+        }));
+    }
+    lines.extend(replay.warnings.iter().map(|warning| format!("Warning: {warning}")));
+    lines.join("\n") + "\n"
+}
 
 /// A fit: structure, parameters with standard deviations, what is left.
 pub(super) fn fit(fit: &Fit) -> String {

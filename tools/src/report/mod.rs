@@ -3,11 +3,12 @@
 //! | file | what |
 //! |---|---|
 //! | [`page`] | a page: verdict, sections, provenance |
-//! | [`fit`], [`health`], [`diagnosis`] | the reports of a fit, of a series of states, of a diagnosis |
+//! | [`fit`], [`health`], [`diagnosis`], [`adapt`] | the reports of a fit, of a series of states, of a diagnosis, of a replay through the adaptation |
 //! | [`figures`] | which curves in which units |
 //! | [`pictures`] | recordings and models as they are |
 //! | [`plot`] | curves, bars and heat maps as SVG |
 
+pub mod adapt;
 mod bins;
 pub mod diagnosis;
 pub mod figures;

@@ -1,0 +1,49 @@
+//! A gear that warms: its coefficients go from those of the model to others, in proportion to time.
+
+use super::error::BenchError;
+use super::stage::Stage;
+use crate::model::{Model, Term, TermValue};
+use crate::recording::Recording;
+
+/// Stiffness at the end, over that of the model.
+const STIFFNESS: f64 = 0.9;
+/// Hysteresis at the end, over that of the model.
+const HYSTERESIS: f64 = 1.2;
+/// Coulomb friction at start and end, of the rated torque: the model does not know it.
+const FRICTION: [f64; 2] = [0.01, 0.005];
+/// Speed over which friction reverses, rated deflections a second.
+const SMOOTHING_PER_S: f64 = 0.1;
+/// Standard deviation of the torque's noise, of the rated torque.
+pub(super) const NOISE: f64 = 0.01;
+
+/// The recording of perfect sensors, and the model of the gear at its end.
+///
+/// Given the deflection, the torque is linear in the coefficients: with T_0 that of the cold gear and T_1 that of the warm one, both by the core, T = T_0 + (T_1 − T_0)·t/t_end.
+pub(super) fn record(stage: &Stage, model: &Model) -> Result<(Recording, Model), BenchError> {
+    let (rated_nm, rated_rad) = (stage.params.rated_torque_nm(), stage.params.rated_deflection_rad());
+    let with_friction = |model: &Model, share: f64| {
+        let values = [("torque_nm", share * rated_nm), ("smoothing_rad_per_s", SMOOTHING_PER_S * rated_rad)];
+        let values = values.map(|(key, value)| (key.to_owned(), TermValue::Number(value))).into();
+        let mut model = model.clone();
+        model.terms.push(Term { kind: "coulomb_friction".to_owned(), values });
+        model
+    };
+    let mut warm = with_friction(model, FRICTION[1]);
+    if let Some(elastic) = &mut warm.elastic {
+        elastic.c1_nm_per_rad *= STIFFNESS;
+        elastic.c2_nm_per_rad3 *= STIFFNESS;
+        elastic.c3_nm_per_rad5 *= STIFFNESS;
+    }
+    if let Some(memory) = &mut warm.memory {
+        memory.alpha *= HYSTERESIS;
+    }
+    let mut recording = stage.record(&with_friction(model, FRICTION[0]))?;
+    let last = stage.record(&warm)?;
+    let end_s = recording.time_s.last().copied().unwrap_or(1.0);
+    if let (Some(cold), Some(warm)) = (&mut recording.torque, &last.torque) {
+        for ((torque, warm), time_s) in cold.iter_mut().zip(warm).zip(&recording.time_s) {
+            *torque += (warm - *torque) * time_s / end_s;
+        }
+    }
+    Ok((recording, warm))
+}

@@ -1,0 +1,74 @@
+//! `gmhm adapt`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::Session;
+use super::common::{ReadingArgs, json, provenance};
+use super::failure::Failure;
+use super::tables;
+use crate::adapt;
+use crate::model;
+use crate::output::Outputs;
+use crate::recording::{self, Need, Needs};
+use crate::report;
+
+/// Replay a recording through the adaptation of the drive: the firmware's own code, sample by sample, in f32
+///
+/// Each row is predicted before it is learnt from. The new model file holds the parameters that are in force at the end: the old ones where none were taken over, or where they were given
+/// back. Terms of the model are taken off the torque and stay as they are. Only law masing can be adapted.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  gmhm adapt gear.toml recording.csv -o adapted.toml --json adapted.json
+  gmhm adapt gear.toml recording.csv -o adapted.toml --report adapted.html")]
+pub struct AdaptArgs {
+    /// Model file: the block in force at the start
+    #[arg(value_name = "M.toml")]
+    model: PathBuf,
+    /// Recording
+    recording: PathBuf,
+    /// Where to write the model with the parameters in force at the end
+    #[arg(short, long, value_name = "M2.toml")]
+    output: PathBuf,
+    /// Where to write errors, takeovers, trace and warnings as JSON
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Where to write the report: one HTML page
+    #[arg(long, value_name = "F.html")]
+    report: Option<PathBuf>,
+    #[command(flatten)]
+    reading: ReadingArgs,
+}
+
+impl AdaptArgs {
+    pub(super) fn run(&self, session: &Session) -> Result<(), Failure> {
+        let file = recording::file(&self.recording)?;
+        for output in [Some(&self.output), self.json.as_ref(), self.report.as_ref()].into_iter().flatten() {
+            Outputs::check_beside(output, std::slice::from_ref(&file))?;
+        }
+        let model = self.reading.of_gear(model::load(&self.model)?);
+        let needs = Needs { torque: Need::Required, ..crate::physics::predict::needs(&model) };
+        let recording = self.reading.read(&file, &needs, session)?;
+        if recording.theta_in_rad.is_some() {
+            recording::ratio::check(&recording, model.gear.ratio)?;
+        }
+        let replay = adapt::replay(&model, self.reading.rated_deflection, &recording)?;
+        let mut outputs = Outputs::new();
+        outputs.add_text(&self.output, &replay.model.to_toml())?;
+        if let Some(path) = &self.json {
+            outputs.add_text(path, &json(&replay)?)?;
+        }
+        if let Some(path) = &self.report {
+            let page = report::adapt::page(&replay, provenance(vec![(&recording).into()], None));
+            outputs.add_text(path, &page.to_html())?;
+        }
+        outputs.commit()?;
+        session.say(format_args!("{}", tables::adapt(&replay)))?;
+        session.written(&[
+            ("Model", Some(&self.output)),
+            ("JSON", self.json.as_ref()),
+            ("Report", self.report.as_ref()),
+        ])
+    }
+}

@@ -1,0 +1,84 @@
+//! The report of a replay through the adaptation of the drive.
+
+use super::page::{Page, Provenance, Section, Tone, Verdict};
+use super::plot::{Curve, Drawing, Figure, Role};
+use crate::adapt::{NAMES, Replay, TracePoint};
+use crate::number::number;
+
+/// The page.
+pub fn page(replay: &Replay, provenance: Provenance) -> Page {
+    let (block, adapted) = (replay.rms.block, replay.rms.adapted);
+    let tone = if adapted > block || !replay.warnings.is_empty() { Tone::Caution } else { Tone::Good };
+    let unit = replay.unit.symbol();
+    let sentence = format!(
+        "One step ahead the adapted parameters err by {} {unit} rms, the block by {} {unit}.",
+        number(adapted, 3),
+        number(block, 3)
+    );
+    let mut reasons = vec![format!(
+        "Parameters were taken over {} times and given back {} times, after {} stretches of motion.",
+        replay.taken_over_s.len(),
+        replay.given_back_s.len(),
+        replay.stretches
+    )];
+    reasons.extend(replay.warnings.iter().map(|warning| format!("Warning: {warning}.")));
+    let errors = Section::new("Errors").figure(
+        errors(replay),
+        "Torque error one step ahead, each row predicted before it was learnt from: the block alone, and what was in force.",
+    );
+    let mut coefficients = Section::new("Coefficients").text(
+        "The estimate with its standard deviation, before bounds are applied and before the sequential test takes it over; the level is the block's.",
+    );
+    coefficients = coefficients.figures((0..NAMES.len()).map(|k| (coefficient(replay, k), String::new())));
+    Page {
+        title: "Adaptation on the drive".into(),
+        verdict: Verdict { tone, sentence, reasons },
+        sections: vec![errors, coefficients],
+        provenance,
+    }
+}
+
+fn times(replay: &Replay) -> Vec<f64> {
+    replay.trace.iter().map(|point| point.time_s).collect()
+}
+
+fn errors(replay: &Replay) -> Drawing {
+    let curve = |label, role, of: fn(&TracePoint) -> f64| {
+        let errors: Vec<f64> = replay.trace.iter().map(of).collect();
+        Curve::new(label, role, &times(replay), 1.0, &errors)
+    };
+    Figure {
+        title: "Torque error one step ahead".into(),
+        x_label: "time in s".into(),
+        y_label: format!("rms in {}", replay.unit.symbol()),
+        curves: vec![
+            curve("block", Role::Second, |point| point.rms.block),
+            curve("adapted", Role::Model, |point| point.rms.adapted),
+        ],
+        ..Figure::default()
+    }
+    .draw()
+}
+
+fn coefficient(replay: &Replay, k: usize) -> Drawing {
+    let powers = ["/rad", "/rad³", "/rad⁵", "/rad", "/rad"];
+    let values: Vec<f64> = replay.trace.iter().map(|point| point.coefficients()[k]).collect();
+    let band = |side: f64| -> Vec<f64> {
+        replay.trace.iter().map(|point| point.coefficients()[k] + side * point.sd[k]).collect()
+    };
+    let block = vec![replay.block[k]; replay.trace.len()];
+    let curve = |label: &str, role, values: &[f64]| Curve::new(label, role, &times(replay), 1.0, values);
+    Figure {
+        title: NAMES[k].into(),
+        x_label: "time in s".into(),
+        y_label: format!("{} in {}{}", NAMES[k], replay.unit.symbol(), powers[k]),
+        curves: vec![
+            curve("+ 1 sd", Role::Third, &band(1.0)),
+            curve("− 1 sd", Role::Third, &band(-1.0)),
+            curve("block", Role::Second, &block),
+            curve("estimate", Role::Model, &values),
+        ],
+        ..Figure::default()
+    }
+    .draw()
+}
