@@ -26,7 +26,7 @@ fn tables() {
             outcome.given_back
         );
     }
-    let rated = adapting::block().torque_scale_nm();
+    let rated = block().torque_scale_nm();
     let faults = [
         ("stuck", Fault::Stuck),
         ("zero and noise", Fault::Zero),

@@ -21,9 +21,11 @@
 //! **Samples.** One beyond 4σ of the mean residual of the block before gets the weight 4σ/abs(r) (Huber), one that is not finite 0. σ is that of the samples about that mean.
 //!
 //! **Blocks** of [`BLOCK_S`] average the samples. **Stretches** end after [`SHORTEST_S`] as soon as the block's torque has moved over [`LEAST_SPAN`] of T_A; one that has not after
-//! [`LONGEST_S`] is dropped. While a stretch is worked on, one piece a period for some 25 periods of 1 ms, no samples are
-//! taken. So standing still, tiny amplitudes and slow drifts of the signal teach nothing. A stretch's offset and delay are free, so steady loads teach nothing either, and a
+//! [`LONGEST_S`] is dropped. So standing still, tiny amplitudes and slow drifts of the signal teach nothing. A stretch's offset and delay are free, so steady loads teach nothing either, and a
 //! loop that a delay explains as well as h does is not taken for h.
+//!
+//! **Work** is spread: a block is worked in beside the samples of the next, a stretch takes some 25 periods, one piece each, in which no samples are taken. Periods longer than 1 ms do as many pieces as
+//! they have milliseconds.
 //!
 //! **Coloured noise.** The variance v of the rows is learnt from their innovations from stretch to stretch, not only from the residuals within one: what the noise does at the pace of the motion, and
 //! what the law misses, counts in full. A row is learnt from only where it tells at least [`LEAST_TOLD`] times what the prior (standard deviation: half the largest change) did.
@@ -114,6 +116,7 @@ pub struct Adaptation<S> {
     block: Coefficients<S>,
     /// 1/T_A in output units.
     inverse_torque: S,
+    /// Samples of a block.
     samples: u16,
     /// Pieces of work in a period.
     pieces: u16,

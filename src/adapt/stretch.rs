@@ -1,6 +1,6 @@
 //! A stretch of motion compressed into seven rows: what its samples say of the coefficients, its offset and its delay apart.
 //!
-//! Samples are averaged over blocks of some 20 ms, each with its weight w; a block is one row √Σw·[1, ṗ, x1 … x5 | r] of means: p the block's own torque, ṗ its change a period, x the regressors,
+//! Samples are averaged over blocks of 25 ms, each with its weight w; a block is one row √Σw·[1, ṗ, x1 … x5 | r] of means: p the block's own torque, ṗ its change a period, x the regressors,
 //! r the measured torque less p. Givens rotations keep the triangle of these rows. Whatever an offset or a delay of the signal explains is in the first two columns, so
 //! the five rows below say what the coefficients alone can explain.
 

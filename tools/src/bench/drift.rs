@@ -10,7 +10,7 @@ const STIFFNESS: f64 = 0.9;
 /// Hysteresis at the end, over that of the model.
 const HYSTERESIS: f64 = 1.2;
 /// Coulomb friction at start and end, of the rated torque: the model does not know it.
-const FRICTION: [f64; 2] = [0.01, 0.005];
+const FRICTION: [f64; 2] = [0.002, 0.001];
 /// Speed over which friction reverses, rated deflections a second.
 const SMOOTHING_PER_S: f64 = 0.1;
 /// Standard deviation of the torque's noise, of the rated torque.

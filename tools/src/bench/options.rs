@@ -21,7 +21,7 @@ pub enum Experiment {
     Running,
     /// Input locked, a random load within a band of frequencies
     Dynamic,
-    /// Input locked, a random deflection while the gear warms: stiffness falls by 10 %, hysteresis grows by 20 %, friction halves
+    /// Input locked, a random deflection while the gear warms: stiffness falls by 10 %, hysteresis grows by 20 %, a little friction halves
     Drift,
     /// The gear in a flexible joint under a drive, the link tracking an angle
     Joint,
@@ -81,7 +81,7 @@ impl Waveform {
 /// | | `cycle` | `amplitudes` | `rates` | `running` | `dynamic` | `drift` |
 /// |---|---|---|---|---|---|---|
 /// | amplitude | 1 | 0.25, 0.5, 0.75, 1, 0.75, 0.5, 0.25 | 1 | 1 | 1 | 1 |
-/// | rate, Hz | 0.025 | 0.05 | 0.02, 0.1, 0.5, 2 | up to 0.5 | up to 5 | up to 2 |
+/// | rate, Hz | 0.025 | 0.05 | 0.02, 0.1, 0.5, 2 | up to 0.5 | up to 5 | up to 1 |
 /// | cycles of each | 3 | 1 | 2 | | | |
 /// | duration, s | 130 | 145 | 112.75 | 60 | 40 | 600 |
 /// | sample rate, Hz | 50 | 50 | 200 | 400 | 500 | 500 |
@@ -105,7 +105,7 @@ pub struct Options {
     pub amplitudes: Vec<f64>,
     /// Cycles a second, several in turn for rates; running, dynamic, drift: upper end of the band
     ///
-    /// By default cycle has 0.025, amplitudes 0.05, rates 0.02,0.1,0.5,2, running 0.5, dynamic 5, drift 2.
+    /// By default cycle has 0.025, amplitudes 0.05, rates 0.02,0.1,0.5,2, running 0.5, dynamic 5, drift 1.
     #[arg(long = "rate", value_name = "HZ,...", value_delimiter = ',')]
     pub rates_hz: Vec<f64>,
     /// Cycles of each amplitude and rate; by default cycle has 3, amplitudes 1, rates 2

@@ -50,7 +50,7 @@ const fn defaults(experiment: Experiment) -> Defaults {
         Experiment::Rates => (&[1.0], &[0.02, 0.1, 0.5, 2.0], 2, 200.0, 0.0),
         Experiment::Running => (&[1.0], &[0.5], 0, 400.0, 60.0),
         Experiment::Dynamic | Experiment::Joint => (&[1.0], &[5.0], 0, 500.0, 40.0),
-        Experiment::Drift => (&[1.0], &[2.0], 0, 500.0, 600.0),
+        Experiment::Drift => (&[1.0], &[1.0], 0, 500.0, 600.0),
     };
     Defaults { amplitudes, rates_hz, cycles, sample_rate_hz, duration_s }
 }
@@ -97,10 +97,13 @@ impl Plan {
             let time_s = times(duration_s, sample_rate_hz, high_hz)?;
             // The load starts within one of its fastest periods; its slowest tone still has several.
             let load = profile::random_load(0.1 * high_hz, high_hz, 1.0 / high_hz, &time_s, random);
-            let scaled = |by: f64| load.iter().map(|share| share * amplitudes[0] * by).collect();
             let drive = match experiment {
-                Experiment::Drift => Drive::Deflection(scaled(params.rated_deflection_rad())),
-                _ => Drive::Load(scaled(rated_torque_nm)),
+                Experiment::Drift => {
+                    // Folded at ±1: half of the time beyond two thirds of the amplitude.
+                    let peak = amplitudes[0] * params.rated_deflection_rad();
+                    Drive::Deflection(load.iter().map(|share| peak * (std::f64::consts::PI * share).sin()).collect())
+                }
+                _ => Drive::Load(load.iter().map(|share| share * amplitudes[0] * rated_torque_nm).collect()),
             };
             (time_s, drive)
         };
