@@ -1,6 +1,6 @@
 //! Gears whose coefficients drift, their motions, and torque sensors with faults: what an adaptation is held to. It uses nothing of the core.
 //!
-//! Torques are those of [`Masing`](crate::masing::Masing): the loop shape by its list of turning points, everything else by the present coefficients.
+//! Torques are those of [`Masing`]: the loop shape by its list of turning points, everything else by the present coefficients.
 
 use std::f64::consts::TAU;
 

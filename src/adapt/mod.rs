@@ -261,7 +261,7 @@ impl<S: Float> Adaptation<S> {
         let Some(path) = L::path(gear.memory()) else { return Change::None };
         if state.samples == 0 {
             let unknown = path.start_uncertainty(&self.frame) * self.block[4];
-            state.known = unknown <= S::from_f64(KNOWN_LOOP);
+            state.known = unknown <= S::from_f64(KNOWN_LOOP) && !path.is_merged();
         }
         let theta = gear.theta();
         let taken = state.known && !(status.out_of_range || status.refused || status.quarantined || status.restarted);

@@ -145,6 +145,11 @@ impl<S: Scalar, const N: usize> Path<S, N> {
         self.merged_pairs
     }
 
+    /// Whether pairs were given up that the present loops still lack: η is then an approximation.
+    pub fn is_merged(&self) -> bool {
+        self.merging
+    }
+
     /// How far η may be off because the past is unknown: (1 − max/A)(1 + min/A) over the deflections seen since the start.
     ///
     /// The past can only be one of those that end on one of the two rated branches through θ_0; between them lie the hysterons that
