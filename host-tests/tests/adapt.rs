@@ -196,6 +196,35 @@ fn parameters_are_given_back_where_they_stop_predicting() {
     assert!(taken > 0 && late < 0.01, "{taken} takeovers, {late} left");
 }
 
+/// A gear that never comes near its tips, from a past that nobody knows: what is missing of the loop is an offset.
+#[test]
+fn an_unknown_past_is_no_obstacle() {
+    let block = block();
+    let a = block.rated_deflection_rad() as f32;
+    let adaptation = Adaptation::<f32>::new(&block, &Settings::default()).expect("law masing");
+    let gear = Gear::<f32, _>::with_law(&block, Masing::new(&block));
+    // The gear itself came from its tips.
+    let mut plant = gear.start::<16>(0.0);
+    for u in [0.99, -0.99, 0.3] {
+        gear.step(&mut plant, a * u);
+    }
+    let (mut state, mut path) = (adaptation.start(), gear.start::<16>(0.3 * a));
+    for k in 0..180_000 {
+        let t = k as f32 * 1e-3;
+        let deflection = a * (0.3 + 0.25 * (1.0 + 0.2 * (0.7 * t).sin()) * (4.0 * t).sin());
+        gear.step(&mut path, deflection);
+        // Nothing happens for a minute; then it softens by 5 %.
+        let stiffness = 1.0 - 0.05 * ((t - 60.0) / 120.0).max(0.0);
+        let torque = stiffness * gear.step(&mut plant, deflection).torque;
+        let change = adaptation.period(&mut state, &path, torque);
+        assert!(t > 60.0 || change == Change::None, "{change:?} at {t} s, with nothing to tell");
+    }
+    // The level that nobody knows may keep it in the shadow: what counts is what was learnt.
+    let [k1, k3, .., e, h] = *state.estimate();
+    let slope = k1 + 3.0 * 0.09 * k3 - 0.86 * e;
+    assert!(state.stretches() > 100 && slope < -0.02 && h.abs() < 0.02, "{:?}", state.estimate());
+}
+
 #[test]
 fn what_cannot_be_adapted_is_refused() {
     let published = block();

@@ -78,7 +78,7 @@ pub use warnings::{Warning, Warnings};
 use crate::elastic::{Elastic, Polynomial};
 use crate::gear::State;
 use crate::memory::Frame;
-use crate::memory::masing::{LoopPath, Masing};
+use crate::memory::masing::{LoopPath, Masing, Path};
 use crate::params::{Law, Memory, ParamError, Params};
 use crate::scalar::Float;
 use bounds::Bounds;
@@ -104,8 +104,8 @@ pub const LONGEST_S: f64 = 20.0;
 pub const LEAST_SPAN: f64 = 0.2;
 /// How many times what the prior told of its direction a row must tell.
 pub const LEAST_TOLD: f64 = 4.0;
-/// Up to this uncertainty of the loop, of T_A, its past counts as known.
-const KNOWN_LOOP: f64 = 0.02;
+/// What is unknown of the loop may shrink by this within a stretch, of T_A.
+const KNOWN_LOOP: f64 = 0.005;
 /// Blocks of a stretch at least.
 const FEWEST_BLOCKS: f64 = 30.0;
 
@@ -180,7 +180,9 @@ pub struct AdaptationState<S> {
     /// The block's torque at the last sample, and its range over the stretch.
     last: S,
     range: [S; 2],
-    /// Whether the last sample was taken, and whether the path is known well enough.
+    /// How far the loop's torque may be off over the stretch, for want of its past.
+    unknown: S,
+    /// Whether the last sample was taken, and whether the path lets it be.
     continues: bool,
     known: bool,
 }
@@ -237,6 +239,7 @@ impl<S: Float> Adaptation<S> {
             passed: Passed::default(),
             last: S::ZERO,
             range: [S::ZERO; 2],
+            unknown: S::from_f64(S::LARGEST),
             continues: false,
             known: false,
         }
@@ -254,14 +257,16 @@ impl<S: Float> Adaptation<S> {
         if !state.work.is_beside() {
             return self.work(state);
         }
-        if let Work::Rotate(step) = state.work {
+        // The first period of a block looks back instead.
+        if let Work::Rotate(step) = state.work
+            && state.samples > 0
+        {
             self.rotate(state, step);
         }
         let status = gear.status();
         let Some(path) = L::path(gear.memory()) else { return Change::None };
         if state.samples == 0 {
-            let unknown = path.start_uncertainty(&self.frame) * self.block[4];
-            state.known = unknown <= S::from_f64(KNOWN_LOOP) && !path.is_merged();
+            self.look_back(state, path);
         }
         let theta = gear.theta();
         let taken = state.known && !(status.out_of_range || status.refused || status.quarantined || status.restarted);
@@ -286,6 +291,20 @@ impl<S: Float> Adaptation<S> {
             return Change::None;
         }
         self.end_block(state)
+    }
+
+    /// Whether the past of the loop lets the next block be learnt from.
+    ///
+    /// What is unknown of it stays the same while the deflection keeps within the places that it has been to: an offset of η, which a stretch is free of. Beyond them it changes.
+    #[inline(never)]
+    fn look_back<const N: usize>(&self, state: &mut AdaptationState<S>, path: &Path<S, N>) {
+        let unknown = path.start_uncertainty(&self.frame) * self.block[4];
+        if state.unknown - unknown > S::from_f64(KNOWN_LOOP) {
+            state.unknown = unknown;
+            self.begin_stretch(state);
+            state.work = Work::None;
+        }
+        state.known = !path.is_merged();
     }
 
     /// The block is whole. The one before is worked in by then, unless blocks are shorter than that takes: then all its work is done here.
