@@ -1,6 +1,6 @@
 //! Candidates: every kind with its shapes over a grid, as columns beside a fitted model.
 
-use gmhm::terms::{KeyInfo, KindInfo, MOST_ORDERS, Role};
+use gmhm::terms::{Form, KeyInfo, KindInfo, Role};
 use rayon::prelude::*;
 
 use crate::diagnose::explain::Search;
@@ -136,7 +136,7 @@ fn columns(
             }
             continue;
         }
-        if let gmhm::terms::Form::List { .. } = key.form {
+        if let Form::List { .. } = key.form {
             full.values.insert(key.name.to_owned(), TermValue::List(vec![0.0; length.unwrap_or(1)]));
         }
     }
@@ -160,7 +160,11 @@ fn columns(
 
 /// Whether the lists of a term have room for those of another of its kind.
 pub fn has_room(own: &Term, other: &Term) -> bool {
-    kinds::elements(own) + kinds::elements(other) <= MOST_ORDERS
+    let most = own.info().into_iter().flat_map(|info| info.keys).filter_map(|key| match key.form {
+        Form::List { most } => Some(most),
+        _ => None,
+    });
+    most.min().is_none_or(|most| kinds::elements(own) + kinds::elements(other) <= most)
 }
 
 impl Proposal {
@@ -236,7 +240,7 @@ impl Proposal {
     pub fn applied(&self, model: &Model, weights: &[f64]) -> Model {
         let mut term = self.term.clone();
         for key in self.info.keys.iter().filter(|k| self.keys.iter().any(|(own, _)| own.name == k.name)) {
-            if let gmhm::terms::Form::List { .. } = key.form {
+            if let Form::List { .. } = key.form {
                 let length = self.keys.iter().filter(|(k, _)| k.name == key.name).count();
                 term.values.insert(key.name.to_owned(), TermValue::List(vec![0.0; length]));
             }

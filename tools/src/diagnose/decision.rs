@@ -34,7 +34,8 @@ impl Dataset<'_> {
         let taken =
             (selection.base_squares - selection.selected_squares) / selection.selected_squares.max(f64::MIN_POSITIVE);
         if taken > LOUD {
-            return Ok((self.joint_verdict(&base, selection, search)?, search));
+            let selection = self.with_remainder(&base, selection.clone(), search)?;
+            return Ok((self.joint_verdict(&base, &selection, search)?, search));
         }
         let (verdict, by_likelihood) = self.found(model, search)?;
         let left = |fit: &Fitted| self.rms_of_blocks(fit).powi(2);

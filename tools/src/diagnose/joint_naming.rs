@@ -59,7 +59,7 @@ impl Dataset<'_> {
             };
             // Little beside the rest may still be most of what would be left.
             let halves = found.gains.iter().sum::<f64>() > selection.selected_squares;
-            if found.share < least && !halves {
+            if found.share < least && !halves && !found.in_remainder {
                 rejected.push((found.kind.to_owned(), self.in_noise(found.gains.iter().sum(), selection), 1));
                 continue;
             }

@@ -66,7 +66,7 @@ impl BlockGram {
         let segments = segments(spans);
         let gram = |ranges: &[Range<usize>]| {
             let part = gather(columns, Some(&scale), ranges, counts);
-            part.tr_mul(&part)
+            part.transpose() * &part
         };
         let parts: Vec<[DMatrix<f64>; 3]> = segments.iter().map(|s| [gram(&s[0]), gram(&s[1]), gram(&s[2])]).collect();
         let held: Vec<DMatrix<f64>> = parts.iter().map(|[a, b, c]| a + b + c).collect();
@@ -88,7 +88,7 @@ impl BlockGram {
     /// Targets beside the columns.
     pub fn targets(&self, columns: &[Vec<f64>], targets: &[Vec<f64>], counts: &[bool]) -> Targets {
         let product = |ranges: &[Range<usize>]| {
-            gather(columns, Some(&self.scale), ranges, counts).tr_mul(&gather(targets, None, ranges, counts))
+            gather(columns, Some(&self.scale), ranges, counts).transpose() * gather(targets, None, ranges, counts)
         };
         let parts: Vec<[DMatrix<f64>; 3]> =
             self.segments.iter().map(|s| [product(&s[0]), product(&s[1]), product(&s[2])]).collect();

@@ -4,11 +4,13 @@
 //! |---|---|
 //! | [`free_functions`] | functions without physics over every coordinate |
 //! | [`dictionary`] | base, kinds and free functions as columns beside a fitted model |
+//! | [`remainder`] | kinds in what loud structure leaves |
 //! | [`search`] | the set of kinds of least held-out error and price |
 //! | [`surrogates`] | series with the spectrum of the noise and no structure |
 
 pub mod dictionary;
 pub mod free_functions;
+pub mod remainder;
 pub mod search;
 pub mod surrogates;
 
@@ -48,6 +50,8 @@ pub struct Selected {
     pub confidence: f64,
     /// What the best other kinds save in its place.
     pub tried: Vec<(&'static str, f64)>,
+    /// Whether it was found in what the others leave.
+    pub in_remainder: bool,
 }
 
 /// What the joint selection found.
@@ -228,6 +232,7 @@ impl Dataset<'_> {
                     gains: gains.to_vec(),
                     confidence,
                     tried,
+                    in_remainder: false,
                 }
             })
             .collect();

@@ -1,0 +1,69 @@
+//! What stands behind a memory that the base model lacks: a second selection beside all that the first one found, on the scale of what the first one leaves.
+//!
+//! Slip elements follow any memory closely, so that effects of a tenth of it and less stand clear. What other kinds leave is the misfit of their shapes, as often as not.
+
+use super::{Selected, Selection};
+use crate::diagnose::DiagnoseError;
+use crate::diagnose::diagnosis::Naming;
+use crate::diagnose::explain::Search;
+use crate::kinds::{self, Family};
+use crate::regression::dataset::Dataset;
+use crate::regression::fit::Fitted;
+
+/// Behind a memory a kind has to save this part of the squares that the model leaves without it; less may be what a shape that is only approximate leaves.
+const LEAST_PART: f64 = 0.3;
+/// Rounds at most.
+const ROUNDS: usize = 3;
+/// Steps of the refit.
+const STEPS: usize = 8;
+
+impl Dataset<'_> {
+    /// A selection with the kinds that are found in its remainder, as long as there are any.
+    ///
+    /// # Errors
+    /// A model that cannot be evaluated.
+    pub fn with_remainder(
+        &self,
+        base: &Fitted,
+        mut selection: Selection,
+        search: Search<'_>,
+    ) -> Result<Selection, DiagnoseError> {
+        let memory = |s: &Selected| kinds::of(s.kind).is_some_and(|k| k.family() == Family::Memory);
+        for _ in 0..ROUNDS {
+            if !selection.selected.iter().any(memory) || !self.look_behind(base, &mut selection, search)? {
+                break;
+            }
+        }
+        Ok(selection)
+    }
+
+    /// Adds what is found in the remainder of a selection, and whether anything was.
+    fn look_behind(&self, base: &Fitted, first: &mut Selection, search: Search<'_>) -> Result<bool, DiagnoseError> {
+        let found = first.fit.model.terms.len();
+        let second = self.select(&first.fit, Search { base_terms: found, ..search })?;
+        let left = second.selected_squares;
+        let (kept, lost): (Vec<_>, Vec<_>) = second.selected.into_iter().partition(|s| {
+            let gain: f64 = s.gains.iter().sum();
+            gain >= LEAST_PART * (gain + left) && Naming::of(s.fidelity) == Naming::Named
+        });
+        let mut model = second.fit.model;
+        let mut at = 0..model.terms.len();
+        model.terms.retain(|t| at.next().is_some_and(|at| at < found) || lost.iter().all(|l| l.kind != t.kind));
+        let fit = self.plain_fit(&model, &self.places(&model, search), STEPS)?;
+        let squares = |fit: &Fitted| self.rms_of_blocks(fit).powi(2);
+        if squares(&fit) > (1.0 - LEAST_PART) * squares(&first.fit) {
+            return Ok(false);
+        }
+        let scale = (first.base_squares - first.free_squares).max(f64::MIN_POSITIVE);
+        let of_second = (second.base_squares - second.free_squares) / scale;
+        first.unexplained = second.unexplained.into_iter().map(|(over, share)| (over, share * of_second)).collect();
+        first.selected.extend(kept.into_iter().map(|mut s| {
+            s.share = (s.gains.iter().sum::<f64>() / scale).clamp(0.0, 1.0);
+            s.in_remainder = true;
+            s
+        }));
+        first.refitted(self, base, fit);
+        first.free_squares = first.free_squares.min(first.selected_squares);
+        Ok(true)
+    }
+}
