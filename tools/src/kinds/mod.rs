@@ -333,6 +333,29 @@ pub fn is_reversed(term: &Term) -> bool {
     needed_positive(term).is_some_and(|mut numbers| numbers.any(|own| own.iter().sum::<f64>() < 0.0))
 }
 
+/// A term without the elements whose numbers have the wrong sign; `None` where it has none of them, or no other.
+pub fn without_negative_elements(term: &Term) -> Option<Term> {
+    let kind = of_term(term).filter(|kind| kind.drops_negative_elements())?;
+    let keys = kind.info()?.keys.iter().filter(|key| kind.has_to_be_positive(key));
+    let lists = keys.filter_map(|key| match term.values.get(key.name)? {
+        TermValue::List(list) => Some(list),
+        _ => None,
+    });
+    let mut kept = vec![true; elements(term)];
+    lists.for_each(|list| kept.iter_mut().zip(list).for_each(|(kept, x)| *kept &= *x > 0.0));
+    if kept.iter().all(|kept| *kept) || !kept.contains(&true) {
+        return None;
+    }
+    let mut fewer = term.clone();
+    for value in fewer.values.values_mut() {
+        if let TermValue::List(list) = value {
+            let mut kept = kept.iter();
+            list.retain(|_| *kept.next().unwrap_or(&true));
+        }
+    }
+    Some(fewer)
+}
+
 /// Whether numbers of a kind that have to be positive may be negative all the same: a simulation may hold too much of a load.
 pub fn may_be_reversed(kind: &dyn Kind, simulation: bool) -> bool {
     simulation && kind.family() == Family::Load

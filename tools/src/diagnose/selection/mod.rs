@@ -193,6 +193,13 @@ impl Dataset<'_> {
             };
             let unlawful = found.iter().find(|t| !may_be_reversed(t) && kinds::is_reversed(t));
             let Some(unlawful) = unlawful else { return Ok((fit, lost)) };
+            if let Some(fewer) = kinds::without_negative_elements(unlawful) {
+                let mut model = fit.model.clone();
+                let own = model.terms.iter_mut().skip(search.base_terms).find(|t| t.kind == fewer.kind);
+                own.into_iter().for_each(|term| *term = fewer.clone());
+                fit = self.plain_fit(&model, &self.places(&model, search), STEPS)?;
+                continue;
+            }
             let refines = |t: &Term| kinds::of_term(t).is_some_and(|k| k.refines().contains(&unlawful.kind.as_str()));
             let refined = found.iter().any(refines);
             let gone = |t: &Term| if refined { refines(t) } else { t.kind == unlawful.kind };
