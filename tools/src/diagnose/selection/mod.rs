@@ -109,11 +109,11 @@ const EQUIVALENT: f64 = 0.1;
 const UNDECIDED: f64 = 0.15;
 
 impl Dataset<'_> {
-    /// Selects what a fitted base model leaves out.
+    /// Selects what a fitted base model leaves out, each kind at so many times its price.
     ///
     /// # Errors
     /// A model that cannot be evaluated.
-    pub fn select(&self, base: &Fitted, search: explain::Search<'_>) -> Result<Selection, DiagnoseError> {
+    pub fn select(&self, base: &Fitted, search: explain::Search<'_>, prices: f64) -> Result<Selection, DiagnoseError> {
         let mut fit = base.clone();
         let mut reference: Option<(f64, f64, f64)> = None;
         let mut result = None;
@@ -152,7 +152,7 @@ impl Dataset<'_> {
                     start.entry(dictionary.candidates[c].kind).or_default().push(c);
                 }
             }
-            finder.scale = scale.max(plain - finder.squares(&start)).max(finder.largest_gain());
+            finder.scale = prices * scale.max(plain - finder.squares(&start)).max(finder.largest_gain());
             let set = finder.run(start.clone());
             let squares = finder.squares(&set);
             let last = round + 1 == ROUNDS || set == start;

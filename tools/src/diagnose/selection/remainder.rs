@@ -12,6 +12,10 @@ use crate::regression::fit::Fitted;
 
 /// Behind a memory a kind has to save this part of the squares that the model leaves without it; less may be what a shape that is only approximate leaves.
 const LEAST_PART: f64 = 0.3;
+/// What kinds cost behind a memory, over what they cost beside it: small kinds would share out what the memory's shape misses.
+const PRICES: f64 = 10.0;
+/// A kind saves in its place at most so many times what all save together.
+const MOST_OF_SAVED: f64 = 1.2;
 /// Rounds at most.
 const ROUNDS: usize = 3;
 /// Steps of the refit.
@@ -40,11 +44,13 @@ impl Dataset<'_> {
     /// Adds what is found in the remainder of a selection, and whether anything was.
     fn look_behind(&self, base: &Fitted, first: &mut Selection, search: Search<'_>) -> Result<bool, DiagnoseError> {
         let found = first.fit.model.terms.len();
-        let second = self.select(&first.fit, Search { base_terms: found, ..search })?;
+        let second = self.select(&first.fit, Search { base_terms: found, ..search }, PRICES)?;
         let left = second.selected_squares;
         let (kept, lost): (Vec<_>, Vec<_>) = second.selected.into_iter().partition(|s| {
             let gain: f64 = s.gains.iter().sum();
-            gain >= LEAST_PART * (gain + left) && Naming::of(s.fidelity) == Naming::Named
+            // Kinds that save more than there was only work against each other.
+            let trades = gain > MOST_OF_SAVED * (second.base_squares - left);
+            !trades && gain >= LEAST_PART * (gain + left) && Naming::of(s.fidelity) == Naming::Named
         });
         let mut model = second.fit.model;
         let mut at = 0..model.terms.len();
@@ -57,7 +63,9 @@ impl Dataset<'_> {
         let scale = (first.base_squares - first.free_squares).max(f64::MIN_POSITIVE);
         let of_second = (second.base_squares - second.free_squares) / scale;
         first.unexplained = second.unexplained.into_iter().map(|(over, share)| (over, share * of_second)).collect();
-        first.selected.extend(kept.into_iter().map(|mut s| {
+        // A kind that was found already is the same effect, seen more finely.
+        let known: Vec<&'static str> = first.selected.iter().map(|s| s.kind).collect();
+        first.selected.extend(kept.into_iter().filter(|s| !known.contains(&s.kind)).map(|mut s| {
             s.share = (s.gains.iter().sum::<f64>() / scale).clamp(0.0, 1.0);
             s.in_remainder = true;
             s
