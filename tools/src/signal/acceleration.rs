@@ -9,6 +9,7 @@
 use std::f64::consts::TAU;
 
 use realfft::RealFftPlanner;
+use realfft::num_complex::Complex;
 
 use crate::model::{GearSection, TorqueSide};
 use crate::numerics::qr::dot;
@@ -25,50 +26,61 @@ const BINS: usize = 4;
 /// left of a motion then is less, but no more biased.
 const STANDS_OUT: f64 = 3.0;
 
+/// Two records of one motion share what they tell of it: their squared coherence is at least this. Of two that have nothing in common it is 0.1 over so many bins.
+const COHERENT: f64 = 0.3;
+
 /// The acceleration that a model of this gear sees, freed of the noise of the angle or the velocity that it follows from, whichever tells more of it; `None` without either.
 ///
 /// A record without noise is differentiated as it stands.
 pub fn acceleration(recording: &Recording, gear: &GearSection) -> Option<Vec<f64>> {
     let time_s = recording.time_s.as_slice();
-    let of_angle = |q: &[f64]| {
+    let of_angle = |q: &[f64], other: Option<&[f64]>| {
         // A difference of two samples has the weights 1, −2, 1 over the period squared.
         let gain = |w: f64, period_s: f64| (2.0 * (0.5 * w).sin() / period_s).powi(4);
-        expected(curvature(q, time_s), white_sd(q), time_s, gain)
+        expected(curvature(q, time_s), other, white_sd(q), time_s, gain)
     };
     if let (TorqueSide::Motor, Some(q_m), Some(ratio)) = (gear.torque_side, &recording.theta_in_rad, gear.ratio) {
-        return Some(of_angle(&q_m.iter().map(|q| q / ratio).collect::<Vec<f64>>()));
+        return Some(of_angle(&q_m.iter().map(|q| q / ratio).collect::<Vec<f64>>(), None));
     }
-    let of_velocity = |v: &[f64], sd: f64| {
+    let of_velocity = |v: &[f64], sd: f64, other: Option<&[f64]>| {
         let gain = |w: f64, period_s: f64| (w.sin() / period_s).powi(2);
-        expected(rate(v, time_s), sd, time_s, gain)
+        expected(rate(v, time_s), other, sd, time_s, gain)
     };
     let signals = Signals::new(recording, gear);
     let recorded = recording.velocity_out_rad_per_s.as_deref().map(|v| (v, white_sd(v)));
     match (signals.output_angle_rad.as_deref(), recorded) {
         (Some(q), Some((v, sd))) if sd > 0.0 => {
-            let (angle, velocity) = (of_angle(q), of_velocity(v, sd));
+            let (angle, velocity) =
+                (of_angle(q, Some(&rate(v, time_s))), of_velocity(v, sd, Some(&curvature(q, time_s))));
             // What is expected varies the less the less is known.
             Some(if dot(&velocity, &velocity) > dot(&angle, &angle) { velocity } else { angle })
         }
-        (_, Some((v, sd))) => Some(of_velocity(v, sd)),
-        (q, None) => q.map(of_angle),
+        (_, Some((v, sd))) => Some(of_velocity(v, sd, None)),
+        (q, None) => q.map(|q| of_angle(q, None)),
     }
 }
 
-/// What a derivative is expected to be without its noise: white noise of standard deviation `sd`, its power at `w` radians a sample multiplied by `gain`.
-fn expected(mut values: Vec<f64>, sd: f64, time_s: &[f64], gain: impl Fn(f64, f64) -> f64) -> Vec<f64> {
+/// What a derivative is expected to be without its noise: white noise of standard deviation `sd`, its power at `w` radians a sample multiplied by `gain`. What another sensor of
+/// the same motion does not follow is noise too: a line of an encoder is not white.
+fn expected(
+    mut values: Vec<f64>,
+    other: Option<&[f64]>,
+    sd: f64,
+    time_s: &[f64],
+    gain: impl Fn(f64, f64) -> f64,
+) -> Vec<f64> {
     for piece in pieces(time_s).into_iter().filter(|piece| piece.len() >= FEWEST_ROWS && sd > 0.0) {
         let period_s = (time_s[piece.end - 1] - time_s[piece.start]) / (piece.len() - 1) as f64;
-        wiener(&mut values[piece], |w| sd * sd * gain(w, period_s));
+        wiener(&mut values[piece.clone()], other.map(|o| &o[piece]), |w| sd * sd * gain(w, period_s));
     }
     values
 }
 
 /// Filters a line with noise of the given power at each frequency, stretch by stretch: where the motion turns the corner is kept, where it runs evenly the noise goes.
-fn wiener(line: &mut [f64], noise: impl Fn(f64) -> f64) {
+fn wiener(line: &mut [f64], other: Option<&[f64]>, noise: impl Fn(f64) -> f64) {
     let mut planner = RealFftPlanner::<f64>::new();
     let (forth, back) = (planner.plan_fft_forward(STRETCH), planner.plan_fft_inverse(STRETCH));
-    let mut transform = forth.make_output_vec();
+    let (mut transform, mut of_other) = (forth.make_output_vec(), forth.make_output_vec());
     let bins = transform.len();
     let around = |line: &[f64], k: usize| line[k.saturating_sub(BINS)..(k + BINS + 1).min(bins)].iter().sum::<f64>();
     let noise: Vec<f64> = (0..bins).map(|k| noise(TAU * k as f64 / STRETCH as f64)).collect();
@@ -80,16 +92,26 @@ fn wiener(line: &mut [f64], noise: impl Fn(f64) -> f64) {
     let mut filtered = vec![0.0; line.len()];
     for first in (0..line.len() + hop).step_by(hop) {
         let rows = || (first..first + STRETCH).map(at);
-        let mut own: Vec<f64> = rows().zip(&window).map(|(row, w)| w * line[mirrored(row, line.len())]).collect();
+        let windowed = |line: &[f64]| -> Vec<f64> {
+            rows().zip(&window).map(|(row, w)| w * line[mirrored(row, line.len())]).collect()
+        };
+        let mut own = windowed(line);
         if forth.process(&mut own, &mut transform).is_err() {
             return;
+        }
+        let mut common = vec![1.0; bins];
+        if let Some(other) = other {
+            if forth.process(&mut windowed(other), &mut of_other).is_err() {
+                return;
+            }
+            common = (0..bins).map(|k| common_part(&transform, &of_other, k)).collect();
         }
         let power: Vec<f64> = transform.iter().map(|x| 2.0 * x.norm_sqr() / STRETCH as f64).collect();
         let mut lost = false;
         for (k, (x, level)) in transform.iter_mut().zip(&level).enumerate() {
             let power = around(&power, k);
             lost |= power <= STANDS_OUT * level;
-            let kept = if lost { 0.0 } else { 1.0 - level / power };
+            let kept = if lost { 0.0 } else { (1.0 - level / power).min(common[k]) };
             *x *= kept / STRETCH as f64;
         }
         if back.process(&mut transform, &mut own).is_err() {
@@ -102,6 +124,18 @@ fn wiener(line: &mut [f64], noise: impl Fn(f64) -> f64) {
         }
     }
     line.copy_from_slice(&filtered);
+}
+
+/// The part of a line's power about a bin that a second line shares with it; none where they are hardly coherent.
+fn common_part(own: &[Complex<f64>], other: &[Complex<f64>], k: usize) -> f64 {
+    let near = k.saturating_sub(BINS)..(k + BINS + 1).min(own.len());
+    let mut sums = (Complex::new(0.0, 0.0), 0.0, 0.0);
+    for (x, y) in own[near.clone()].iter().zip(&other[near]) {
+        sums = (sums.0 + x * y.conj(), sums.1 + x.norm_sqr(), sums.2 + y.norm_sqr());
+    }
+    let cross = sums.0.norm();
+    let coherent = cross * cross > COHERENT * sums.1 * sums.2;
+    if coherent { (cross / sums.1.max(f64::MIN_POSITIVE)).min(1.0) } else { 0.0 }
 }
 
 /// A row beyond the ends of a line, mirrored there: a motion that begins or ends under way has no step.
