@@ -6,7 +6,7 @@ use crate::diagnose::diagnosis::UNKNOWN;
 use crate::diagnose::explain::Search;
 use crate::diagnose::naming::DiagnosisVerdict;
 use crate::diagnose::selection::Selection;
-use crate::model::{Model, Term, TermValue};
+use crate::model::{Model, TermValue};
 use crate::regression::dataset::Dataset;
 use crate::regression::fit::Fitted;
 use crate::regression::parameters::FreeParameter;
@@ -84,15 +84,41 @@ impl Dataset<'_> {
         Ok(self.plain_fit(&model, &places, STEPS)?)
     }
 
+    /// An extended fit without its curves; `None` where it has none.
+    fn without_curves(&self, extended: &Fitted, search: Search<'_>) -> Result<Option<Fitted>, DiagnoseError> {
+        let mut model = extended.model.clone();
+        let mut found = model.terms.split_off(search.base_terms);
+        if found.iter().all(|t| t.kind != UNKNOWN) {
+            return Ok(None);
+        }
+        found.retain(|t| t.kind != UNKNOWN);
+        model.terms.append(&mut found);
+        Ok(Some(self.plain_fit(&model, &self.places(&model, search), 2)?))
+    }
+
+    /// Takes out the curves of a verdict that do not predict these rows.
+    pub(super) fn drop_curves(&self, verdict: &mut DiagnosisVerdict, search: Search<'_>) -> Result<(), DiagnoseError> {
+        let without = self.without_curves(&verdict.extended, search)?;
+        let Some(without) = without.filter(|w| self.rms_of_blocks(w) < self.rms_of_blocks(&verdict.extended)) else {
+            return Ok(());
+        };
+        let before = std::mem::replace(&mut verdict.extended, without).model.terms;
+        for effect in &mut verdict.effects {
+            match effect.term {
+                Some(at) if before[at].kind == UNKNOWN => (effect.term, effect.closest) = (None, None),
+                Some(at) => {
+                    let gone = before[search.base_terms..at].iter().filter(|t| t.kind == UNKNOWN).count();
+                    effect.term = Some(at - gone);
+                }
+                None => {}
+            }
+        }
+        Ok(())
+    }
+
     /// The held-out mean square that an extended model leaves without its curves.
     pub(super) fn left_by_kinds(&self, verdict: &DiagnosisVerdict, search: Search<'_>) -> Result<f64, DiagnoseError> {
-        let curve = |t: &Term| t.kind == UNKNOWN;
-        let mut model = verdict.extended.model.clone();
-        if !model.terms[search.base_terms..].iter().any(curve) {
-            return Ok(self.rms_of_blocks(&verdict.extended).powi(2));
-        }
-        model.terms.retain(|t| !curve(t));
-        let fit = self.plain_fit(&model, &self.places(&model, search), 2)?;
-        Ok(self.rms_of_blocks(&fit).powi(2))
+        let without = self.without_curves(&verdict.extended, search)?;
+        Ok(self.rms_of_blocks(without.as_ref().unwrap_or(&verdict.extended)).powi(2))
     }
 }

@@ -140,12 +140,7 @@ pub fn diagnose(
         }
     }
     verdict.extended = dataset.steady(&verdict.base, verdict.extended, search)?;
-    // On all rows a curve may turn out not to predict.
-    let unexplained = !verdict.extended.plain && verdict.effects.iter().all(|e| e.name == UNKNOWN);
-    if unexplained && dataset.rms_of_blocks(&verdict.extended) > dataset.rms_of_blocks(&verdict.base) {
-        verdict.extended = verdict.base.clone();
-        verdict.effects.iter_mut().for_each(|e| (e.term, e.closest) = (None, None));
-    }
+    dataset.drop_curves(&mut verdict, search)?;
     check()?;
     progress.report("checking on rows held out", 0.9);
     let rms = Rms {
