@@ -114,6 +114,19 @@ impl<S: Scalar> ElasticTorque<S> {
         }
     }
 
+    /// The words of a prepared block, in order.
+    #[cfg(feature = "block")]
+    pub(crate) fn words(&self) -> [S; 6] {
+        let Polynomial { k1, k3, k5 } = self.polynomial;
+        [k1, k3, k5, self.knee, self.knee_torque, self.knee_stiffness]
+    }
+
+    /// The torque of such words.
+    #[cfg(feature = "block")]
+    pub(crate) fn of_words([k1, k3, k5, knee, knee_torque, knee_stiffness]: [S; 6]) -> Self {
+        Self { polynomial: Polynomial { k1, k3, k5 }, knee, knee_torque, knee_stiffness }
+    }
+
     /// The polynomial, which holds up to ±κ.
     #[inline]
     pub fn polynomial(&self) -> &Polynomial<S> {

@@ -25,6 +25,13 @@
 extern "C" {
 #endif
 
+/* The version of this header; gmhm_version() is that of the library. */
+#define GMHM_VERSION_MAJOR 0
+#define GMHM_VERSION_MINOR 1
+#define GMHM_VERSION_PATCH 0
+#define GMHM_VERSION ((uint32_t)GMHM_VERSION_MAJOR << 16 | (uint32_t)GMHM_VERSION_MINOR << 8 | (uint32_t)GMHM_VERSION_PATCH)
+uint32_t gmhm_version(void);
+
 /* Room for one gear with eight terms and 16 turning points, in 64-bit words: 3.5 KiB. */
 #define GMHM_JOINT_WORDS 448
 
@@ -207,6 +214,67 @@ void gmhm_clear_diagnostics(gmhm_joint *joint);
 
 /* The abort code of a CANopen SDO transfer (CiA 301) nearest to a code of this file. */
 uint32_t gmhm_sdo_abort(uint16_t code);
+
+/*
+ * Law `masing` with its feed-forward alone: 512 bytes a joint, and a fraction of the code of gmhm_joint. It takes blocks of single precision in newton metres that
+ * gmhm pack has written for law `masing` (others: GMHM_ERROR_MISSING), leaves their terms aside, and needs no double precision.
+ *
+ *     static gmhm_law law;
+ *     gmhm_limits limits = { .period_s = 1e-4f, .ramp_s = 0.5f, .offset_slew_rad_per_s = INFINITY,
+ *                            .torque_slew_nm_per_s = INFINITY, .largest_rate_rad_per_s = INFINITY };
+ *     if (gmhm_law_init(&law, block, sizeof block, &limits) != GMHM_OK) { ... }
+ *
+ *     gmhm_demand demand = { .torque_nm = torque_reference, .gain_ratio = 1.0f, .on = 1 };   // each control period
+ *     gmhm_contribution now;
+ *     gmhm_law_step(&law, &demand, &now);
+ *     motor_reference = ratio * (output_reference + now.offset_rad);
+ */
+#define GMHM_LAW_WORDS 64
+
+typedef struct gmhm_law {
+    uint64_t opaque[GMHM_LAW_WORDS];
+} gmhm_law;
+
+/* How fast the contribution may change. All above zero; the last three may be INFINITY. */
+typedef struct gmhm_limits {
+    float period_s;               /* control period */
+    float ramp_s;                 /* the gain takes this long from 0 to 1 or back, and other parameters to come into force */
+    float offset_slew_rad_per_s;
+    float torque_slew_nm_per_s;
+    float largest_rate_rad_per_s; /* top speed of the deflection; along the measurement, faster samples are quarantined */
+} gmhm_limits;
+
+/* What a period brings. */
+typedef struct gmhm_demand {
+    float torque_nm;            /* the torque that the gear shall carry: inertia, gravity and contact of the link */
+    float deflection_rad;       /* as measured; counts along the measurement only */
+    float gain_ratio;           /* share of the contribution, 0 to 1 */
+    uint32_t on;                /* 0: the contribution fades to nothing, the memory goes on */
+    uint32_t along_measurement; /* 0: the memory follows the torque reference; 1: the measured deflection */
+} gmhm_demand;
+
+/* What to feed forward. */
+typedef struct gmhm_contribution {
+    float offset_rad;          /* add to the output's reference; times the ratio for the motor */
+    float change_rad;          /* how much more than in the period before: over the period it is the velocity to feed forward */
+    float hysteresis_nm;       /* for a controller that compensates the elastic torque already */
+    float gain;                /* in force */
+    float certainty;           /* 0 at a start without a past, 1 once the past is known */
+    float model_torque_nm;     /* of the gear as the memory has it, whole */
+    float model_hysteresis_nm;
+} gmhm_contribution;
+
+/* Makes a law of bytes that hold anything, and loads a block. Call once, first. A refused block leaves a law without parameters, which is safe to use. */
+uint16_t gmhm_law_init(gmhm_law *law, const uint8_t *block, uint32_t length, const gmhm_limits *limits);
+
+/* Puts another block, or other limits, in force while the loop runs: the contribution goes on from where it is, within ramp and slew. A refusal changes nothing. */
+uint16_t gmhm_law_load(gmhm_law *law, const uint8_t *block, uint32_t length, const gmhm_limits *limits);
+
+/* Starts the memory anew at a measured deflection; the contribution goes on from where it is. */
+uint16_t gmhm_law_restart(gmhm_law *law, float deflection_rad);
+
+/* One control period: GMHM_FLAG_... REFUSED means that the input was none, and the last good contribution fades. */
+uint32_t gmhm_law_step(gmhm_law *law, const gmhm_demand *demand, gmhm_contribution *to);
 
 #ifdef __cplusplus
 }

@@ -10,6 +10,7 @@
 extern crate std;
 
 mod joint;
+mod law;
 mod types;
 
 use core::mem::MaybeUninit;
@@ -19,7 +20,10 @@ use gmhm::block::{TorqueUnit, sdo_abort};
 use crate::joint::LoadError;
 
 pub use joint::Joint;
-pub use types::{DiagnosticsC, EncodersC, OutputC, SampleC, SolutionC, StatusC, flag, need};
+pub use law::{LAW_WORDS, Law, gmhm_law_init, gmhm_law_load, gmhm_law_restart, gmhm_law_step};
+pub use types::{
+    ContributionC, DemandC, DiagnosticsC, EncodersC, LimitsC, OutputC, SampleC, SolutionC, StatusC, flag, need,
+};
 
 /// `GMHM_OK`.
 pub const OK: u16 = 0;
@@ -196,8 +200,29 @@ pub extern "C" fn gmhm_sdo_abort(code: u16) -> u32 {
     sdo_abort(code)
 }
 
-/// A static library has to have one; nothing in it panics.
-#[cfg(target_os = "none")]
+/// See `gmhm.h`: major, minor and patch, a byte each.
+// SAFETY: as for `gmhm_init`.
+#[unsafe(no_mangle)]
+pub extern "C" fn gmhm_version() -> u32 {
+    VERSION
+}
+
+/// The package's version as `GMHM_VERSION`.
+const VERSION: u32 = part(env!("CARGO_PKG_VERSION_MAJOR")) << 16
+    | part(env!("CARGO_PKG_VERSION_MINOR")) << 8
+    | part(env!("CARGO_PKG_VERSION_PATCH"));
+
+const fn part(text: &str) -> u32 {
+    let (bytes, mut at, mut number) = (text.as_bytes(), 0, 0);
+    while at < bytes.len() {
+        number = 10 * number + (bytes[at] - b'0') as u32;
+        at += 1;
+    }
+    number
+}
+
+/// A static library has to have one, but for a program that brings its own in Rust; nothing in it panics.
+#[cfg(all(target_os = "none", feature = "panic-handler"))]
 #[panic_handler]
 fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
     loop {}

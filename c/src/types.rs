@@ -88,6 +88,58 @@ pub struct StatusC {
     pub torque_in_amperes: u32,
 }
 
+/// `gmhm_limits`.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[repr(C)]
+pub struct LimitsC {
+    /// Δ.
+    pub period_s: f32,
+    /// From nothing to the whole.
+    pub ramp_s: f32,
+    /// Of the offset.
+    pub offset_slew_rad_per_s: f32,
+    /// Of the hysteresis torque.
+    pub torque_slew_nm_per_s: f32,
+    /// Of the deflection.
+    pub largest_rate_rad_per_s: f32,
+}
+
+/// `gmhm_demand`.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[repr(C)]
+pub struct DemandC {
+    /// T*.
+    pub torque_nm: f32,
+    /// θ as measured.
+    pub deflection_rad: f32,
+    /// 0 to 1.
+    pub gain_ratio: f32,
+    /// Whether it is on.
+    pub on: u32,
+    /// Whether the memory follows the measured deflection.
+    pub along_measurement: u32,
+}
+
+/// `gmhm_contribution`.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[repr(C)]
+pub struct ContributionC {
+    /// The share of θ*.
+    pub offset_rad: f32,
+    /// How much more than a period before.
+    pub change_rad: f32,
+    /// The share of z.
+    pub hysteresis_nm: f32,
+    /// The gain in force.
+    pub gain: f32,
+    /// w.
+    pub certainty: f32,
+    /// T at the state.
+    pub model_torque_nm: f32,
+    /// z at the state.
+    pub model_hysteresis_nm: f32,
+}
+
 /// `gmhm_encoders`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(C)]

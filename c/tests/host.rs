@@ -10,7 +10,7 @@ use common::Small;
 use gmhm::block::{Header, Identity, Joint, Parameters, ScalarKind, Writer};
 use gmhm::terms::{KINDS, Sample, Side, kind};
 use gmhm::{Elastic, Gear, Memory, Params};
-use gmhm_c::{JOINT_WORDS, StatusC, flag};
+use gmhm_c::{JOINT_WORDS, LAW_WORDS, StatusC, flag};
 
 const PERIOD_S: f64 = 1e-3;
 const HEADER: &str = include_str!("../include/gmhm.h");
@@ -162,6 +162,7 @@ fn defined(name: &str) -> u32 {
 #[test]
 fn the_header_says_what_the_library_does() {
     assert_eq!(defined("GMHM_JOINT_WORDS") as usize, JOINT_WORDS);
+    assert_eq!(defined("GMHM_LAW_WORDS") as usize, LAW_WORDS);
     let flags = [
         ("NOT_LOADED", flag::NOT_LOADED),
         ("REFUSED", flag::REFUSED),

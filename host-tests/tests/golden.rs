@@ -22,7 +22,7 @@ use gmhm::{Gate, Gear, Inverse, Kernel, Law, Params};
 const PERIOD_S: f64 = 1e-3;
 
 /// File, CRC-32.
-const GOLDEN: [(&str, u32); 13] = [
+const GOLDEN: [(&str, u32); 15] = [
     ("block-1-masing", 0xbc7d_4194),
     ("block-1-phase", 0x7a4e_255d),
     ("block-1-time", 0x6913_b125),
@@ -36,6 +36,8 @@ const GOLDEN: [(&str, u32); 13] = [
     ("block-1-terms-24", 0xfa9a_9165),
     ("block-1-tested", 0x4c1b_aaa0),
     ("block-1-tested-fixed", 0x2b72_d216),
+    ("block-1-prepared", 0),
+    ("block-1-prepared-fixed", 0),
 ];
 
 fn file(name: &str) -> PathBuf {
@@ -123,6 +125,17 @@ fn written(name: &str) -> Vec<u8> {
         (ScalarKind::Fixed, _) => gear(&mut writer, &params, Masing::<Fixed>::new(&params), tested),
     };
     done.expect("a gear");
+    if name.contains("prepared") {
+        match scalar {
+            ScalarKind::F32 => {
+                writer.prepared(&Inverse::of(&params, Masing::<f32>::new(&params), PERIOD_S).expect("one"))
+            }
+            ScalarKind::Fixed => {
+                writer.prepared(&Inverse::of(&params, Masing::<Fixed>::new(&params), PERIOD_S).expect("one"))
+            }
+        }
+        .expect("room");
+    }
     let joint = Joint { ratio: Some(-100.0), deflection_zero_rad: 0.125, motor_side: unit == TorqueUnit::Ampere };
     writer.joint(&joint).expect("a joint");
     let of_joint = ["gravity_load", "inertia"].map(|name| gmhm::terms::kind(name).expect("a kind"));

@@ -9,6 +9,7 @@ mod typical;
 
 use core::hint::black_box;
 
+use gmhm::block::{Header, Identity, Prepared, ScalarKind, Writer};
 use gmhm::inverse::Invertible;
 use gmhm::memory::masing::Masing;
 use gmhm::memory::phase::Phase;
@@ -47,6 +48,7 @@ fn laws(masing: &Params) -> Option<()> {
     let time = published(Law::Time)?;
     let inverse = Inverse::of(&time, Time::new(&time, PERIOD_S), PERIOD_S).ok()?;
     law(("law `time`", "inverse of law `time`"), &inverse);
+    loader(masing)?;
     let setting = Setting { sigma: -1.0, c1: masing.elastic().c1_nm_per_rad as f32, rated_deflection: RATED_RAD };
     let (mut deepest, mut name) = (0, ("", ""));
     for term in typical::every() {
@@ -59,6 +61,30 @@ fn laws(masing: &Params) -> Option<()> {
     }
     say!("{} law `masing` with the deepest of the terms, `{}` `{}`", deepest, name.0, name.1);
     Some(())
+}
+
+/// The loader of a prepared block.
+#[inline(never)]
+fn loader(masing: &Params) -> Option<()> {
+    let mut buffer = [0; 512];
+    let length = write(masing, &mut buffer)?;
+    let block = buffer.get(..length)?;
+    let deepest = depth(|| load(block));
+    load(block).then(|| say!("{} loading a prepared block, its self-test included", deepest))
+}
+
+#[inline(never)]
+fn write(masing: &Params, buffer: &mut [u8]) -> Option<usize> {
+    let inverse = Inverse::<f32, _>::of(masing, Masing::new(masing), 0.0).ok()?;
+    let mut writer = Writer::new(buffer, Header::new(Identity::NONE, ScalarKind::F32));
+    writer.self_test(inverse.gear(), Some(&inverse)).ok()?;
+    writer.prepared(&inverse).ok()?;
+    writer.finish().ok()
+}
+
+#[inline(never)]
+fn load(block: &[u8]) -> bool {
+    Prepared::<f32>::load(black_box(block), 16).is_ok_and(|prepared| black_box(prepared.inverse.range()) > 0.0)
 }
 
 /// A law and its inverse along the path.

@@ -199,12 +199,53 @@ const fn sample(name: &'static str, words: &'static str) -> FieldInfo {
     field(Coding::Scalar, name, "N·m; T_A in fixed point", Range::Any, words)
 }
 
+/// What the set-up of law `masing` and its inverse comes to; absent in other laws, without an inverse and in blocks of before.
+pub const PREPARED: RecordInfo = RecordInfo {
+    tag: MAY_SKIP | 0x0003,
+    name: "prepared",
+    fields: &[
+        word("rated", "A in input units"),
+        word("inverse_rated", "its inverse"),
+        word("torque_scale", "T_A in output units"),
+        word("deflection_limit", "larger deflections are refused"),
+        word("k1", "as in `gear`"),
+        word("k3", "as in `gear`"),
+        word("k5", "as in `gear`"),
+        word("knee", "κ, beyond which the elastic torque follows its tangent"),
+        word("knee_torque", "τ at κ"),
+        word("knee_stiffness", "dτ/du beyond κ"),
+        word("e", "as in `masing`"),
+        word("h", "as in `masing`"),
+        word("half_play", "as in `masing`"),
+        word("slope_2", "3·k3"),
+        word("slope_4", "5·k5"),
+        word("bend_1", "6·k3"),
+        word("bend_3", "20·k5"),
+        word("tolerance", "of the search, over T_A"),
+        word("last_step", "a step of t after which the residual is below it"),
+        word("last_chord", "the same of a chord"),
+        word("last_width", "the same of a bracket"),
+        word("least_slope", "as in `inverse`"),
+        word("reach", "r"),
+        word("inner_reach", "short of r by its rounding"),
+        word("inner_half_tangent", "the same as t"),
+        word("inverse_torque_scale", "1/T_A; 1 in fixed point"),
+        word("torque_limit", "larger torques are refused"),
+        word("longest_period", "s"),
+    ],
+    words: "law `masing` and its inverse as the host has set them up, for loaders without double precision",
+};
+
+const fn word(name: &'static str, words: &'static str) -> FieldInfo {
+    field(Coding::Scalar, name, "1", Range::Any, words)
+}
+
 /// The name of the model file: UTF-8, padded with zeros to whole words.
 pub const NAME: RecordInfo =
     RecordInfo { tag: MAY_SKIP | 0x0001, name: "name", fields: &[], words: "the model file's name, for people" };
 
 /// All of them.
-pub const RECORDS: [&RecordInfo; 8] = [&GEAR, &MASING, &PHASE, &TIME, &INVERSE, &JOINT, &NAME, &SELF_TEST];
+pub const RECORDS: [&RecordInfo; 9] = [&GEAR, &MASING, &PHASE, &TIME, &INVERSE, &JOINT, &NAME, &SELF_TEST, &PREPARED];
 
 impl FieldInfo {
     /// The words that it chooses among; none where it is a number.

@@ -12,7 +12,7 @@ use crate::scalar::Fixed;
 pub const MOST_BYTES: usize = 4096;
 
 /// Fields with their values.
-pub type FieldValues = Vec<(&'static FieldInfo, f64), 10>;
+pub type FieldValues = Vec<(&'static FieldInfo, f64), 32>;
 
 /// A block whose header, records and CRC-32 are in order. What its values say is for [`Parameters::load`](super::Parameters::load) to check.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -16,11 +16,24 @@ pub const SAMPLES: usize = PATH.len() + 1;
 
 /// The words that a gear gives: T at each deflection of [`PATH`], then the deflection for half of the last torque, 0 without an inverse.
 pub fn samples<S: Word, L: BlockLaw<S>>(gear: &Gear<S, L>, inverse: Option<&Inverse<S, L>>) -> [u32; SAMPLES] {
-    let mut state = gear.start::<8>(S::ZERO);
+    // As many turning points as a drive remembers, so that both share their code.
+    let mut state = gear.start::<16>(S::ZERO);
     let mut words = [0; SAMPLES];
     let mut torque = S::ZERO;
-    for (word, u) in words.iter_mut().zip(PATH) {
-        torque = gear.step(&mut state, gear.frame().deflection(S::from_f64(u))).torque;
+    let [a, b, c, d, e, f, g, h] = PATH;
+    // One by one, each is a constant of the scalar, and nothing is computed in double precision.
+    let path = [
+        S::from_f64(a),
+        S::from_f64(b),
+        S::from_f64(c),
+        S::from_f64(d),
+        S::from_f64(e),
+        S::from_f64(f),
+        S::from_f64(g),
+        S::from_f64(h),
+    ];
+    for (word, u) in words.iter_mut().zip(path) {
+        torque = gear.step(&mut state, gear.frame().deflection(u)).torque;
         *word = torque.word();
     }
     let solution = inverse.map_or(S::ZERO, |inverse| inverse.peek(&state, S::HALF * torque).theta);

@@ -5,14 +5,16 @@ use heapless::Vec;
 use super::error::BlockError;
 use super::header::{HEADER_BYTES, Header, SEQUENCE_AT};
 use super::law::BlockLaw;
-use super::layout::{FIRST_TERM, GEAR, INVERSE, JOINT, NAME, RecordInfo, SELF_TEST};
+use super::layout::{FIRST_TERM, GEAR, INVERSE, JOINT, NAME, PREPARED, RecordInfo, SELF_TEST};
 use super::parameters::Joint;
 use super::record::{MOST_BYTES, check, double_words, verify};
 use super::self_test::samples;
 use super::{CRC, Word, term};
 use crate::elastic::Polynomial;
 use crate::gear::Gear;
+use crate::inverse::words::WORDS;
 use crate::inverse::{Inverse, InverseError, Monotony};
+use crate::memory::masing::Masing;
 use crate::params::Params;
 use crate::terms::{Source, tag_of_kind};
 
@@ -99,6 +101,17 @@ impl<'a> Writer<'a> {
         inverse: Option<&Inverse<S, L>>,
     ) -> Result<(), BlockError> {
         self.fixed::<S>(&SELF_TEST, &samples(gear, inverse))
+    }
+
+    /// What the set-up of this inverse came to, for loaders without double precision.
+    ///
+    /// # Errors
+    /// No room.
+    pub fn prepared<S: Word>(&mut self, inverse: &Inverse<S, Masing<S>>) -> Result<(), BlockError> {
+        let mut words: Vec<u32, WORDS> = Vec::new();
+        // There is room: so many words.
+        inverse.words(|word| words.extend([word.word()]));
+        self.fixed::<S>(&PREPARED, &words)
     }
 
     /// The joint.

@@ -59,7 +59,7 @@ mod motor;
 mod settings;
 
 pub use motor::{MotorEncoder, MotorSide};
-pub use settings::{FeedForwardError, Settings};
+pub use settings::{FeedForwardError, Limits, Settings};
 
 use crate::gear::State;
 use crate::inverse::{Inverse, Invertible, Solution};
@@ -182,6 +182,20 @@ impl<S: Scalar, L: Invertible<S>> FeedForward<S, L> {
         let unknown = gear.start_uncertainty(&gear.start::<4>(S::ZERO));
         let compliance = if S::SI { params.rated_deflection_rad() / params.torque_scale_nm() } else { 1.0 };
         Ok(Self { inverse, steps, unknown, compliance: S::from_f64(compliance) })
+    }
+
+    /// The feed-forward of an inverse that is set up already, such as that of a prepared block: computed in the scalar alone, in a few instructions.
+    ///
+    /// # Errors
+    /// [`FeedForwardError::Limit`].
+    pub fn of_inverse(inverse: &Inverse<S, L>, limits: &Limits<S>) -> Result<Self, FeedForwardError>
+    where
+        S: Float,
+    {
+        let frame = inverse.gear().frame();
+        let steps = limits.steps(frame.rated(), frame.torque_scale())?;
+        let unknown = inverse.gear().start_uncertainty(&inverse.gear().start::<4>(S::ZERO));
+        Ok(Self { inverse: *inverse, steps, unknown, compliance: frame.rated().over(frame.torque_scale()) })
     }
 
     /// The inverse that it rests on.

@@ -4,7 +4,7 @@ use core::fmt;
 
 use crate::inverse::InverseError;
 use crate::params::Params;
-use crate::scalar::Scalar;
+use crate::scalar::{Float, Scalar};
 
 /// What the feed-forward of a joint is set to.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,6 +37,66 @@ impl Default for Settings {
     }
 }
 
+/// [`Settings`] in the scalar of the feed-forward, for a set-up without double precision.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Limits<S> {
+    /// Δ, the control period, s.
+    pub period_s: S,
+    /// The gain takes this long from 0 to 1 or back, s.
+    pub ramp_s: S,
+    /// The most that the offset changes, rad/s at the output; may be infinite.
+    pub offset_slew_rad_per_s: S,
+    /// The most that the hysteresis torque changes, N·m/s; may be infinite.
+    pub torque_slew_nm_per_s: S,
+    /// The top speed of the deflection, rad/s; may be infinite.
+    pub largest_rate_rad_per_s: S,
+}
+
+impl<S: Float> Default for Limits<S> {
+    /// Those of [`Settings`].
+    fn default() -> Self {
+        let Settings { period_s, ramp_s, offset_slew_rad_per_s, torque_slew_nm_per_s, largest_rate_rad_per_s } =
+            Settings::default();
+        Self {
+            period_s: S::from_f64(period_s),
+            ramp_s: S::from_f64(ramp_s),
+            offset_slew_rad_per_s: S::from_f64(offset_slew_rad_per_s),
+            torque_slew_nm_per_s: S::from_f64(torque_slew_nm_per_s),
+            largest_rate_rad_per_s: S::from_f64(largest_rate_rad_per_s),
+        }
+    }
+}
+
+impl<S: Float> Limits<S> {
+    /// As [`Settings::steps`].
+    pub(super) fn steps(&self, rated: S, torque_scale: S) -> Result<Steps<S>, FeedForwardError> {
+        let Self { period_s, ramp_s, offset_slew_rad_per_s, torque_slew_nm_per_s, largest_rate_rad_per_s } = *self;
+        let finite = S::from_f64(S::LARGEST);
+        for (setting, value, must_be_finite) in [
+            ("period_s", period_s, true),
+            ("ramp_s", ramp_s, true),
+            ("offset_slew_rad_per_s", offset_slew_rad_per_s, false),
+            ("torque_slew_nm_per_s", torque_slew_nm_per_s, false),
+            ("largest_rate_rad_per_s", largest_rate_rad_per_s, false),
+        ] {
+            // A NaN compares false.
+            if !(value > S::ZERO && (!must_be_finite || value <= finite)) {
+                return Err(FeedForwardError::Limit { setting });
+            }
+        }
+        let four = S::TWO + S::TWO;
+        let step = |step: S, measure: S| step.clamp(S::from_f64(S::EPSILON) * measure, four * measure);
+        Ok(Steps {
+            gain: step(period_s.over(ramp_s), S::ONE),
+            offset: step(offset_slew_rad_per_s * period_s, rated),
+            torque: step(torque_slew_nm_per_s * period_s, torque_scale),
+            largest: (largest_rate_rad_per_s * period_s).min(S::from_f64(2.0 * S::REFUSED_BEYOND) * rated),
+        })
+    }
+}
+
 /// Why there is no feed-forward.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
@@ -49,6 +109,11 @@ pub enum FeedForwardError {
         setting: &'static str,
         /// What it was.
         value: f64,
+    },
+    /// One of [`Limits`] must be greater than zero, times finite.
+    Limit {
+        /// Its field.
+        setting: &'static str,
     },
     /// The parameters have no inverse.
     Inverse(InverseError),
@@ -67,6 +132,10 @@ impl fmt::Display for FeedForwardError {
                 let finite = if setting.ends_with("_per_s") { "" } else { " and finite" };
                 write!(f, "{setting} = {value} must be greater than zero{finite}")
             }
+            Self::Limit { setting } => {
+                let finite = if setting.ends_with("_per_s") { "" } else { " and finite" };
+                write!(f, "{setting} must be greater than zero{finite}")
+            }
             Self::Inverse(error) => error.fmt(f),
         }
     }
@@ -76,7 +145,7 @@ impl core::error::Error for FeedForwardError {
     fn source(&self) -> Option<&(dyn core::error::Error + 'static)> {
         match self {
             Self::Inverse(error) => Some(error),
-            Self::Setting { .. } => None,
+            Self::Setting { .. } | Self::Limit { .. } => None,
         }
     }
 }

@@ -39,6 +39,8 @@ mod phase;
 mod range;
 mod solve;
 mod time;
+#[cfg(feature = "block")]
+pub(crate) mod words;
 
 pub(crate) use range::Monotony;
 pub use range::{InverseError, invertible_range, least_rising_slope};

@@ -42,6 +42,20 @@ impl<S: Scalar> Spring<S> {
     }
 }
 
+#[cfg(feature = "block")]
+impl<S: Scalar> Spring<S> {
+    /// The words of a prepared block beside the polynomial's, in order.
+    pub(super) fn words(&self) -> [S; 4] {
+        let ([s2, s4], [b1, b3]) = (self.slope, self.bend);
+        [s2, s4, b1, b3]
+    }
+
+    /// The spring of a polynomial and such words.
+    pub(super) fn of_words(elastic: &Polynomial<S>, [s2, s4, b1, b3]: [S; 4]) -> Self {
+        Self { torque: [elastic.k1, elastic.k3, elastic.k5], slope: [s2, s4], bend: [b1, b3] }
+    }
+}
+
 impl<S: Scalar> Spring<S> {
     /// The factors of f′ and of f″.
     pub(super) fn derivatives(&self) -> [[S; 2]; 2] {

@@ -32,6 +32,18 @@ impl<S: Scalar> Frame<S> {
         }
     }
 
+    /// The words of a prepared block, in order.
+    #[cfg(feature = "block")]
+    pub(crate) fn words(&self) -> [S; 4] {
+        [self.rated, self.inverse_rated, self.torque_scale, self.limit]
+    }
+
+    /// The frame of such words.
+    #[cfg(feature = "block")]
+    pub(crate) fn of_words([rated, inverse_rated, torque_scale, limit]: [S; 4]) -> Self {
+        Self { rated, inverse_rated, torque_scale, limit }
+    }
+
     /// A in input units.
     #[inline]
     pub fn rated(&self) -> S {

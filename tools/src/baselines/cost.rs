@@ -1,7 +1,7 @@
 //! What a sample of each model costs on a drive, as `cargo xtask cost` counted it.
 
 /// The table that `cargo xtask cost --overwrite` writes.
-const TABLE: &str = include_str!("../../../docs/cost.md");
+const TABLE: &str = include_str!("cost.md");
 
 /// Instructions a sample of a model of the comparison.
 pub fn instructions(model: &str) -> Option<u32> {

@@ -93,9 +93,20 @@ pub fn pack(model: &Model, options: &PackOptions) -> Result<Packed, PackError> {
     if let Some(params) = &params {
         let law = (options.arithmetic, params.memory().law);
         without_inverse = match law {
+            (Arithmetic::F32, Law::Masing) => {
+                let without = write_gear(&mut writer, params, AnyLaw::<f32>::new(params, period_s), period_s)?;
+                if without.is_none() {
+                    write_prepared(&mut writer, params, Masing::<f32>::new(params), period_s)?;
+                }
+                without
+            }
             (Arithmetic::F32, _) => write_gear(&mut writer, params, AnyLaw::<f32>::new(params, period_s), period_s)?,
             (Arithmetic::Fixed, Law::Masing) => {
-                write_gear(&mut writer, params, Masing::<Fixed>::new(params), period_s)?
+                let without = write_gear(&mut writer, params, Masing::<Fixed>::new(params), period_s)?;
+                if without.is_none() {
+                    write_prepared(&mut writer, params, Masing::<Fixed>::new(params), period_s)?;
+                }
+                without
             }
             (Arithmetic::Fixed, Law::Time) => {
                 write_gear(&mut writer, params, Time::<Fixed>::new(params, period_s), period_s)?
@@ -135,6 +146,16 @@ fn write_gear<S: Word, L: BlockLaw<S>>(
     }
     writer.self_test(&gear, inverse.as_ref().ok())?;
     Ok(inverse.err().map(|error| error.to_string()))
+}
+
+/// Writes what the set-up of law `masing` comes to.
+fn write_prepared<S: Word>(
+    writer: &mut Writer<'_>,
+    params: &Params,
+    law: Masing<S>,
+    period_s: f64,
+) -> Result<(), BlockError> {
+    Inverse::of(params, law, period_s).map_or(Ok(()), |inverse| writer.prepared(&inverse))
 }
 
 /// Loads a block as a drive would: what the drive's numbers cannot hold shows here, the model itself was checked in `f64`.

@@ -2,6 +2,7 @@
 
 mod accuracy;
 mod c;
+mod c_archive;
 mod c_program;
 mod canopen;
 mod cost;
@@ -59,9 +60,16 @@ enum Command {
         overwrite: bool,
     },
     /// Build the static library for C for the microcontrollers, free of panics, and run a C program with it on the host and in the emulator.
-    C,
     /// Export source for C, weigh it on the Cortex-M4F, check it by cppcheck and clang-tidy where they are installed; run the FMU in FMPy.
     Export,
+    C {
+        /// Only write the archive of the library into a folder.
+        #[arg(long, value_name = "DIR")]
+        archive: Option<PathBuf>,
+        /// Of which target; this computer without it.
+        #[arg(long, requires = "archive")]
+        target: Option<String>,
+    },
     /// Read and write the object dictionary of a simulated drive over a virtual CAN bus, by python canopen.
     Canopen,
     /// Fit, pack and flash into emulated drives, compare their torques with the host's, cut their power while they store.
@@ -129,8 +137,9 @@ fn run(arguments: Arguments) -> anyhow::Result<()> {
         Command::Emulate { overwrite } => emulate::run(&shell, overwrite),
         Command::Cost { overwrite } => cost::run(&shell, overwrite),
         Command::Size { overwrite } => size::run(&shell, overwrite),
-        Command::C => c::run(&shell),
         Command::Export => export::run(&shell),
+        Command::C { archive: Some(folder), target } => c_archive::write(&shell, target.as_deref(), &folder),
+        Command::C { archive: None, .. } => c::run(&shell),
         Command::Canopen => canopen::run(&shell),
         Command::EndToEnd { cuts, seed } => end_to_end::run(&shell, cuts, seed),
         Command::Fleet { joints, rows, damaged, timed } => fleet::run(&shell, [joints, rows, damaged], timed),

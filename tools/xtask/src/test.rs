@@ -30,6 +30,7 @@ pub fn run(shell: &Shell) -> Result<()> {
     export::run(shell)?;
     fleet::run(shell, fleet::IN_TESTS, false)?;
     canopen::run(shell)?;
+    packages(shell)?;
     end_to_end::run(shell, end_to_end::CUTS, end_to_end::SEED)?;
     fuzz::run(shell, fuzz::IN_TESTS, 1)?;
     examples(shell)?;
@@ -52,6 +53,14 @@ fn features(shell: &Shell) -> Result<()> {
     let direct: Vec<&str> = tree.lines().skip(1).filter_map(|line| line.split(' ').next()).collect();
     ensure!(direct == ["heapless", "libm"], "without features the core needs {direct:?}");
     Ok(())
+}
+
+/// Packs both packages as they would be published; the core alone is built from its package, the tools need it in the registry first.
+fn packages(shell: &Shell) -> Result<()> {
+    cmd!(shell, "cargo package --quiet --locked --no-verify --allow-dirty --package gmhm --package gmhm-tools")
+        .ignore_stderr()
+        .run()
+        .context("a package cannot be packed: `cargo package` tells why")
 }
 
 /// Runs the examples.

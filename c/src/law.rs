@@ -1,0 +1,146 @@
+//! Law `masing` with its feed-forward alone, from a prepared block: small enough for any drive.
+
+use core::mem::MaybeUninit;
+
+use gmhm::block::{BlockError, Prepared, TorqueUnit};
+use gmhm::feedforward::{Controls, Demand, FeedForward, FeedForwardState, Limits, Source};
+use gmhm::memory::masing::Masing;
+
+use crate::types::{ContributionC, DemandC, LimitsC, flag};
+use crate::{NULL, OK, UNIT, VALUE, bytes};
+
+/// Turning points that it remembers.
+const DEPTH: usize = 16;
+
+/// 64-bit words of `gmhm_law`.
+pub const LAW_WORDS: usize = 64;
+
+const _: () = assert!(
+    size_of::<Law>() <= 8 * LAW_WORDS && align_of::<Law>() <= align_of::<u64>(),
+    "a law does not fit into GMHM_LAW_WORDS of gmhm.h"
+);
+
+type Feed = FeedForward<f32, Masing<f32>>;
+
+/// `gmhm_law`.
+pub struct Law {
+    force: Option<(Feed, FeedForwardState<f32, DEPTH, Masing<f32>>)>,
+}
+
+impl core::fmt::Debug for Law {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("Law").field("is_loaded", &self.force.is_some()).finish()
+    }
+}
+
+/// The feed-forward of a block, its torques in newton metres.
+fn prepare(block: &[u8], limits: &LimitsC) -> Result<Feed, u16> {
+    let prepared = Prepared::<f32>::load(block, DEPTH).map_err(|error: BlockError| error.code())?;
+    if prepared.header.torque_unit != TorqueUnit::NewtonMetre {
+        return Err(UNIT);
+    }
+    let LimitsC { period_s, ramp_s, offset_slew_rad_per_s, torque_slew_nm_per_s, largest_rate_rad_per_s } = *limits;
+    let limits = Limits { period_s, ramp_s, offset_slew_rad_per_s, torque_slew_nm_per_s, largest_rate_rad_per_s };
+    FeedForward::of_inverse(&prepared.inverse, &limits).map_err(|_| VALUE)
+}
+
+/// See `gmhm.h`.
+///
+/// # Safety
+/// The pointers are null or point to as much as `gmhm.h` says.
+// SAFETY: no other symbol of the program has this name; gmhm.h reserves the prefix.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn gmhm_law_init(
+    law: Option<&mut MaybeUninit<Law>>,
+    block: *const u8,
+    length: u32,
+    limits: Option<&LimitsC>,
+) -> u16 {
+    let Some(law) = law else { return NULL };
+    let law = law.write(Law { force: None });
+    // SAFETY: the caller's, as above.
+    unsafe { gmhm_law_load(Some(law), block, length, limits) }
+}
+
+/// See `gmhm.h`.
+///
+/// # Safety
+/// The pointers are null or point to as much as `gmhm.h` says.
+// SAFETY: as for `gmhm_law_init`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn gmhm_law_load(
+    law: Option<&mut Law>,
+    block: *const u8,
+    length: u32,
+    limits: Option<&LimitsC>,
+) -> u16 {
+    // SAFETY: the caller's, as above.
+    let (Some(law), Some(block), Some(limits)) = (law, unsafe { bytes(block, length) }, limits) else { return NULL };
+    let feed = match prepare(block, limits) {
+        Ok(feed) => feed,
+        Err(code) => return code,
+    };
+    match &mut law.force {
+        Some((before, state)) => {
+            feed.take_over(before, state);
+            *before = feed;
+        }
+        none => {
+            let state = feed.start(0.0);
+            *none = Some((feed, state));
+        }
+    }
+    OK
+}
+
+/// See `gmhm.h`.
+// SAFETY: as for `gmhm_law_init`.
+#[unsafe(no_mangle)]
+pub extern "C" fn gmhm_law_restart(law: Option<&mut Law>, deflection_rad: f32) -> u16 {
+    match law {
+        None => NULL,
+        Some(law) => {
+            if let Some((feed, state)) = &mut law.force {
+                feed.restart(state, deflection_rad);
+            }
+            OK
+        }
+    }
+}
+
+/// See `gmhm.h`.
+// SAFETY: as for `gmhm_law_init`.
+#[unsafe(no_mangle)]
+pub extern "C" fn gmhm_law_step(
+    law: Option<&mut Law>,
+    demand: Option<&DemandC>,
+    to: Option<&mut MaybeUninit<ContributionC>>,
+) -> u32 {
+    let Some(to) = to else { return flag::NOT_LOADED };
+    let to = to.write(ContributionC::default());
+    let (Some(law), Some(demand)) = (law, demand) else { return flag::NOT_LOADED };
+    let Some((feed, state)) = &mut law.force else { return flag::NOT_LOADED };
+    let source = if demand.along_measurement == 0 { Source::Reference } else { Source::Measurement };
+    let controls = Controls { on: demand.on != 0, source, ratio: demand.gain_ratio };
+    let now = feed.step(state, &controls, &Demand { torque: demand.torque_nm, deflection: demand.deflection_rad });
+    let output = feed.inverse().gear().output(state.gear());
+    let status = state.gear().status();
+    *to = ContributionC {
+        offset_rad: now.offset,
+        change_rad: now.change,
+        hysteresis_nm: now.hysteresis,
+        gain: now.gain,
+        certainty: now.certainty,
+        model_torque_nm: output.torque,
+        model_hysteresis_nm: output.hysteresis,
+    };
+    [
+        (now.refused, flag::REFUSED),
+        (now.saturated, flag::SATURATED),
+        (status.out_of_range, flag::OUT_OF_RANGE),
+        (status.quarantined, flag::QUARANTINED),
+        (status.restarted, flag::RESTARTED),
+    ]
+    .into_iter()
+    .fold(0, |sum, (set, flag)| if set { sum | flag } else { sum })
+}

@@ -1,0 +1,121 @@
+//! Prepared blocks: the loader takes over the words of the host's set-up, to the bit, and refuses what is none.
+
+mod common;
+
+use std::fmt::Debug;
+
+use gmhm::block::{
+    BlockError, Header, Identity, PREPARED, Parameters, Prepared, SELF_TEST, ScalarKind, Word, Writer, crc32,
+};
+use gmhm::diagnostics::SelfTest;
+use gmhm::feedforward::{Controls, Demand, FeedForward, Limits, Settings};
+use gmhm::memory::masing::Masing;
+use gmhm::scalar::Fixed;
+use gmhm::{Inverse, Params};
+
+fn block<S: Word>(params: &Params) -> (Vec<u8>, Inverse<S, Masing<S>>) {
+    let inverse = Inverse::of(params, Masing::<S>::new(params), 0.0).expect("an inverse");
+    let mut buffer = vec![0; 1024];
+    let mut writer = Writer::new(&mut buffer, Header::new(Identity::of_name("bench"), S::KIND));
+    writer.gear(inverse.gear(), params).expect("a gear");
+    writer.inverse::<S>(params, 0.0).expect("an inverse");
+    writer.self_test(inverse.gear(), Some(&inverse)).expect("room");
+    writer.prepared(&inverse).expect("room");
+    writer.joint(&gmhm::block::Joint::default()).expect("a joint");
+    let length = writer.finish().expect("room");
+    buffer.truncate(length);
+    (buffer, inverse)
+}
+
+fn restamp(mut block: Vec<u8>) -> Vec<u8> {
+    let end = block.len() - 4;
+    let crc = crc32(&block[..end]).to_le_bytes();
+    block[end..].copy_from_slice(&crc);
+    block
+}
+
+/// The place of a record's words.
+fn words_of(block: &[u8], tag: u16) -> usize {
+    let mut at = 48;
+    loop {
+        let [t0, t1, l0, l1] = [0, 1, 2, 3].map(|k| block[at + k]);
+        if u16::from_le_bytes([t0, t1]) == tag {
+            return at + 4;
+        }
+        at += 4 + usize::from(u16::from_le_bytes([l0, l1]));
+    }
+}
+
+fn same<S: Word>()
+where
+    Inverse<S, Masing<S>>: PartialEq + Debug,
+{
+    let params = common::masing();
+    let (bytes, inverse) = block::<S>(&params);
+    let prepared = Prepared::<S>::load(&bytes, 16).expect("a good block");
+    assert_eq!((prepared.inverse, prepared.self_test), (inverse, SelfTest::Passed));
+    let whole = Parameters::<S, Masing<S>, ()>::load(&bytes, 16).expect("the same block");
+    assert_eq!(whole.inverse, Some(inverse));
+    // A sector holds more than the block.
+    let sector = [bytes.as_slice(), &[0xFF; 300]].concat();
+    assert_eq!(Prepared::<S>::load(&sector, 16), Ok(prepared));
+    assert_eq!(Prepared::<S>::load(&bytes, 8), Err(BlockError::StackDepth(16)));
+}
+
+#[test]
+fn the_words_are_those_of_the_host() {
+    same::<f32>();
+    same::<Fixed>();
+}
+
+#[test]
+fn what_is_not_prepared_is_refused() {
+    let params = common::masing();
+    let (bytes, _) = block::<f32>(&params);
+    assert_eq!(Prepared::<Fixed>::load(&bytes, 16), Err(BlockError::Scalar(ScalarKind::F32.bytes())));
+    let at = words_of(&bytes, PREPARED.tag);
+    let with = |at: usize, new: &[u8]| {
+        let mut changed = bytes.clone();
+        changed[at..at + new.len()].copy_from_slice(new);
+        changed
+    };
+    let load = |bytes: Vec<u8>| Prepared::<f32>::load(&restamp(bytes), 16).map(drop);
+    assert_eq!(Prepared::<f32>::load(&with(at, &[1]), 16).map(drop), Err(BlockError::Checksum));
+    assert_eq!(load(with(at + 16, &f32::NAN.to_le_bytes())), Err(BlockError::Malformed(PREPARED.tag)));
+    assert_eq!(load(with(at - 4, &0x8077_u16.to_le_bytes())), Err(BlockError::Missing(PREPARED.tag)));
+    // A wrong stiffness, a wrong bound of the search: other torques or another solution than the host's.
+    assert_eq!(load(with(at + 16, &1.0_f32.to_le_bytes())), Err(BlockError::SelfTest));
+    let samples = words_of(&bytes, SELF_TEST.tag);
+    for sample in 0..9 {
+        let mut changed = bytes.clone();
+        changed[samples + 4 * sample] ^= 1;
+        assert_eq!(load(changed), Err(BlockError::SelfTest), "sample {sample}");
+    }
+    // Without samples nothing is compared.
+    let untested = restamp(with(samples - 4, &0x8077_u16.to_le_bytes()));
+    let prepared = Prepared::<f32>::load(&untested, 16).expect("a block of a writer without samples");
+    assert_eq!(prepared.self_test, SelfTest::NotRun);
+}
+
+#[test]
+fn feed_forward_from_a_block_is_that_of_the_parameters() {
+    let params = common::masing();
+    let (bytes, _) = block::<f32>(&params);
+    let prepared = Prepared::<f32>::load(&bytes, 16).expect("a good block");
+    let settings = Settings { ramp_s: 0.2, offset_slew_rad_per_s: 0.05, ..Settings::default() };
+    let limits = Limits { ramp_s: 0.2, offset_slew_rad_per_s: 0.05, ..Limits::default() };
+    let from_block = FeedForward::of_inverse(&prepared.inverse, &limits).expect("limits");
+    let from_params = FeedForward::<f32, _>::of(&params, Masing::new(&params), &settings).expect("settings");
+    let (mut a, mut b) = (from_block.start::<16>(0.0), from_params.start::<16>(0.0));
+    let controls = Controls { on: true, ..Controls::default() };
+    for k in 0..2000 {
+        let demand = Demand { torque: 20.0 * (0.01 * k as f32).sin(), deflection: 0.0 };
+        let [a, b] = [from_block.step(&mut a, &controls, &demand), from_params.step(&mut b, &controls, &demand)];
+        let apart = (a.offset - b.offset).abs() / prepared.inverse.range() + (a.hysteresis - b.hysteresis).abs() / 30.0;
+        assert!(apart < 2e-5, "{k}: {a:?} for {b:?}");
+    }
+    for none in [f32::NAN, 0.0, -1.0] {
+        assert!(FeedForward::of_inverse(&prepared.inverse, &Limits { ramp_s: none, ..limits }).is_err());
+        assert!(FeedForward::of_inverse(&prepared.inverse, &Limits { torque_slew_nm_per_s: none, ..limits }).is_err());
+    }
+}
