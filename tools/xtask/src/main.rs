@@ -59,9 +59,9 @@ enum Command {
         #[arg(long)]
         overwrite: bool,
     },
-    /// Build the static library for C for the microcontrollers, free of panics, and run a C program with it on the host and in the emulator.
     /// Export source for C, weigh it on the Cortex-M4F, check it by cppcheck and clang-tidy where they are installed; run the FMU in FMPy.
     Export,
+    /// Build the static library for C for the microcontrollers, free of panics, and run a C program with it on the host and in the emulator.
     C {
         /// Only write the archive of the library into a folder.
         #[arg(long, value_name = "DIR")]
