@@ -3,7 +3,7 @@
  *
  * One gmhm_joint is one gear. It lives wherever you put it (statically, as a rule); nothing is allocated, nothing locks, and no call
  * keeps a pointer. Calls for one joint must not run at the same time: call from one task or interrupt, or mask. No call panics or fails to return,
- * whatever it is given; NULL is answered by GMHM_NULL or GMHM_FLAG_NOT_LOADED. gmhm_init and gmhm_load take up to 8.5 KiB of stack, the others less than half.
+ * whatever it is given; NULL is answered by GMHM_NULL or GMHM_FLAG_NOT_LOADED. gmhm_init and gmhm_load take up to 7.5 KiB of stack, the others less than half.
  *
  *     static gmhm_joint joint;
  *

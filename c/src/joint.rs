@@ -4,9 +4,9 @@ use gmhm::block::{Block, BlockError, CheckedTerms, GEAR, Joint as JointOfGear, P
 use gmhm::diagnostics::Diagnostics;
 use gmhm::drive::{EncoderPair, Mounting, Reading};
 use gmhm::memory::AnyLaw;
-use gmhm::terms::Sample;
 use gmhm::terms::compensated::{Compensated, CompensatedState, Total};
-use gmhm::{Inverse, Output, State, Status};
+use gmhm::terms::{Sample, Setting, Stack};
+use gmhm::{Gear, Inverse, Output, State, Status};
 
 use crate::types::{DiagnosticsC, EncodersC, OutputC, SampleC, SolutionC, StatusC, flag, need};
 
@@ -83,16 +83,25 @@ impl core::fmt::Debug for Path {
 
 impl Path {
     /// Goes on with other parameters: reversals keep their deflections, their torques are computed anew.
-    fn take_over(&mut self, before: &Model, now: &Model) {
+    #[inline(never)]
+    fn take_over(&mut self, before: &Gear<f32>, now: &Model) {
         match self {
             Self::New => {}
             Self::WithTerms(state) => now.take_over(before, state),
             Self::Base(state) => {
-                now.gear.take_over(&before.gear, state);
+                now.gear.take_over(before, state);
                 if !now.stack.terms().is_empty() {
-                    *self = Self::WithTerms(now.resume(state.clone()));
+                    self.take_terms(now);
                 }
             }
+        }
+    }
+
+    /// Goes on from a base model with terms at rest. A frame of its own, as above.
+    #[inline(never)]
+    fn take_terms(&mut self, now: &Model) {
+        if let Self::Base(state) = self {
+            *self = Self::WithTerms(now.resume(state.clone()));
         }
     }
 
@@ -130,6 +139,15 @@ fn check(block: &Block<'_>) -> Result<Parameters<f32, AnyLaw<f32>, CheckedTerms<
     Parameters::of_block(block, DEPTH)
 }
 
+/// The terms of a good block, in their place. A frame of its own, as above.
+#[inline(never)]
+fn plant(model: &mut Model, terms: &CheckedTerms<TERMS>, block: &Block<'_>) {
+    terms.plant_into(&mut model.stack, block);
+}
+
+/// Of a stack that terms are planted into.
+const NO_SETTING: Setting<f32> = Setting { sigma: 0.0, c1: 0.0, rated_deflection: 0.0 };
+
 impl Joint {
     /// No parameters in force.
     pub(crate) fn empty() -> Self {
@@ -156,23 +174,26 @@ impl Joint {
         let gear = parameters.gear.ok_or(LoadError::Block(BlockError::Missing(GEAR.tag)))?;
         let mut label = [0; 20];
         label.iter_mut().zip(parameters.header.identity.bytes()).for_each(|(to, byte)| *to = *byte);
-        let force = Force {
-            sequence: parameters.header.sequence,
-            crc: parameters.crc,
-            period_s: parameters.header.period_s,
+        let gear = gear.with_largest_step(self.largest_step_rad);
+        let before = self.force.as_ref().map(|force| force.compensated.gear);
+        let force = self.force.get_or_insert_with(|| Force {
+            sequence: 0,
+            crc: 0,
+            period_s: 0.0,
             gear: label,
             joint,
             unit,
-            inverse: parameters.inverse,
-            compensated: Compensated {
-                gear: gear.with_largest_step(self.largest_step_rad),
-                stack: parameters.terms.plant(&block),
-            },
-        };
-        if let Some(before) = &self.force {
-            self.path.take_over(&before.compensated, &force.compensated);
+            inverse: None,
+            compensated: Compensated { gear, stack: Stack::of_gear(NO_SETTING) },
+        });
+        (force.sequence, force.crc, force.period_s) =
+            (parameters.header.sequence, parameters.crc, parameters.header.period_s);
+        (force.gear, force.joint, force.unit) = (label, joint, unit);
+        (force.inverse, force.compensated.gear) = (parameters.inverse, gear);
+        plant(&mut force.compensated, &parameters.terms, &block);
+        if let Some(before) = &before {
+            self.path.take_over(before, &force.compensated);
         }
-        self.force = Some(force);
         (self.flags, self.seen) = (0, None);
         self.pair = self.pair_of(self.encoders);
         Ok(())

@@ -36,8 +36,8 @@ const GOLDEN: [(&str, u32); 15] = [
     ("block-1-terms-24", 0xfa9a_9165),
     ("block-1-tested", 0x4c1b_aaa0),
     ("block-1-tested-fixed", 0x2b72_d216),
-    ("block-1-prepared", 0),
-    ("block-1-prepared-fixed", 0),
+    ("block-1-prepared", 0xa44a_a311),
+    ("block-1-prepared-fixed", 0x864b_1aa7),
 ];
 
 fn file(name: &str) -> PathBuf {

@@ -95,8 +95,8 @@ impl<S: Float<Carry = S>, L: VaryingPeriod<S>, const K: usize> Compensated<S, L,
     }
 
     /// Makes a state of this gear of one that another gear had, as [`Gear::take_over`]; terms go on with what one of their kind remembers, new ones start at rest.
-    pub fn take_over<const N: usize>(&self, before: &Self, state: &mut CompensatedState<S, N, L, K>) {
-        self.gear.take_over(&before.gear, &mut state.gear);
+    pub fn take_over<const N: usize>(&self, before: &Gear<S, L>, state: &mut CompensatedState<S, N, L, K>) {
+        self.gear.take_over(before, &mut state.gear);
         self.stack.take_over(&mut state.stack);
         state.last.base = self.gear.output(&state.gear);
     }

@@ -49,6 +49,14 @@ impl<S: Float<Carry = S>, const K: usize> Stack<S, K> {
         Self { terms: Vec::new(), setting: Setting { c1: S::ZERO, ..setting }, base: Base::Simulation }
     }
 
+    /// No terms any more, for a gear or for a joint without motor-side angle.
+    #[cfg(feature = "block")]
+    pub(crate) fn renew(&mut self, setting: Setting<S>, has_gear: bool) {
+        self.terms.clear();
+        self.setting = if has_gear { setting } else { Setting { c1: S::ZERO, ..setting } };
+        self.base = if has_gear { Base::Gear } else { Base::Joint };
+    }
+
     /// Adds a term by its keys.
     ///
     /// # Errors
