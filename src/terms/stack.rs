@@ -129,13 +129,13 @@ impl<S: Float<Carry = S>, const K: usize> Stack<S, K> {
             let start = term.start();
             let is_alike = |state: &TermState<S>| discriminant(state) == discriminant(&start);
             match states.iter().skip(k).position(is_alike) {
-                Some(further) => states.swap(k, k + further),
+                Some(further) => exchange(states, k, k + further),
                 None => {
                     // Where all places are taken, the last one makes room.
                     let _ = states.is_full() && states.pop().is_some();
                     let _ = states.push(start);
-                    let last = states.len() - 1;
-                    states.swap(k, last);
+                    let last = states.len().saturating_sub(1);
+                    exchange(states, k, last);
                 }
             }
         }
@@ -203,5 +203,14 @@ impl<S: Float<Carry = S>, const K: usize> Stack<S, K> {
     /// By how much the recorded torque is late, s.
     pub fn delay(&self) -> S {
         self.terms.iter().fold(S::ZERO, |sum, term| sum + term.delay())
+    }
+}
+
+/// Exchanges an element with a later one, without the bounds check that would bring a panic into an image.
+fn exchange<T>(all: &mut [T], early: usize, late: usize) {
+    if let Some((before, after)) = all.split_at_mut_checked(late)
+        && let (Some(early), Some(late)) = (before.get_mut(early), after.first_mut())
+    {
+        core::mem::swap(early, late);
     }
 }
