@@ -15,25 +15,26 @@
 //!
 //! ```
 //! use gmhm::block::{Header, Identity, Joint, Parameters, ScalarKind, Writer};
-//! use gmhm::{Elastic, Gear, Memory, Params};
+//! use gmhm::{Elastic, Inverse, Memory, Params};
 //!
 //! let elastic = Elastic { c1_nm_per_rad: 2.4737e4, c2_nm_per_rad3: 1.0e9, c3_nm_per_rad5: -1.1774e14 };
 //! let memory = Memory { alpha: 2.6532e6, beta_per_s: 422.68, omega_per_s: 226.31, ..Memory::default() };
 //! let params = Params::new(1.168e-3, elastic, memory)?;
 //!
 //! // On the host: the block of these parameters.
-//! let gear = Gear::<f32>::new(&params);
+//! let inverse = Inverse::<f32>::new(&params)?;
+//! let gear = inverse.gear();
 //! let mut buffer = [0; 512];
 //! let mut writer = Writer::new(&mut buffer, Header::new(Identity::of_name("joint 3"), ScalarKind::F32));
-//! writer.gear(&gear, &params)?;
+//! writer.gear(gear, &params)?;
 //! writer.inverse::<f32>(&params, 0.0)?;
-//! writer.self_test(&gear, None)?; // computed anew by the drive; a block that comes out otherwise is refused
+//! writer.self_test(gear, Some(&inverse))?; // computed anew by the drive; a block that comes out otherwise is refused
 //! writer.joint(&Joint::default())?;
 //! let length = writer.finish()?;
 //!
 //! // On the drive: the same gear, bit by bit.
 //! let loaded = Parameters::<f32>::load(&buffer[..length], 16)?;
-//! assert_eq!(loaded.gear, Some(gear));
+//! assert_eq!(loaded.gear.as_ref(), Some(gear));
 //! assert_eq!(loaded.header.identity.label(), "joint 3");
 //! # Ok::<(), Box<dyn core::error::Error>>(())
 //! ```
