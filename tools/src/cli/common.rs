@@ -8,6 +8,7 @@ use serde_json::Value;
 use super::Session;
 use super::failure::Failure;
 use super::progress::Progress;
+use crate::jobs::ready::ready;
 use crate::model::{Model, TorqueSide};
 use crate::recording::{self, ColumnMap, Mapping, Needs, Reading, Recording, RecordingFile};
 use crate::report::page::{Input, Provenance};
@@ -92,10 +93,8 @@ impl ReadingArgs {
     }
 
     /// A model's gear section, with what the options say of it instead.
-    pub fn of_gear(&self, mut model: Model) -> Model {
-        model.gear.ratio = self.ratio.or(model.gear.ratio);
-        model.gear.torque_side = self.torque_side.unwrap_or(model.gear.torque_side);
-        model
+    pub fn of_gear(&self, model: Model) -> Model {
+        model.of_gear(self.ratio, self.torque_side)
     }
 
     /// Reads several recordings to identify from, one after the other; dropouts of their angles are interpolated and reported. The ratio is that of the options, else the model's.
@@ -116,17 +115,9 @@ impl ReadingArgs {
         model: Option<&Model>,
         session: &Session,
     ) -> Result<Vec<Recording>, Failure> {
-        let known = self.ratio.or(model.and_then(|model| model.gear.ratio));
         let read = |file: &RecordingFile| {
             let mut recording = self.read(file, needs, session)?;
-            // Of a joint log the two angles are one, and their ratio is seen.
-            if known.is_some() || model.is_none_or(|model| model.elastic.is_some()) {
-                recording::ratio::check(&recording, known)?;
-            }
-            if self.ratio.is_some() {
-                recording.derive_deflection(self.ratio)?;
-            }
-            recording.bridge_dropouts().iter().for_each(|bridged| session.note(&bridged.to_string()));
+            ready(&mut recording, self.ratio, model, &mut |note| session.note(note))?;
             Ok(recording)
         };
         files.iter().map(read).collect()

@@ -10,14 +10,14 @@ use super::each::EachArgs;
 use super::failure::Failure;
 use super::progress::Progress;
 use super::tables;
-use crate::diagnose::{Finding, Options, diagnose};
-use crate::fit::zeros;
-use crate::model::{self, Base, GearSection, Model};
+use crate::diagnose::Options;
+use crate::jobs;
+use crate::jobs::diagnose::{Diagnosed, NEEDS};
+use crate::model::{self, Model};
 use crate::output::Outputs;
-use crate::recording::{self, Need, Needs, Recording, RecordingFile};
+use crate::recording::{self, RecordingFile};
 use crate::report;
 use crate::report::page::Input;
-use crate::signal::encoder_zeros;
 
 /// Find where recordings differ from a model and which physics is missing; write the extended model
 ///
@@ -68,9 +68,6 @@ pub struct DiagnoseArgs {
     each: EachArgs,
 }
 
-/// Time and torque; motion as far as the terms of the model need it, which its evaluation says.
-const NEEDS: Needs = Needs { motion: Need::IfPresent, ..Needs::FIT };
-
 impl DiagnoseArgs {
     pub(super) fn run(&self, session: &Session) -> Result<(), Failure> {
         self.each.check();
@@ -79,10 +76,8 @@ impl DiagnoseArgs {
             Some((first, rest)) if is_model(first) => (Some(first), rest),
             _ => (None, &self.inputs[..]),
         };
-        let simulation =
-            || Model { gear: GearSection { base: Base::Simulation, ..GearSection::default() }, ..Model::default() };
         let model = || -> Result<Model, Failure> {
-            let base = model_file.map_or_else(|| Ok(simulation()), |file| model::load(file))?;
+            let base = model_file.map_or_else(|| Ok(jobs::diagnose::simulation()), |file| model::load(file))?;
             let mut model = self.reading.of_gear(base);
             if let Some(name) = &self.name {
                 model.name.clone_from(name);
@@ -92,7 +87,7 @@ impl DiagnoseArgs {
         let Some(output) = &self.output else {
             let model = model()?;
             return self.each.run(recordings, self.files_from.as_deref(), session, |file, silent| {
-                let (finding, ..) = self.find(model.clone(), std::slice::from_ref(file), &[], silent)?;
+                let Diagnosed { finding, .. } = self.find(model.clone(), std::slice::from_ref(file), &[], silent)?;
                 with_model(&finding.diagnosis, &finding.model)
             });
         };
@@ -102,7 +97,7 @@ impl DiagnoseArgs {
         for path in outputs.into_iter().flatten() {
             Outputs::check_beside(path, &[&files[..], &held_out].concat())?;
         }
-        let (finding, recordings, holdout) = self.find(model()?, &files, &held_out, session)?;
+        let Diagnosed { finding, recordings, holdout } = self.find(model()?, &files, &held_out, session)?;
         finding.remarks.iter().for_each(|remark| session.note(&remark.to_string()));
         let mut outputs = Outputs::new();
         outputs.add_text(output, &finding.model.to_toml())?;
@@ -128,36 +123,21 @@ impl DiagnoseArgs {
             ("Picture", self.plot.as_ref()),
         ])
     }
+
     /// Reads recordings of one gear or joint and diagnoses them.
     fn find(
         &self,
-        mut model: Model,
+        model: Model,
         files: &[RecordingFile],
         held_out: &[RecordingFile],
         session: &Session,
-    ) -> Result<(Finding, Vec<Recording>, Vec<Recording>), Failure> {
-        let mut recordings = self.reading.read_needed(files, &NEEDS, Some(&model), session)?;
-        let mut holdout = self.reading.read_needed(held_out, &NEEDS, Some(&model), session)?;
-        if model.elastic.is_none() && model.gear.ratio.is_none() {
-            model.gear.ratio = recordings.iter().find_map(recording::ratio::shown_rounded);
-            if let Some(ratio) = model.gear.ratio {
-                session.note(&format!("ratio {ratio}: the slope of theta_in_rad over theta_out_rad"));
-            }
-        }
+    ) -> Result<Diagnosed, Failure> {
+        let recordings = self.reading.read_needed(files, &NEEDS, Some(&model), session)?;
+        let holdout = self.reading.read_needed(held_out, &NEEDS, Some(&model), session)?;
         let options =
             Options { rated_deflection_rad: self.reading.rated_deflection, seed: self.seed.seed, ..Options::default() };
-        if self.own_zeros {
-            let all: Vec<&Recording> = recordings.iter().chain(&holdout).collect();
-            let apart = zeros::between(&all, &model)?.unwrap_or_default();
-            for (recording, zero) in all.iter().zip(&apart).skip(1) {
-                session.note(&format!("{}: its zero is {zero:.4e} rad from that of {}", recording.name, all[0].name));
-            }
-            for (recording, zero) in recordings.iter_mut().chain(&mut holdout).zip(apart) {
-                encoder_zeros::take_off(recording, zero, model.gear.ratio)?;
-            }
-        }
         let progress = Progress::new("Diagnosing", Progress::WHOLE, session.quiet);
-        let finding = diagnose(&recordings, &model, &holdout, &options, &progress)?;
-        Ok((finding, recordings, holdout))
+        let mut notes = |note: &str| session.note(note);
+        jobs::diagnose::find(model, recordings, holdout, &options, self.own_zeros, &progress, &mut notes)
     }
 }

@@ -12,15 +12,13 @@ use super::failure::Failure;
 use super::progress::Progress;
 use super::tables;
 use crate::fit;
-use crate::fit::Fit;
 use crate::fit::FitOptions;
-use crate::fit::verdict::{Assessment, Grade};
-use crate::health::{self, condition::Condition};
+use crate::fit::verdict::Grade;
+use crate::jobs::{self, fit::Identified};
 use crate::model::{self, Model};
 use crate::output::Outputs;
-use crate::recording::{Recording, RecordingFile};
+use crate::recording::RecordingFile;
 use crate::report;
-use crate::signal::plausible;
 
 /// Identify a gear from recordings, with the uncertainty of every parameter
 ///
@@ -84,8 +82,8 @@ impl FitArgs {
         for path in [Some(output), self.json.as_ref(), self.report.as_ref(), self.plot.as_ref()].into_iter().flatten() {
             Outputs::check_beside(path, &files)?;
         }
-        let (fit, recordings, assessment) = self.identify(&files, start.as_ref(), session)?;
-        self.write(output, &fit, &recordings, &assessment, session)
+        let identified = self.identify(&files, start.as_ref(), session)?;
+        self.write(output, &identified, session)
     }
 
     /// Reads recordings of one gear, fits them and judges the fit.
@@ -94,8 +92,8 @@ impl FitArgs {
         files: &[RecordingFile],
         start: Option<&Model>,
         session: &Session,
-    ) -> Result<(Fit, Vec<Recording>, Assessment), Failure> {
-        let mut recordings = self.reading.read_all(files, start, session)?;
+    ) -> Result<Identified, Failure> {
+        let recordings = self.reading.read_all(files, start, session)?;
         let options = FitOptions {
             method: match self.method {
                 Method::Auto => fit::Method::Auto,
@@ -108,43 +106,21 @@ impl FitArgs {
             ratio: self.reading.ratio,
             torque_side: self.reading.torque_side,
         };
-        plausible::repeated(&recordings, &[]).iter().for_each(|remark| session.note(&remark.to_string()));
+        let name = self.name.clone().or_else(|| self.model.is_none().then(|| files[0].stem()));
         let progress = Progress::new("Fitting", Progress::WHOLE, session.quiet);
-        let mut fit = fit::fit(&recordings, &options, &progress)?;
-        if let Some(name) = &self.name {
-            fit.model.name.clone_from(name);
-        } else if self.model.is_none() {
-            fit.model.name = files[0].stem();
-        }
-        for recording in &mut recordings {
-            recording.derive_deflection(fit.model.gear.ratio)?;
-        }
-        fit.align(&mut recordings)?;
-        let assessment = if self.each.each {
-            Assessment::of_model_alone(&fit, &recordings)?
-        } else {
-            Assessment::of(&fit, &recordings, &progress)?
-        };
-        Ok((fit, recordings, assessment))
+        jobs::fit::identify(recordings, &options, name, !self.each.each, &progress, &mut |note| session.note(note))
     }
 
     /// A recording of a fleet: what `--json` writes, and the model file.
     fn one(&self, file: &RecordingFile, start: Option<&Model>, silent: &Session) -> Result<Value, Failure> {
-        let (fit, recordings, assessment) = self.identify(std::slice::from_ref(file), start, silent)?;
-        let everything = Everything::of(&fit, &recordings, &assessment);
-        with_model(&everything, &fit.model)
+        let identified = self.identify(std::slice::from_ref(file), start, silent)?;
+        with_model(&identified.results(), &identified.fit.model)
     }
 
     /// Writes all outputs.
-    fn write(
-        &self,
-        output: &PathBuf,
-        fit: &Fit,
-        recordings: &[Recording],
-        assessment: &Assessment,
-        session: &Session,
-    ) -> Result<(), Failure> {
-        let everything = Everything::of(fit, recordings, assessment);
+    fn write(&self, output: &PathBuf, identified: &Identified, session: &Session) -> Result<(), Failure> {
+        let Identified { fit, recordings, assessment } = identified;
+        let everything = identified.results();
         let verdict = &everything.verdict;
         let mut outputs = Outputs::new();
         outputs.add_text(output, &fit.model.to_toml())?;
@@ -171,24 +147,5 @@ impl FitArgs {
             ("JSON", self.json.as_ref()),
             ("Report", self.report.as_ref()),
         ])
-    }
-}
-
-/// What `--json` writes.
-#[derive(serde::Serialize)]
-struct Everything<'a> {
-    verdict: report::fit_words::WordedVerdict,
-    #[serde(flatten)]
-    assessment: &'a Assessment,
-    #[serde(flatten)]
-    fit: &'a Fit,
-    /// K1, K2, K3, hysteresis loss and lost motion; none of a joint log.
-    catalogue: Option<Condition>,
-}
-
-impl<'a> Everything<'a> {
-    fn of(fit: &'a Fit, recordings: &[Recording], assessment: &'a Assessment) -> Self {
-        let verdict = report::fit_words::worded(&assessment.verdict, fit.model.torque_unit);
-        Self { verdict, assessment, fit, catalogue: health::catalogue_figures(recordings, fit) }
     }
 }

@@ -7,6 +7,7 @@ use clap::Args;
 use super::Session;
 use super::common::ReadingArgs;
 use super::failure::Failure;
+use crate::jobs;
 use crate::model;
 use crate::output::Outputs;
 use crate::physics::invert;
@@ -42,7 +43,8 @@ impl InvertArgs {
         let model = self.reading.of_gear(model::load(&self.model)?);
         let needs = invert::needs(&model);
         let recording = self.reading.read(&file, &needs, session)?;
-        let found = invert::invert(&model, self.reading.rated_deflection, &recording)?;
+        let found =
+            jobs::predict::invert(&model, self.reading.rated_deflection, &recording, &mut |note| session.note(note))?;
         let saturated: Vec<f64> = found.saturated.iter().map(|&saturated| f64::from(u8::from(saturated))).collect();
         let columns = [("deflection_rad", found.deflection_rad.as_slice()), ("saturated", saturated.as_slice())];
 
@@ -51,20 +53,6 @@ impl InvertArgs {
             Ok(copy_with_columns(&file, &self.reading.reading(&needs), &columns, out)?)
         })?;
         outputs.commit()?;
-        let beyond = found.saturated.iter().filter(|&&saturated| saturated).count();
-        if beyond > 0 {
-            session.note(&format!(
-                "{beyond} of {} torques lie beyond the range of the model, ±{:?} rad: the deflection is held at its edge there",
-                found.saturated.len(),
-                found.range_rad
-            ));
-        }
-        if found.merged_pairs > 0 {
-            session.note(&format!(
-                "{} pairs of turning points were merged: the path has more open loops than are remembered",
-                found.merged_pairs
-            ));
-        }
         session.written(&[("Rows", Some(&self.output))])
     }
 }

@@ -9,7 +9,6 @@ mod diagnose;
 mod drive;
 mod each;
 mod export;
-mod failure;
 mod fit;
 mod flash;
 mod health;
@@ -31,7 +30,7 @@ use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser, Subcommand};
 
-pub use failure::Failure;
+use crate::failure::{self, Failure};
 
 const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (", env!("GMHM_BUILD"), ")");
 

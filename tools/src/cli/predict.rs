@@ -7,11 +7,11 @@ use clap::Args;
 use super::Session;
 use super::common::ReadingArgs;
 use super::failure::Failure;
+use crate::jobs;
 use crate::model;
 use crate::output::Outputs;
 use crate::physics::predict::needs;
 use crate::recording::{self, copy_with_columns};
-use crate::signal::recorded::predict;
 
 /// Predict the torque of a recording's motion, row by row
 ///
@@ -39,10 +39,8 @@ impl PredictArgs {
         let model = self.reading.of_gear(model::load(&self.model)?);
         let needs = needs(&model);
         let recording = self.reading.read(&file, &needs, session)?;
-        if recording.theta_in_rad.is_some() && model.elastic.is_some() {
-            recording::ratio::check(&recording, model.gear.ratio)?;
-        }
-        let prediction = predict(&model, self.reading.rated_deflection, &recording)?;
+        let prediction =
+            jobs::predict::predict(&model, self.reading.rated_deflection, &recording, &mut |note| session.note(note))?;
         let suffix = model.torque_unit.suffix();
         let base = [&prediction.torque, &prediction.elastic, &prediction.hysteresis];
         let base = ["torque_model", "elastic", "hysteresis"].into_iter().zip(base);
@@ -56,19 +54,6 @@ impl PredictArgs {
             Ok(copy_with_columns(&file, &self.reading.reading(&needs), &columns, out)?)
         })?;
         outputs.commit()?;
-        if prediction.rows_out_of_range > 0 {
-            session.note(&format!(
-                "{} of {} rows lie outside the rated deflection, where the model is not calibrated",
-                prediction.rows_out_of_range,
-                prediction.torque.len()
-            ));
-        }
-        if prediction.merged_pairs > 0 {
-            session.note(&format!(
-                "{} pairs of turning points were merged: the path has more open loops than are remembered",
-                prediction.merged_pairs
-            ));
-        }
         session.written(&[("Rows", Some(&self.output))])
     }
 }

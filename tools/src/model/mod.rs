@@ -97,6 +97,14 @@ pub struct Model {
 }
 
 impl Model {
+    /// The model with what else is known of its gear: the ratio, and the side on which the torque is taken.
+    #[must_use]
+    pub fn of_gear(mut self, ratio: Option<f64>, torque_side: Option<TorqueSide>) -> Self {
+        self.gear.ratio = ratio.or(self.gear.ratio);
+        self.gear.torque_side = torque_side.unwrap_or(self.gear.torque_side);
+        self
+    }
+
     /// Whether the terms are added to another simulator's torque.
     pub fn is_simulation(&self) -> bool {
         self.gear.base == Base::Simulation

@@ -89,6 +89,19 @@ pub enum RecordingProblem {
         /// The unit beside it.
         beside: String,
     },
+    /// A column in memory that holds something else.
+    #[error("holds {0}, not numbers")]
+    NoNumbers(String),
+    /// Columns in memory of different lengths.
+    #[error("has {rows} rows, `{other}` has {expected}")]
+    OtherLength {
+        /// Its rows.
+        rows: usize,
+        /// Another column.
+        other: String,
+        /// The rows of that.
+        expected: usize,
+    },
     /// Columns without rows in common.
     #[error("has rows of its own, other than those of `{other}`")]
     OtherRows {
@@ -268,6 +281,8 @@ impl RecordingProblem {
                 return Some(format!("convert it, such as --map {}=COLUMN*0.001", quantity.si_name()));
             }
             RecordingProblem::TwoUnits { .. } => "correct the header, or say which by --map",
+            RecordingProblem::NoNumbers(_) => "convert it to floats, or map another column",
+            RecordingProblem::OtherLength { .. } => "give all columns the same length",
             RecordingProblem::OtherRows { .. } => {
                 "take all columns from one group or topic, or resample them to one time when exporting"
             }

@@ -1,6 +1,7 @@
 //! Recordings: rows of time, deflection and torque, in SI units, checked once at the door.
 
 mod bytes;
+mod columns;
 mod csv_table;
 mod dialect;
 mod error;
@@ -29,6 +30,7 @@ mod write;
 
 use std::borrow::Cow;
 
+pub use columns::Columns;
 pub use error::{ColumnPlace, Mistake, RecordingError, RecordingProblem, shell_word};
 pub use files::{file, files_and_listed, paths_and_listed};
 pub use format::Format;

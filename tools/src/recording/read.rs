@@ -4,7 +4,7 @@ use super::error::{ColumnPlace, RecordingError, RecordingProblem};
 use super::header::{self, Fault, Source};
 use super::map::ColumnMap;
 use super::needs::{Need, Needs};
-use super::open::{Opened, Progress, RecordingFile, open};
+use super::open::{Progress, RecordingFile, open};
 use super::quantity::Quantity;
 use super::table::Table;
 use super::{Recording, TorqueUnit};
@@ -56,11 +56,17 @@ impl Reading {
     /// Anything that cannot be read rightly: [`RecordingProblem`], with file, line or row, and column.
     pub fn read(&self, file: &RecordingFile, progress: Progress<'_>) -> Result<Recording, RecordingError> {
         let mut opened = open(file, progress)?;
-        let sources = self.sources(&file.name, opened.table())?;
+        let recording = self.read_table(&file.name, opened.table())?;
+        Ok(Recording { sha256: opened.sha256(), ..recording })
+    }
+
+    /// Reads a recording from a table; `name` is that of the recording.
+    pub(super) fn read_table(&self, name: &str, table: &mut dyn Table) -> Result<Recording, RecordingError> {
+        let sources = self.sources(name, table)?;
         let mut indices: Vec<usize> = sources.iter().map(|source| source.index).collect();
         indices.sort_unstable();
         indices.dedup();
-        let numbers = opened.table().read(&indices)?;
+        let numbers = table.read(&indices)?;
         let rows = numbers.first().map_or(0, Vec::len);
         let mut left: Vec<usize> =
             indices.iter().map(|index| sources.iter().filter(|s| s.index == *index).count()).collect();
@@ -74,25 +80,25 @@ impl Reading {
             values.iter_mut().for_each(|value| *value = source.unit.to_si(source.linear.apply(*value)));
             columns.push(values);
         }
-        let kept = self.kept(file, &sources, &columns, rows)?;
+        let kept = self.kept(name, &sources, &columns, rows)?;
         for values in &mut columns {
             values.truncate(kept.end);
             values.drain(..kept.start);
         }
-        check(file, opened.table(), &sources, &columns, kept.start)?;
-        Ok(recording(file, &opened, &sources, columns, kept.len()))
+        check(name, table, &sources, &columns, kept.start)?;
+        Ok(recording(name, &sources, columns, kept.len()))
     }
 
     /// The rows between `from_s` and `to_s`.
     fn kept(
         &self,
-        file: &RecordingFile,
+        name: &str,
         sources: &[Source],
         columns: &[Vec<f64>],
         rows: usize,
     ) -> Result<std::ops::Range<usize>, RecordingError> {
         const SOME: [&str; 2] = ["no row", "a single row"];
-        let refuse = |problem| Err(RecordingError::of_file(&file.name, problem));
+        let refuse = |problem| Err(RecordingError::of_file(name, problem));
         if rows < 2 {
             return refuse(RecordingProblem::TooShort(SOME[rows]));
         }
@@ -127,7 +133,7 @@ fn column_place(table: &dyn Table, index: usize) -> ColumnPlace {
 
 /// Refuses the first row that is not finite, or whose time does not increase. The columns begin at a row of the table.
 fn check(
-    file: &RecordingFile,
+    name: &str,
     table: &dyn Table,
     sources: &[Source],
     columns: &[Vec<f64>],
@@ -151,21 +157,15 @@ fn check(
     }
     let Some((row, at, problem)) = first else { return Ok(()) };
     Err(RecordingError {
-        file: file.name.clone(),
+        file: name.to_owned(),
         place: Some(table.place(begin + row)),
         column: Some(column_place(table, sources[at].index)),
         problem: Box::new(problem),
     })
 }
 
-fn recording(
-    file: &RecordingFile,
-    opened: &Opened<'_>,
-    sources: &[Source],
-    columns: Vec<Vec<f64>>,
-    rows: usize,
-) -> Recording {
-    let mut recording = Recording { name: file.name.clone(), sha256: opened.sha256(), ..Recording::default() };
+fn recording(name: &str, sources: &[Source], columns: Vec<Vec<f64>>, rows: usize) -> Recording {
+    let mut recording = Recording { name: name.to_owned(), ..Recording::default() };
     for (source, column) in sources.iter().zip(columns) {
         match source.quantity {
             Quantity::Time => recording.time_s = column,

@@ -2,6 +2,7 @@
 
 use std::io::{self, Write};
 
+use super::Recording;
 use super::csv_table::CsvTable;
 use super::error::RecordingError;
 use super::header::Source;
@@ -9,7 +10,6 @@ use super::open::{Columns, RecordingFile, open};
 use super::quantity::Quantity;
 use super::read::Reading;
 use super::table::Table;
-use super::{Recording, TorqueUnit};
 
 /// A column to write: its name and its values.
 pub type Column<'a> = (&'a str, &'a [f64]);
@@ -38,22 +38,7 @@ pub fn write_columns(out: &mut dyn Write, columns: &[Column<'_>]) -> io::Result<
 impl Recording {
     /// Writes the recording as CSV under the contract's names.
     pub fn write(&self, out: &mut dyn Write) -> io::Result<()> {
-        let torque = match self.torque_unit {
-            TorqueUnit::NewtonMetre => "torque_nm",
-            TorqueUnit::Ampere => "current_a",
-        };
-        let optional = [
-            ("deflection_rad", &self.deflection_rad),
-            ("theta_in_rad", &self.theta_in_rad),
-            ("theta_out_rad", &self.theta_out_rad),
-            ("velocity_out_rad_per_s", &self.velocity_out_rad_per_s),
-            ("temperature_c", &self.temperature_c),
-            (torque, &self.torque),
-            ("torque_sim_nm", &self.torque_sim_nm),
-        ];
-        let present = optional.iter().filter_map(|(name, values)| Some((*name, values.as_deref()?)));
-        let columns: Vec<Column<'_>> = [("time_s", self.time_s.as_slice())].into_iter().chain(present).collect();
-        write_columns(out, &columns)
+        write_columns(out, &self.columns())
     }
 }
 

@@ -4,6 +4,8 @@ use anyhow::{Context, Result};
 use serde_json::Value;
 use xshell::{Shell, cmd};
 
+use crate::program;
+
 /// What the table calls the model of the crate itself.
 const OWN: (&str, &str) = ("GMHM masing", "law `masing`, away from a reversal");
 
@@ -24,13 +26,9 @@ impl Accuracy {
         let path = |name: &str| folder.path().join(name);
         let (recording, table, plot) = (path("recording.csv"), path("table.json"), path("plot.svg"));
         let folder = folder.path();
-        let gmhm = ["run", "--quiet", "--locked", "--package", "gmhm-tools", "--"];
-        cmd!(shell, "cargo {gmhm...} demo --out {folder}")
-            .quiet()
-            .ignore_stdout()
-            .run()
-            .context("`gmhm demo` failed")?;
-        cmd!(shell, "cargo {gmhm...} compare {recording} --json {table} --plot {plot} --quiet")
+        let gmhm = program::gmhm(shell, false)?;
+        cmd!(shell, "{gmhm} demo --out {folder}").quiet().ignore_stdout().run().context("`gmhm demo` failed")?;
+        cmd!(shell, "{gmhm} compare {recording} --json {table} --plot {plot} --quiet")
             .quiet()
             .ignore_stdout()
             .run()

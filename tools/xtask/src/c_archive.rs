@@ -5,6 +5,7 @@ use std::path::Path;
 use anyhow::{Context, Result, ensure};
 use xshell::{Shell, cmd};
 
+use crate::program;
 use crate::setup::COMPILER;
 
 /// The target of the example on a microcontroller, and how the compiler is told.
@@ -57,12 +58,8 @@ pub fn check(shell: &Shell) -> Result<()> {
         shell.copy_file(format!("c/example/{file}"), work.join(file))?;
     }
     let params = work.join("params.h");
-    cmd!(
-        shell,
-        "cargo run --quiet --locked --package gmhm-tools --bin gmhm -- --quiet pack examples/bench/true_gear.toml -o {params}"
-    )
-    .quiet()
-    .run()?;
+    let gmhm = program::gmhm(shell, false)?;
+    cmd!(shell, "{gmhm} --quiet pack examples/bench/true_gear.toml -o {params}").quiet().run()?;
     let script = shell.current_dir().join("c/arm");
     let _inside = shell.push_dir(&work);
     cmd!(shell, "make --silent GMHM={host} CFLAGS=-Werror")

@@ -7,6 +7,7 @@ use object::{Object, ObjectSection, SectionKind};
 use xshell::{Shell, cmd};
 
 use crate::fmu;
+use crate::program;
 use crate::setup::COMPILER;
 
 /// Flash for forward and inverse of law `masing` on the Cortex-M4F, with what they need of the C library.
@@ -28,9 +29,10 @@ const TIDY: &str = "-*,bugprone-*,cert-*,clang-analyzer-*,misc-*,performance-*,p
 pub fn run(shell: &Shell) -> Result<()> {
     let folder = shell.create_temp_dir()?;
     let folder = folder.path();
+    let gmhm = program::gmhm(shell, false)?;
     for (model, prefix) in [(GEAR, "gear"), (EVERY_TERM, "terms")] {
         let output = folder.join(prefix);
-        cmd!(shell, "cargo run --quiet --locked --package gmhm-tools -- export {model} --to c --self-test --prefix {prefix} -o {output}")
+        cmd!(shell, "{gmhm} export {model} --to c --self-test --prefix {prefix} -o {output}")
             .quiet()
             .ignore_stdout()
             .ignore_stderr()

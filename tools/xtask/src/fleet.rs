@@ -3,6 +3,7 @@
 use anyhow::{Context, Result};
 use xshell::{Shell, cmd};
 
+use crate::program;
 use crate::python::environment;
 
 /// From the package index.
@@ -16,12 +17,9 @@ pub fn run(shell: &Shell, [joints, rows, damaged]: [u32; 3], timed: bool) -> Res
     let Some(python) = environment(shell, "dask", &PACKAGES, "dask.distributed, numpy, pyarrow")? else {
         return Ok(());
     };
-    let (release, profile): (&[&str], _) = if timed { (&["--release"], "release") } else { (&[], "debug") };
     let words: &[&str] = if timed { &["--loop"] } else { &[] };
-    cmd!(shell, "cargo build --quiet --locked --package gmhm-tools --bin gmhm {release...}").quiet().run()?;
-    let target = shell.var("CARGO_TARGET_DIR").map_or_else(|_| shell.current_dir().join("target"), Into::into);
-    let (program, joints, rows, damaged) =
-        (target.join(profile).join("gmhm"), joints.to_string(), rows.to_string(), damaged.to_string());
+    let program = program::gmhm(shell, timed)?;
+    let [joints, rows, damaged] = [joints, rows, damaged].map(|count| count.to_string());
     let said = cmd!(
         shell,
         "{python} examples/fleet/check.py {program} --joints {joints} --rows {rows} --damaged {damaged} {words...}"

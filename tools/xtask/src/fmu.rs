@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result};
 use xshell::{Shell, cmd};
 
+use crate::program;
 use crate::python::environment;
 
 /// From the package index.
@@ -30,8 +31,9 @@ pub fn run(shell: &Shell) -> Result<()> {
     let tuned = text.replace("2.4737e4", "22263.3").replace("torque_nm = 0.3", "torque_nm = 0.15");
     shell.write_file(folder.join("tuned.toml"), tuned)?;
     shell.write_file(folder.join("of_angles.csv"), without_column(&shell.read_file(RECORDING)?, "deflection_rad"))?;
+    let program = program::gmhm(shell, false)?;
     let gmhm = |words: &[&Path]| -> Result<()> {
-        cmd!(shell, "cargo run --quiet --locked --package gmhm-tools -- --quiet {words...}").quiet().run()?;
+        cmd!(shell, "{program} --quiet {words...}").quiet().run()?;
         Ok(())
     };
     let at = |name: &str| folder.join(name);

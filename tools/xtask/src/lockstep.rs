@@ -7,6 +7,7 @@ use xshell::{Shell, cmd};
 
 use crate::emulator;
 use crate::machine;
+use crate::program;
 
 /// The image at the other end of the line.
 const IMAGE: &str = "joint";
@@ -39,7 +40,7 @@ pub fn run(shell: &Shell) -> Result<()> {
     let image = machine::M4F.build(shell, IMAGE)?;
     let folder = shell.create_temp_dir()?;
     let folder = folder.path();
-    let gmhm = ["run", "--quiet", "--locked", "--package", "gmhm-tools", "--"];
+    let gmhm = program::gmhm(shell, false)?;
     let (model, recording) = (folder.join("gear.toml"), folder.join("joint.csv"));
     shell.write_file(&model, MODEL)?;
     for compensation in COMPENSATIONS {
@@ -48,7 +49,7 @@ pub fn run(shell: &Shell) -> Result<()> {
         let _emulator = emulator::serve(&image, machine::M4F, port)?;
         let target = format!("tcp:127.0.0.1:{port}");
         let run = ["simulate", "--experiment", "joint", "--compensation", compensation];
-        let told = cmd!(shell, "cargo {gmhm...} {run...} {model} --drive {target} -o {recording}")
+        let told = cmd!(shell, "{gmhm} {run...} {model} --drive {target} -o {recording}")
             .quiet()
             .read()
             .context("the joint was not driven")?;

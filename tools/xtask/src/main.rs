@@ -17,7 +17,9 @@ mod fuzz;
 mod golden;
 mod lockstep;
 mod machine;
+mod program;
 mod python;
+mod python_package;
 mod registry;
 mod setup;
 mod size;
@@ -113,6 +115,12 @@ enum Command {
     },
     /// Print the structure of tools/src: lines per folder, import cycles, files that name a kind; fails where a limit is exceeded.
     Structure,
+    /// Install the Python package into an environment of its own, test it, check its types, run its notebook.
+    Python {
+        /// Instead build it in release and measure what it adds to the program's own time.
+        #[arg(long)]
+        timed: bool,
+    },
     /// Run every command that the README shows.
     Readme,
     /// Set up what is missing, then run every test.
@@ -146,6 +154,7 @@ fn run(arguments: Arguments) -> anyhow::Result<()> {
         Command::Fuzz { executions, seed } => fuzz::run(&shell, executions, seed),
         Command::RunImage { image } => emulate::run_image(&image),
         Command::Structure => structure::run(&shell),
+        Command::Python { timed } => python_package::run(&shell, timed),
         Command::Readme => test::readme(&shell),
         Command::Test => test::run(&shell),
     }

@@ -105,7 +105,7 @@ impl Failure {
     }
 
     /// How to fix it.
-    pub(super) fn mend(&self) -> Option<String> {
+    pub fn mend(&self) -> Option<String> {
         match self {
             Failure::Recording(e) | Failure::Copy(CopyError::Recording(e)) => e.mend(),
             Failure::Model(e) => e.mend(),

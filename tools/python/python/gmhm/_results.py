@@ -1,0 +1,86 @@
+"""Results as frozen dataclasses that are read from, and give back, what the commands write with `--json`."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import math
+import types
+import typing
+from typing import Any, Self
+
+
+@dataclasses.dataclass(frozen=True)
+class Result:
+    """A result. `to_dict` is, field for field, what the command of the same name writes with `--json`."""
+
+    @classmethod
+    def from_dict(cls, values: dict[str, Any], **more: Any) -> Self:
+        """Reads what `to_dict` gives; `more` are the fields that are not in it."""
+        hints = _hints(cls)
+        read = {_field(key): _read(hints[_field(key)], value) for key, value in values.items()}
+        return cls(**read, **more)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The same in dicts, lists, numbers, texts and None; numbers that are not finite are None."""
+        values = {}
+        for field in dataclasses.fields(self):
+            value = getattr(self, field.name)
+            # Fields that hold arrays or models are no part of the JSON; some are left out where they are None.
+            if field.metadata.get("json", True) and not (value is None and field.metadata.get("optional", False)):
+                values[field.name.removesuffix("_")] = _written(value)
+        return values
+
+
+def beside_json() -> Any:
+    """A field that is no part of the JSON."""
+    return dataclasses.field(metadata={"json": False}, repr=False, compare=False)
+
+
+def left_out_if_none() -> Any:
+    """A field that the JSON leaves out where it is None."""
+    return dataclasses.field(default=None, metadata={"optional": True})
+
+
+def _field(key: str) -> str:
+    return "from_" if key == "from" else key
+
+
+@functools.cache
+def _hints(cls: type) -> dict[str, Any]:
+    return typing.get_type_hints(cls)
+
+
+def _read(hint: Any, value: Any) -> Any:
+    origin, arguments = typing.get_origin(hint), typing.get_args(hint)
+    if origin is types.UnionType or origin is typing.Union:
+        if value is None and type(None) in arguments:
+            return None
+        inner = [argument for argument in arguments if argument is not type(None)]
+        if len(inner) == 1:
+            return _read(inner[0], value)
+        return tuple(value) if isinstance(value, list) else value
+    if origin is tuple:
+        if arguments[1:] == (...,):
+            return tuple(_read(arguments[0], item) for item in value)
+        return tuple(_read(argument, item) for argument, item in zip(arguments, value, strict=True))
+    if origin is dict:
+        return {key: _read(arguments[1], item) for key, item in value.items()}
+    if isinstance(hint, type) and issubclass(hint, Result):
+        return hint.from_dict(value)
+    # JSON has no NaN and no infinity.
+    return math.nan if value is None and hint is float else value
+
+
+def _written(value: Any) -> Any:
+    match value:
+        case Result():
+            return value.to_dict()
+        case tuple() | list():
+            return [_written(item) for item in value]
+        case dict():
+            return {key: _written(item) for key, item in value.items()}
+        case float() if not math.isfinite(value):
+            return None
+        case _:
+            return value

@@ -1,0 +1,26 @@
+"""Pictures are drawn of every result."""
+
+from __future__ import annotations
+
+import gmhm
+import matplotlib
+import pytest
+from conftest import BENCH
+
+matplotlib.use("agg")
+plot = pytest.importorskip("gmhm.plot")
+
+
+def test_pictures_show_what_was_measured_and_modelled(fitted: gmhm.Fit, gear: gmhm.Model) -> None:
+    axes = plot.loop(fitted)
+    assert [line.get_xydata().shape for line in axes.lines] == [(len(fitted.recordings[0]), 2)] * 2
+    assert axes.get_ylabel() == "torque, N·m"
+    assert plot.residual(fitted, axes=axes) is axes
+    assert len(plot.torque(gear, gmhm.read(BENCH / "running.csv")).lines) == 4
+    found = gmhm.diagnose(BENCH / "running.csv", gear)
+    assert len(plot.effects(found).patches) == len(found.effects)
+    health = gmhm.health([BENCH / "cycle.csv", BENCH / "amplitudes.csv"])
+    assert plot.trend(health, "K1").get_ylabel() == "K1, N·m/rad"
+    with pytest.raises(KeyError, match="the quantities are"):
+        plot.trend(health, "K4")
+    matplotlib.pyplot.close("all")

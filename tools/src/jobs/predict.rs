@@ -1,0 +1,65 @@
+//! `gmhm predict` and `gmhm invert` on a recording that is read.
+
+use super::Notes;
+use crate::failure::Failure;
+use crate::model::Model;
+use crate::physics::Prediction;
+use crate::physics::invert::{self, Inversion};
+use crate::recording::{self, Recording};
+use crate::signal::recorded;
+
+/// Predicts the torque of every row, after the ratio of the model is compared with that of the angles.
+///
+/// # Errors
+/// Angles of another ratio, a recording or a model that cannot be evaluated.
+pub fn predict(
+    model: &Model,
+    rated_deflection_rad: Option<f64>,
+    recording: &Recording,
+    notes: Notes<'_>,
+) -> Result<Prediction, Failure> {
+    if recording.theta_in_rad.is_some() && model.elastic.is_some() {
+        recording::ratio::check(recording, model.gear.ratio)?;
+    }
+    let prediction = recorded::predict(model, rated_deflection_rad, recording)?;
+    if prediction.rows_out_of_range > 0 {
+        notes(&format!(
+            "{} of {} rows lie outside the rated deflection, where the model is not calibrated",
+            prediction.rows_out_of_range,
+            prediction.torque.len()
+        ));
+    }
+    merged(prediction.merged_pairs, notes);
+    Ok(prediction)
+}
+
+/// Finds the deflection of every torque.
+///
+/// # Errors
+/// A model that cannot be inverted, or torques in another unit.
+pub fn invert(
+    model: &Model,
+    rated_deflection_rad: Option<f64>,
+    recording: &Recording,
+    notes: Notes<'_>,
+) -> Result<Inversion, Failure> {
+    let found = invert::invert(model, rated_deflection_rad, recording)?;
+    let beyond = found.saturated.iter().filter(|&&saturated| saturated).count();
+    if beyond > 0 {
+        notes(&format!(
+            "{beyond} of {} torques lie beyond the range of the model, ±{:?} rad: the deflection is held at its edge there",
+            found.saturated.len(),
+            found.range_rad
+        ));
+    }
+    merged(found.merged_pairs, notes);
+    Ok(found)
+}
+
+fn merged(pairs: u32, notes: Notes<'_>) {
+    if pairs > 0 {
+        notes(&format!(
+            "{pairs} pairs of turning points were merged: the path has more open loops than are remembered"
+        ));
+    }
+}

@@ -1,0 +1,75 @@
+//! The Python package: installed by pip, tested by pytest, its types checked by mypy, its notebook run.
+
+use std::path::Path;
+
+use anyhow::{Context, Result};
+use xshell::{Shell, cmd};
+
+use crate::program;
+use crate::python::environment;
+
+const FOLDER: &str = "tools/python";
+
+/// From the package index: what builds the package, and what its tests need.
+const PACKAGES: [&str; 11] = [
+    "maturin==1.16.0",
+    "numpy==2.4.6",
+    "scipy==1.17.1",
+    "pandas==3.1.1",
+    "polars==2.1.0",
+    "matplotlib==3.11.2",
+    "pytest==9.2.0",
+    "mypy==2.4.1",
+    "nbclient==0.11.0",
+    "nbformat==5.11.1",
+    "ipykernel==7.4.0",
+];
+
+/// The last of them to be installed is there.
+const IMPORTS: &str = "maturin, numpy, scipy, pandas, polars, matplotlib, pytest, mypy, nbclient, nbformat, ipykernel";
+
+/// Installs the package into an environment of its own and tests it; with `timed` instead builds it in release and measures what it adds to the program's own time.
+pub fn run(shell: &Shell, timed: bool) -> Result<()> {
+    let Some(python) = environment(shell, "python", &PACKAGES, IMPORTS)? else { return Ok(()) };
+    let gmhm = program::gmhm(shell, timed)?;
+    install(shell, &python, if timed { "release" } else { "dev" })?;
+    let script = |name: &str| format!("{FOLDER}/tests/{name}");
+    if timed {
+        let measure = script("measure.py");
+        let said = cmd!(shell, "{python} {measure} {gmhm}").quiet().read().context("the measurement fails")?;
+        said.lines().for_each(|line| println!("python: {line}"));
+        return Ok(());
+    }
+    {
+        let _folder = shell.push_dir(FOLDER);
+        let _program = shell.push_env("GMHM", &gmhm);
+        cmd!(shell, "{python} -m pytest --quiet -p no:cacheprovider")
+            .quiet()
+            .run()
+            .context("a test of the Python package fails")?;
+        let cache = program::target(shell).join("mypy");
+        cmd!(shell, "{python} -m mypy --cache-dir {cache} python tests")
+            .quiet()
+            .run()
+            .context("the types of the Python package do not hold")?;
+        cmd!(shell, "{python} -m mypy.stubtest gmhm._gmhm --ignore-disjoint-bases")
+            .quiet()
+            .run()
+            .context("the stubs of the native module are not what it has")?;
+    }
+    println!("python: the package installs, its tests pass, its types hold, its notebook runs");
+    Ok(())
+}
+
+/// Installs the package by pip, built in a profile of cargo.
+fn install(shell: &Shell, python: &Path, profile: &str) -> Result<()> {
+    let _arguments = shell.push_env("MATURIN_PEP517_ARGS", format!("--profile {profile} --locked --strip"));
+    // The interpreter that runs builds it, too: without isolation maturin is that of the environment.
+    cmd!(
+        shell,
+        "{python} -m pip --quiet --disable-pip-version-check install --no-deps --no-build-isolation --force-reinstall ./{FOLDER}"
+    )
+    .quiet()
+    .run()
+    .context("pip does not install the Python package")
+}
