@@ -1,6 +1,5 @@
 //! Models: files, prediction, inversion, simulation, blocks.
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 

@@ -108,13 +108,14 @@ impl Columns for Asked<'_> {
         let array = self.column.call1((index,)).map_err(said)?;
         let array: PyReadonlyArray1<'_, f64> = array.extract().map_err(said)?;
         // The recording owns its numbers: those of Python may change while it is worked on.
-        Ok(array.as_array().to_vec())
+        Ok(array.as_slice().map_err(|error| error.to_string())?.to_vec())
     }
 }
 
 /// Reads columns in memory: `column(k)` is the array of the k-th of `names`.
 #[pyfunction]
 #[pyo3(signature = (name, names, column, purpose, model=None, map=None, from_s=None, to_s=None))]
+#[allow(clippy::too_many_arguments, reason = "the wrapper names them")]
 pub fn read_columns(
     py: Python<'_>,
     name: String,

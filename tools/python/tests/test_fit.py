@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import pickle
 from pathlib import Path
+from typing import Any
 
 import gmhm
 import numpy as np
@@ -56,7 +57,7 @@ def test_scipy_finds_the_same_optimum() -> None:
             text = text.replace(f"{key} = {base[section][key]!r}".replace("e+", "e"), f"{key} = {float(value)!r}")
         return gmhm.Model.parse(text)
 
-    def residual(scaled: np.ndarray) -> np.ndarray:
+    def residual(scaled: np.ndarray) -> Any:
         left = recording.torque_nm - model_of(scaled).predict(recording).torque
         return left - left.mean()
 

@@ -34,7 +34,7 @@ def test_ctrl_c_ends_a_fit_and_leaves_the_interpreter_alive() -> None:
     with pytest.raises(KeyboardInterrupt):
         for _ in range(100):
             gmhm.fit(recording)
-    assert time.monotonic() - began < 1.0
+    assert time.monotonic() - began < 3.0
     assert gmhm.fit(BENCH / "cycle.csv", compare=False).rows > 0
 
 

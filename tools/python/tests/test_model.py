@@ -62,9 +62,10 @@ def test_inversion_is_the_root_that_scipy_finds(gear: gmhm.Model) -> None:
         path = inversion.deflection_rad[:row]
 
         def excess(theta: float) -> float:
-            deflection = np.array([0.0, *path, theta])
+            # A recording has two rows at least.
+            deflection = np.array([*path, theta, theta])
             rows = {"time_s": np.arange(len(deflection), dtype=float), "deflection_rad": deflection}
-            return float(gear.predict(rows).torque[-1] - expected)
+            return float(gear.predict(rows).torque[row] - expected)
 
         root = brentq(excess, -1.168e-3, 1.168e-3, xtol=1e-15)
         assert inversion.deflection_rad[row] == pytest.approx(root, abs=1e-9)

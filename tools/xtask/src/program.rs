@@ -5,16 +5,13 @@ use std::path::PathBuf;
 use anyhow::{Context, Result};
 use xshell::{Shell, cmd};
 
-/// Builds the program and says where it is. It is built together with the Python package, so that both share what they are made of.
+/// Builds the program and says where it is. Features are those that the Python package needs, too, so that both share what they are made of.
 pub fn gmhm(shell: &Shell, release: bool) -> Result<PathBuf> {
     let (options, folder): (&[&str], _) = if release { (&["--release"], "release") } else { (&[], "debug") };
-    cmd!(
-        shell,
-        "cargo build --quiet --locked --package gmhm-tools --package gmhm-python --lib --bin gmhm {options...}"
-    )
-    .quiet()
-    .run()
-    .context("the program gmhm does not build")?;
+    cmd!(shell, "cargo build --quiet --locked --package gmhm-tools --package gmhm-python --bin gmhm {options...}")
+        .quiet()
+        .run()
+        .context("the program gmhm does not build")?;
     Ok(target(shell).join(folder).join("gmhm"))
 }
 

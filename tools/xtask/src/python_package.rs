@@ -43,12 +43,13 @@ pub fn run(shell: &Shell, timed: bool) -> Result<()> {
     {
         let _folder = shell.push_dir(FOLDER);
         let _program = shell.push_env("GMHM", &gmhm);
+        let _cache = shell.push_env("MYPY_CACHE_DIR", program::target(shell).join("mypy"));
+        let _sources = shell.push_env("PYTHONDONTWRITEBYTECODE", "1");
         cmd!(shell, "{python} -m pytest --quiet -p no:cacheprovider")
             .quiet()
             .run()
             .context("a test of the Python package fails")?;
-        let cache = program::target(shell).join("mypy");
-        cmd!(shell, "{python} -m mypy --cache-dir {cache} python tests")
+        cmd!(shell, "{python} -m mypy python tests")
             .quiet()
             .run()
             .context("the types of the Python package do not hold")?;
@@ -61,15 +62,15 @@ pub fn run(shell: &Shell, timed: bool) -> Result<()> {
     Ok(())
 }
 
-/// Installs the package by pip, built in a profile of cargo.
+/// Installs the package by pip, built in a profile of cargo by the maturin of the environment.
 fn install(shell: &Shell, python: &Path, profile: &str) -> Result<()> {
     let _arguments = shell.push_env("MATURIN_PEP517_ARGS", format!("--profile {profile} --locked --strip"));
-    // The interpreter that runs builds it, too: without isolation maturin is that of the environment.
-    cmd!(
-        shell,
-        "{python} -m pip --quiet --disable-pip-version-check install --no-deps --no-build-isolation --force-reinstall ./{FOLDER}"
-    )
-    .quiet()
-    .run()
-    .context("pip does not install the Python package")
+    let programs = python.parent().unwrap_or(python).to_string_lossy().into_owned();
+    let _path = shell.push_env("PATH", format!("{programs}:{}", shell.var("PATH").unwrap_or_default()));
+    let pip = ["-m", "pip", "--quiet", "--disable-pip-version-check"];
+    let options = ["--no-deps", "--no-build-isolation", "--force-reinstall"];
+    cmd!(shell, "{python} {pip...} install {options...} ./{FOLDER}")
+        .quiet()
+        .run()
+        .context("pip does not install the Python package")
 }

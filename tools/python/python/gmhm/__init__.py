@@ -13,6 +13,8 @@ names say them: `time_s`, `torque_nm`, `deflection_rad`.
 
 from __future__ import annotations
 
+from typing import Any
+
 from ._diagnosis import Diagnosis, diagnose
 from ._errors import (
     BlockError,
@@ -64,3 +66,12 @@ __all__ = [
     "health",
     "read",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    # Matplotlib is imported when something is drawn.
+    if name == "plot":
+        from importlib import import_module
+
+        return import_module(".plot", __name__)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -310,7 +310,7 @@ def fit(
     Raises:
         RecordingError, FitError: what is wrong, where, and how to fix it.
     """
-    text, native, *arrays = _gmhm.fit(
+    text, native, ready, residuals, predictions = _gmhm.fit(
         as_recordings(recordings, "fit"),
         None if model is None else model._native,
         method,
@@ -321,11 +321,10 @@ def fit(
         seed,
         compare,
     )
-    fitted, residuals, predictions = arrays
     return Fit.from_dict(
         json.loads(text),
         model=Model(native),
-        recordings=tuple(map(Recording, fitted)),
+        recordings=tuple(map(Recording, ready)),
         residuals=tuple(residuals),
         predictions=tuple(predictions),
     )

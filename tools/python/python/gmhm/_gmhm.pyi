@@ -5,6 +5,21 @@ from typing import Any, final
 import numpy as np
 from numpy.typing import NDArray
 
+__all__ = [
+    "Model",
+    "Recording",
+    "demo",
+    "diagnose",
+    "fit",
+    "health_of_models",
+    "health_of_recordings",
+    "inspect",
+    "read_block",
+    "read_columns",
+    "read_file",
+    "write_block",
+]
+
 _Array = NDArray[np.float64]
 _Path = str | PathLike[str]
 

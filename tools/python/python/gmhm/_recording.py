@@ -15,6 +15,9 @@ if TYPE_CHECKING:
     from ._model import Model
 
     Array: TypeAlias = NDArray[np.float64]
+else:
+    # NumPy is imported when the first array is made.
+    Array = Any
 
 #: What is read as a recording: a `Recording`; a path; columns by name, as a dict of arrays, a frame of pandas or
 #: polars, a table of PyArrow, or a structured array.
@@ -193,7 +196,8 @@ def _numbers(column: Any) -> Array:
         raise TypeError("dates or durations")
     if array.dtype.kind not in "fiub":
         try:
-            return array.astype(np.float64)
+            array = array.astype(np.float64)
         except (TypeError, ValueError):
             raise TypeError("text or other objects") from None
-    return array.astype(np.float64, copy=False)
+    # No copy of what lies as it should.
+    return np.require(array, np.float64, ["C", "A"])

@@ -17,7 +17,7 @@ class Result:
     @classmethod
     def from_dict(cls, values: dict[str, Any], **more: Any) -> Self:
         """Reads what `to_dict` gives; `more` are the fields that are not in it."""
-        hints = _hints(cls)
+        hints = _hints(typing.cast(Any, cls))
         read = {_field(key): _read(hints[_field(key)], value) for key, value in values.items()}
         return cls(**read, **more)
 
@@ -47,7 +47,7 @@ def _field(key: str) -> str:
 
 
 @functools.cache
-def _hints(cls: type) -> dict[str, Any]:
+def _hints(cls: Any) -> dict[str, Any]:
     return typing.get_type_hints(cls)
 
 
