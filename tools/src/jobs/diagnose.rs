@@ -27,7 +27,7 @@ pub struct Diagnosed {
     pub holdout: Vec<Recording>,
 }
 
-/// Diagnoses recordings that are [ready](super::ready()). With `own_zeros` the deflection of each is first shifted to the zero of the first.
+/// Diagnoses recordings that are [ready](super::ready::ready). With `own_zeros` the deflection of each is first shifted to the zero of the first.
 ///
 /// # Errors
 /// Recordings that cannot be used, a model that cannot be evaluated; cancelled by `progress`.

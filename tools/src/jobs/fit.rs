@@ -21,7 +21,7 @@ pub struct Identified {
     pub assessment: Assessment,
 }
 
-/// Fits recordings that are [ready](super::ready()), and assesses the fit; with other models beside it where `compares`, which takes several times as long. `name` is
+/// Fits recordings that are [ready](super::ready::ready), and assesses the fit; with other models beside it where `compares`, which takes several times as long. `name` is
 /// the model's; else it is that of the start, or of the first recording.
 ///
 /// # Errors
