@@ -143,7 +143,7 @@ mod tests {
             (
                 "",
                 with("torque_nm", vec![1.0, f64::NAN]),
-                "arrays, row 2, column 2 `deflection_rad`: `NaN` is not a finite number",
+                "arrays, row 2, column 3 `torque_nm`: `NaN` is not a finite number",
             ),
             ("torque_nm=remark", with("remark", vec![1.0, 2.0]), "arrays, column 3 `remark`: holds text, not numbers"),
             (
