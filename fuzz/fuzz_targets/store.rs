@@ -27,7 +27,7 @@ fn block(sequence: u32) -> [u8; HEADER_BYTES + 4] {
 }
 
 /// Gives bytes that claim to be a block the CRC-32 of one.
-fn mend(slot: &mut [u8]) {
+fn repair(slot: &mut [u8]) {
     let length = u32::from_le_bytes([slot[8], slot[9], slot[10], slot[11]]) as usize;
     if (4..=slot.len()).contains(&length) {
         let crc = crc32(&slot[..length - 4]);
@@ -52,7 +52,7 @@ fuzz_target!(|data: &[u8]| {
             slot[..8].copy_from_slice(&block(0)[..8]);
         }
         if choice & bit != 0 {
-            mend(slot);
+            repair(slot);
         }
     }
     let mut flash = Flash::new(2 * SLOT / 64, choice & 64 != 0, u64::from(moment));

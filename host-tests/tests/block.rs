@@ -43,7 +43,7 @@ fn published() -> Vec<u8> {
     block(header(), |writer| write_gear(writer, &common::masing()))
 }
 
-/// Bytes as they would be if they had been written so: length and CRC-32 mended.
+/// Bytes as they would be if they had been written so: with length and CRC-32 corrected.
 fn sealed(mut bytes: Vec<u8>) -> Vec<u8> {
     let length = (bytes.len() as u32).to_le_bytes();
     bytes[8..12].copy_from_slice(&length);

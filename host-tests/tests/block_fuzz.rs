@@ -1,5 +1,5 @@
 //! Whatever the bytes, a block is refused or computed with: no panic, no endless search. Seeded mutations of the golden blocks, most of them with length, count and
-//! CRC-32 mended so that they come past the checksum.
+//! CRC-32 corrected so that they come past the checksum.
 //!
 //! `GMHM_FUZZ=10000000 cargo test --release -p gmhm-host-tests --test block_fuzz -- --nocapture` runs ten million and says what became of them;
 //! `GMHM_FUZZ_SEED` chooses others.

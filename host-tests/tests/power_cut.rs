@@ -145,7 +145,7 @@ fn cut<const W: usize, const E: usize>(
 }
 
 /// After a cut, the next write goes through and nothing beside the slots was touched.
-fn mend<const W: usize, const E: usize>(flash: Flash<W, E>, case: &Case<W, E>, is_new: bool) {
+fn repair<const W: usize, const E: usize>(flash: Flash<W, E>, case: &Case<W, E>, is_new: bool) {
     let mut store = open(flash, case.sectors);
     let sequence = store.newest().map_or(0, |entry| entry.header.sequence) + 1;
     let next = block(case.new.len(), sequence, Identity::NONE, 77);
@@ -171,7 +171,7 @@ fn every_moment<const W: usize, const E: usize>(sectors: usize, lengths: &[usize
         for moment in 0..moments(case, operation) {
             for fate in 0..fates {
                 let (flash, is_new) = cut(case, operation, moment, moment * fates + fate);
-                mend(flash, case, is_new);
+                repair(flash, case, is_new);
                 cuts += 1;
             }
         }
@@ -194,7 +194,7 @@ fn every_pair<const W: usize, const E: usize>(sectors: usize, length: usize) -> 
             }
             for second in 0..moments(&retry, operation) {
                 let (flash, is_new) = cut(&retry, operation, second, second);
-                mend(flash, &retry, is_new);
+                repair(flash, &retry, is_new);
                 cuts += 1;
             }
         }

@@ -1,4 +1,4 @@
-//! How a failure is told: one message with its place, what is wrong, and the mend.
+//! How a failure is told: one message with its place, what is wrong, and the fix.
 
 use std::fmt::Display;
 use std::io::IsTerminal;
@@ -105,31 +105,31 @@ impl Failure {
     }
 
     /// How to fix it.
-    pub fn mend(&self) -> Option<String> {
+    pub fn fix(&self) -> Option<String> {
         match self {
-            Failure::Recording(e) | Failure::Copy(CopyError::Recording(e)) => e.mend(),
-            Failure::Model(e) => e.mend(),
-            Failure::Output(e) => e.mend().map(str::to_owned),
-            Failure::Health(e) => e.mend(),
-            Failure::Device(e) => e.mend(),
-            Failure::Pack(e) => e.mend(),
-            Failure::Export(e) => e.mend(),
-            Failure::Fleet(e) => e.mend(),
-            Failure::BlockFile(e) => e.mend(),
+            Failure::Recording(e) | Failure::Copy(CopyError::Recording(e)) => e.fix(),
+            Failure::Model(e) => e.fix(),
+            Failure::Output(e) => e.fix().map(str::to_owned),
+            Failure::Health(e) => e.fix(),
+            Failure::Device(e) => e.fix(),
+            Failure::Pack(e) => e.fix(),
+            Failure::Export(e) => e.fix(),
+            Failure::Fleet(e) => e.fix(),
+            Failure::BlockFile(e) => e.fix(),
             Failure::Predict(e)
             | Failure::Assess(AssessError::Predict(e))
-            | Failure::Discover(DiagnoseError::Dataset(DatasetError::Predict(e))) => e.mend(),
-            Failure::Invert(e) => e.mend(),
-            Failure::Discover(DiagnoseError::Implausible(e)) => Some(e.mend()),
-            Failure::Estimate(e) | Failure::Assess(AssessError::Estimate(e)) => e.mend(),
+            | Failure::Discover(DiagnoseError::Dataset(DatasetError::Predict(e))) => e.fix(),
+            Failure::Invert(e) => e.fix(),
+            Failure::Discover(DiagnoseError::Implausible(e)) => Some(e.fix()),
+            Failure::Estimate(e) | Failure::Assess(AssessError::Estimate(e)) => e.fix(),
             Failure::NoRealNoise { .. } => {
                 Some("name their folder with --recordings FOLDER, or prove other blocks".to_owned())
             }
             Failure::NoRealRecordings { .. } => {
                 Some("name the folder that holds them with --real FOLDER; docs/proof.md lists their files".to_owned())
             }
-            Failure::Adapt(AdaptReplayError::Predict(e)) => e.mend(),
-            Failure::Adapt(AdaptReplayError::Recording(e)) => e.mend(),
+            Failure::Adapt(AdaptReplayError::Predict(e)) => e.fix(),
+            Failure::Adapt(AdaptReplayError::Recording(e)) => e.fix(),
             Failure::Adapt(_)
             | Failure::Bench(_)
             | Failure::RealRecording(_)
@@ -149,15 +149,15 @@ impl Failure {
             }
         }
         eprintln!("error: {self}");
-        if let Some(mend) = self.mend() {
-            eprintln!("help: {mend}");
+        if let Some(fix) = self.fix() {
+            eprintln!("help: {fix}");
         }
     }
 }
 
 impl Diagnostic for Failure {
     fn help<'a>(&'a self) -> Option<Box<dyn Display + 'a>> {
-        Some(Box::new(self.mend()?))
+        Some(Box::new(self.fix()?))
     }
 
     fn source_code(&self) -> Option<&dyn SourceCode> {

@@ -48,8 +48,8 @@ pub enum OutputError {
 }
 
 impl OutputError {
-    /// How to mend it, where there is more to say than the message does.
-    pub fn mend(&self) -> Option<&'static str> {
+    /// How to fix it, where there is more to say than the message does.
+    pub fn fix(&self) -> Option<&'static str> {
         match self {
             OutputError::NoFolder { .. } => Some("create the folder first, or write elsewhere"),
             OutputError::Twice { .. } => Some("give each output a name of its own"),

@@ -14,7 +14,7 @@ fn try_mapped(name: &str, map: &str) -> Result<Recording, RecordingError> {
 }
 
 fn mapped(name: &str, map: &str) -> Recording {
-    try_mapped(name, map).unwrap_or_else(|e| panic!("{e}\n{:?}", e.mend()))
+    try_mapped(name, map).unwrap_or_else(|e| panic!("{e}\n{:?}", e.fix()))
 }
 
 fn expected() -> Recording {
@@ -76,7 +76,7 @@ fn nested_names_are_mapped() {
         assert_same(name, &mapped(name, map));
     }
     let error = try_mapped("joint_states_plain.mcap", "").unwrap_err();
-    assert!(error.mend().unwrap().contains("/joint_states.effort[0]"), "{error} {:?}", error.mend());
+    assert!(error.fix().unwrap().contains("/joint_states.effort[0]"), "{error} {:?}", error.fix());
     let error = try_mapped("asammdf_plain.mf4", "time_s=group1.time").unwrap_err();
     assert!(error.to_string().contains("torque_nm"), "{error}");
     let error = try_mapped("asammdf_plain.mf4", "temperature_c=State,torque_nm=Torque").unwrap_err();
@@ -96,7 +96,7 @@ fn mat_7_3_is_read_to_the_bit() {
 fn mat_7_3_names_the_feature_that_reads_it() {
     let error = try_mapped("h5py_73.mat", "").unwrap_err();
     assert!(error.to_string().contains("MAT 7.3, which this gmhm was built without"), "{error}");
-    assert!(error.mend().unwrap().contains("--features mat73"), "{:?}", error.mend());
+    assert!(error.fix().unwrap().contains("--features mat73"), "{:?}", error.fix());
 }
 
 #[test]
@@ -142,7 +142,7 @@ fn damaged_files_are_refused_or_read() {
                 match read(&damaged, &map, &Needs::FIT, &|_| {}) {
                     Ok(found) => assert_eq!(found.torque.unwrap().len(), found.time_s.len()),
                     Err(error) => {
-                        assert!(error.mend().is_some() || error.to_string().contains("cannot be read"), "{error}");
+                        assert!(error.fix().is_some() || error.to_string().contains("cannot be read"), "{error}");
                         refused += 1;
                     }
                 }

@@ -141,19 +141,19 @@ fn each_malformed_file_is_refused_at_its_place() {
         let text = String::from_utf8_lossy(&bytes).into_owned();
         let error = read_bytes(&bytes, "").expect_err(&text);
         assert!(error.to_string().contains(part), "{text:?}\n{error}\nshould say {part:?}");
-        assert!(error.mend().is_some(), "{error} lacks a mend");
+        assert!(error.fix().is_some(), "{error} lacks a fix");
     }
 }
 
 #[test]
 fn a_near_name_is_offered_as_a_map() {
     let error = read_bytes(b"t_s,disp_m,force_kN\n0,0,0\n1,1,1\n", "").unwrap_err();
-    assert!(error.mend().unwrap().contains("--map time_s=t_s,torque_nm=force_kN,deflection_rad=disp_m"), "{error:?}");
+    assert!(error.fix().unwrap().contains("--map time_s=t_s,torque_nm=force_kN,deflection_rad=disp_m"), "{error:?}");
     let error = read_bytes(b"Time,Motor torque [mNm],Twist [arcmin]\n0,0,0\n1,1,1\n", "").unwrap_err();
     let map = "--map 'time_s=Time,torque_mnm=Motor torque [mNm],deflection_arcmin=Twist [arcmin]'";
-    assert!(error.mend().unwrap().contains(map), "{:?}", error.mend());
+    assert!(error.fix().unwrap().contains(map), "{:?}", error.fix());
     let error = read_bytes(b"time,deflection_rad,torque_nm\n0,0,0\n", "").unwrap_err();
-    assert_eq!(error.mend().unwrap(), "if it is in s, add --map time_s=time");
+    assert_eq!(error.fix().unwrap(), "if it is in s, add --map time_s=time");
     let error = read_bytes(b"t_s,disp_m,force_kN\n0,0,0\n1,1,1\n", "time_s=t,torque_nm=force_kN").unwrap_err();
     assert!(error.to_string().contains("no column for `--map time_s=t`"), "{error}");
 }

@@ -75,7 +75,7 @@ fn class(failure: &Failure) -> &'static str {
 /// The exception of a failure.
 pub fn exception(py: Python<'_>, failure: &Failure) -> PyErr {
     let Location { file, line, row, field } = Location::of(failure);
-    let arguments = (failure.to_string(), failure.mend(), file, line, row, field);
+    let arguments = (failure.to_string(), failure.fix(), file, line, row, field);
     raised(py, class(failure), arguments)
 }
 

@@ -54,8 +54,8 @@ pub enum PackError {
 }
 
 impl PackError {
-    /// How to mend it.
-    pub fn mend(&self) -> Option<String> {
+    /// How to fix it.
+    pub fn fix(&self) -> Option<String> {
         Some(match self {
             Self::NoRatedDeflection => "add rated_deflection_rad to [gear], or give --rated-deflection RAD".to_owned(),
             Self::NoPeriod => "add --period SECONDS".to_owned(),
@@ -115,8 +115,8 @@ pub enum FileError {
 }
 
 impl FileError {
-    /// How to mend it.
-    pub fn mend(&self) -> Option<String> {
+    /// How to fix it.
+    pub fn fix(&self) -> Option<String> {
         Some(match self {
             Self::Form { .. } => "end the name in .bin, .hex or .h".to_owned(),
             Self::Address { .. } => "give a lower --address".to_owned(),

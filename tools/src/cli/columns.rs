@@ -57,7 +57,7 @@ fn text(survey: &Survey) -> String {
     lines.extend(survey.columns.iter().map(|column| line(column, width)));
     if let Some(lacks) = &survey.lacks {
         lines.push(format!("To fit a gear: {}", lacks.problem));
-        lines.extend(lacks.mend().map(|fix| format!("  {fix}")));
+        lines.extend(lacks.fix().map(|fix| format!("  {fix}")));
     }
     lines.join("\n") + "\n"
 }

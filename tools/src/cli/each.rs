@@ -50,7 +50,7 @@ impl EachArgs {
         let silent = Session { quiet: true };
         let one = |path: &Path| {
             let done = recording::file(path).map_err(Failure::from).and_then(|file| work(&file, &silent));
-            done.map_err(|failure| Refusal { error: failure.to_string(), help: failure.mend() })
+            done.map_err(|failure| Refusal { error: failure.to_string(), help: failure.fix() })
         };
         let Tally { done, failed, held } = fleet::run(&fleet, one, &progress)?;
         drop(progress);

@@ -119,7 +119,7 @@ impl<'d> Screen<'d> {
         };
         self.message = match done {
             Err(error) if error.is_of_the_line() => return Err(error),
-            Err(error) => error.mend().map_or(error.to_string(), |mend| format!("{error}: {mend}")),
+            Err(error) => error.fix().map_or(error.to_string(), |fix| format!("{error}: {fix}")),
             Ok(message) => message,
         };
         self.status = self.drive.status()?;

@@ -115,7 +115,7 @@ pub enum DeviceError {
 }
 
 fn refusal_mend(refusal: Refusal) -> Option<String> {
-    let mend = match refusal {
+    let fix = match refusal {
         Refusal::Compensating => "gmhm drive --to TARGET off, then again",
         Refusal::OnTrial => "gmhm drive --to TARGET revert, or commit, then again",
         Refusal::NotOnTrial => "gmhm drive --to TARGET try params.bin first",
@@ -125,7 +125,7 @@ fn refusal_mend(refusal: Refusal) -> Option<String> {
         Refusal::Busy => "end the other program that talks to the drive, then again",
         _ => return None,
     };
-    Some(mend.to_owned())
+    Some(fix.to_owned())
 }
 
 fn detail(refused: Refused) -> String {
@@ -139,8 +139,8 @@ impl DeviceError {
             || matches!(self, Self::Refused { refused, .. } if matches!(refused.refusal, Refusal::Session | Refusal::Order))
     }
 
-    /// How to mend it.
-    pub fn mend(&self) -> Option<String> {
+    /// How to fix it.
+    pub fn fix(&self) -> Option<String> {
         Some(match self {
             Self::Unreachable { target: Target::Serial { .. }, .. } => {
                 "name the serial port as the system does, and close other programs that hold it".to_owned()
@@ -160,7 +160,7 @@ impl DeviceError {
             Self::TooLarge { what: "bytes", .. } => "pack a model with fewer terms".to_owned(),
             Self::TooLarge { .. } => "pack the block with a smaller --stack-depth".to_owned(),
             Self::ReadBack { .. } => "flash again; if it stays, the drive's flash is worn".to_owned(),
-            Self::Probe(error) => return error.mend(),
+            Self::Probe(error) => return error.fix(),
             Self::Refused { refused, .. } => return refusal_mend(refused.refusal),
             Self::Key { .. } => "make a key with: openssl rand -hex 32 > drive.key".to_owned(),
             Self::NotUnderstood | Self::Block(_) | Self::Place(_) => return None,

@@ -59,7 +59,7 @@ pub enum ExportError {
 
 impl ExportError {
     /// How to fix it.
-    pub fn mend(&self) -> Option<String> {
+    pub fn fix(&self) -> Option<String> {
         Some(match self {
             Self::NoRatedDeflection => "add rated_deflection_rad to [gear], or give --rated-deflection RAD".to_owned(),
             Self::NoPeriod => "give it with --period SECONDS".to_owned(),

@@ -37,7 +37,7 @@ pub enum FleetError {
 
 impl FleetError {
     /// How to fix it.
-    pub fn mend(&self) -> Option<String> {
+    pub fn fix(&self) -> Option<String> {
         Some(match self {
             Self::Exists { .. } => "go on with it by --resume, or name another file".to_owned(),
             Self::Foreign { .. } => "name a file that --each wrote, or another one".to_owned(),

@@ -7,6 +7,7 @@ use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 use super::HealthError;
 use super::change::holm;
 use super::condition::Condition;
+use crate::number::number;
 use crate::recording::Recording;
 
 /// A property and its value for each condition.
@@ -89,8 +90,9 @@ pub fn property(asked: &str, recordings: &[Recording]) -> Result<Property, Healt
         values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(*v), high.max(*v)));
     if high - low < 0.1 * within {
         let problem = format!(
-            "its means differ by {:.2e}, and within a recording it changes by {within:.2e}: no regression is possible",
-            high - low
+            "its means differ by {}, and within a recording it changes by {}: no regression is possible",
+            number(high - low, 3),
+            number(within, 3)
         );
         return Err(fault(problem));
     }

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use crate::number::number;
 use crate::physics::PredictError;
 use crate::regression::error::EstimateError;
 
@@ -48,7 +49,7 @@ pub enum HealthError {
         unit: &'static str,
     },
     /// A fit that is no spring.
-    #[error("{name}: fitted, the torque at the rated deflection is {torque:.2e} {unit}: this is no loaded gear")]
+    #[error("{name}: the fitted torque at the rated deflection is {} {unit}: this is not a loaded gear", number(*torque, 3))]
     NoSpring {
         /// The recording or model.
         name: String,
@@ -86,11 +87,11 @@ pub enum HealthError {
 }
 
 impl HealthError {
-    /// How to mend it, where there is more to say than the message does.
-    pub fn mend(&self) -> Option<String> {
+    /// How to fix it, where there is more to say than the message does.
+    pub fn fix(&self) -> Option<String> {
         let text = match self {
-            HealthError::Predict(error) => return error.mend(),
-            HealthError::Estimate(error) => return error.mend(),
+            HealthError::Predict(error) => return error.fix(),
+            HealthError::Estimate(error) => return error.fix(),
             HealthError::NoSpring { .. } => {
                 "leave it out, or check that the gear was loaded and that the deflection is not counted against the torque"
             }

@@ -5,6 +5,7 @@ use crate::diagnose::{self, Finding, Options};
 use crate::failure::Failure;
 use crate::fit::zeros;
 use crate::model::{Base, GearSection, Model};
+use crate::number::number;
 use crate::progress::Progress;
 use crate::recording::{self, Need, Needs, Recording};
 use crate::signal::encoder_zeros;
@@ -50,7 +51,8 @@ pub fn find(
         let all: Vec<&Recording> = recordings.iter().chain(&holdout).collect();
         let apart = zeros::between(&all, &model)?.unwrap_or_default();
         for (recording, zero) in all.iter().zip(&apart).skip(1) {
-            notes(&format!("{}: its zero is {zero:.4e} rad from that of {}", recording.name, all[0].name));
+            let zero = number(*zero, 5);
+            notes(&format!("{}: its zero is {zero} rad from that of {}", recording.name, all[0].name));
         }
         for (recording, zero) in recordings.iter_mut().chain(&mut holdout).zip(apart) {
             encoder_zeros::take_off(recording, zero, model.gear.ratio)?;

@@ -1,4 +1,4 @@
-//! Why a model file was refused: where, what is wrong, and the mend.
+//! Why a model file was refused: where, what is wrong, and the fix.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -105,8 +105,8 @@ impl ModelError {
         if self.key.is_empty() { String::new() } else { format!(", {}", self.key) }
     }
 
-    /// How to mend it, where there is more to say than the message does.
-    pub fn mend(&self) -> Option<String> {
+    /// How to fix it, where there is more to say than the message does.
+    pub fn fix(&self) -> Option<String> {
         let text = match &*self.problem {
             ModelProblem::Unreadable(_) | ModelProblem::NoChoice { .. } => return None,
             ModelProblem::Syntax(_) => "write it as KEY = VALUE lines under [section] headings; texts in quotes",

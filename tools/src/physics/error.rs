@@ -100,10 +100,10 @@ fn column(need: Need) -> &'static str {
 }
 
 impl PredictError {
-    /// How to mend it, where there is more to say than the message does.
-    pub fn mend(&self) -> Option<String> {
+    /// How to fix it, where there is more to say than the message does.
+    pub fn fix(&self) -> Option<String> {
         let text = match self {
-            PredictError::Recording(error) => return error.mend(),
+            PredictError::Recording(error) => return error.fix(),
             PredictError::Params { error: ParamError::Negative { parameter: "c1_nm_per_rad", .. }, .. } => {
                 "the torque falls while the deflection rises, so one of them is counted backwards: flip it with --map deflection_rad=-COLUMN"
             }

@@ -61,10 +61,10 @@ pub enum InvertError {
 }
 
 impl InvertError {
-    /// How to mend it, where there is more to say than the message does.
-    pub fn mend(&self) -> Option<String> {
+    /// How to fix it, where there is more to say than the message does.
+    pub fn fix(&self) -> Option<String> {
         let text = match self {
-            InvertError::Model(error) => return error.mend(),
+            InvertError::Model(error) => return error.fix(),
             InvertError::NoGear => "identify a gear by `gmhm fit` from recordings with a deflection",
             InvertError::NotRated => "give --rated-deflection, or rated_deflection_rad in [gear]",
             InvertError::NoRange(_) => {

@@ -1,4 +1,4 @@
-//! Why a recording was refused: where, what is wrong, and the mend.
+//! Why a recording was refused: where, what is wrong, and the fix.
 
 use super::quantity::Quantity;
 use super::table::Place;
@@ -243,8 +243,8 @@ impl RecordingError {
         line + &column
     }
 
-    /// How to mend it, where there is more to say than the message does.
-    pub fn mend(&self) -> Option<String> {
+    /// How to fix it, where there is more to say than the message does.
+    pub fn fix(&self) -> Option<String> {
         if let (RecordingProblem::UnknownUnit { quantity, suffix }, Some(column)) = (&*self.problem, &self.column) {
             let map = format!("{}={}", quantity.si_name(), column.name);
             return Some(match suffix.is_empty() {
@@ -252,12 +252,12 @@ impl RecordingError {
                 false => format!("convert it, such as --map {}", shell_word(&format!("{map}*0.001"))),
             });
         }
-        self.problem.mend()
+        self.problem.fix()
     }
 }
 
 impl RecordingProblem {
-    fn mend(&self) -> Option<String> {
+    fn fix(&self) -> Option<String> {
         let text = match self {
             RecordingProblem::Unreadable(_) => return None,
             RecordingProblem::NoRecordings => "name the files, or another folder",

@@ -154,7 +154,7 @@ impl Quantity {
         names.join(", ")
     }
 
-    /// Words by which people call such a column, to guess a mend.
+    /// Words by which people call such a column, to guess a fix.
     pub(super) fn synonyms(self) -> &'static [&'static str] {
         match self {
             Quantity::Time => &["time", "t", "timestamp", "sec", "secs", "seconds", "zeit"],

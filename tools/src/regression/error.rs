@@ -1,7 +1,8 @@
-//! Why nothing was fitted, and the mend.
+//! Why nothing was fitted, and the fix.
 
 use gmhm::ParamError;
 
+use crate::number::number;
 use crate::physics::PredictError;
 use crate::signal::plausible::Implausible;
 
@@ -46,7 +47,7 @@ pub enum EstimateError {
         recording: String,
     },
     /// Numbers that no gear has.
-    #[error("{recording}: the {what} varies by {size:.1e} {unit}, which no gear does")]
+    #[error("{recording}: the {what} varies by {} {unit}, which no gear does", number(*size, 2))]
     Absurd {
         /// The recording.
         recording: String,
@@ -67,7 +68,8 @@ pub enum EstimateError {
     },
     /// Recordings with other zeros of the encoders.
     #[error(
-        "the deflections of {first} and {other} lie about {apart_rad:.3e} rad from each other, more than either moves, and separate zeros do not reconcile them"
+        "the deflections of {first} and {other} lie about {} rad from each other, more than either moves, and separate zeros do not reconcile them",
+        number(*apart_rad, 4)
     )]
     OtherZero {
         /// The first recording.
@@ -123,10 +125,10 @@ pub enum EstimateError {
 }
 
 impl EstimateError {
-    /// How to mend it, where there is more to say than the message does.
-    pub fn mend(&self) -> Option<String> {
+    /// How to fix it, where there is more to say than the message does.
+    pub fn fix(&self) -> Option<String> {
         let text = match self {
-            Self::Implausible(error) => return Some(error.mend()),
+            Self::Implausible(error) => return Some(error.fix()),
             Self::TooFewRows { .. } => "record for longer, or at a higher rate",
             Self::NoMovement => {
                 "check that the column is the right one (--map deflection_rad=COLUMN), and record while the gear is loaded"

@@ -10,6 +10,7 @@ use gmhm::{Elastic, Gear, Kernel, Law, Memory, Params, State};
 use nalgebra::DVector;
 
 use crate::model::key_per;
+use crate::number::number;
 use crate::numerics::autoregression::Noise;
 use crate::numerics::bounded::Bound;
 use crate::recording::TorqueUnit;
@@ -297,8 +298,8 @@ pub fn of_columns(problem: &Problem<'_>, nonlinear: &[f64], noise: Option<&[Nois
 
 /// What there is to say of a parameter at its bound 0, whose standard deviation would be `sd` without that.
 fn bounded(name: Cow<'static, str>, unit: Cow<'static, str>, sd: Option<f64>) -> (Estimated, Option<DVector<f64>>) {
-    let most = sd.map_or(String::new(), |sd| format!(", and for no more than {:.2e}", 2.0 * sd));
-    let note = Some(format!("at its bound 0: the recordings ask for none{most}"));
+    let most = sd.map_or(String::new(), |sd| format!(", upper limit {}", number(2.0 * sd, 3)));
+    let note = Some(format!("at its bound 0: no effect in these recordings{most}"));
     (Estimated { name, value: 0.0, sd: None, unit, at_bound: true, undetermined: false, note }, None)
 }
 

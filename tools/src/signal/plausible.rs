@@ -5,6 +5,7 @@
 use std::fmt;
 
 use crate::model::Model;
+use crate::number::{number, trimmed};
 use crate::numerics::extremes::range;
 use crate::physics::Signals;
 use crate::recording::{Recording, TorqueUnit};
@@ -18,8 +19,9 @@ use crate::signal::recorded::evaluate;
 pub enum Implausible {
     /// A column in another unit or of the other sign.
     #[error(
-        "{file}: the model's error is {missed:.3e} {unit} rms of a torque of {torque:.3e} {unit} rms; with {} it is {left:.3e}: {}",
-        conversion.words(*torque_unit), conversion.mistake(), unit = torque_unit.symbol()
+        "{file}: the model's error is {missed} {unit} rms of a torque of {torque} {unit} rms; with {} it is {left}: {}",
+        conversion.words(*torque_unit), conversion.mistake(), unit = torque_unit.symbol(),
+        missed = number(*missed, 4), torque = number(*torque, 4), left = number(*left, 4)
     )]
     Unit {
         /// The recording.
@@ -37,7 +39,8 @@ pub enum Implausible {
     },
     /// Deflections that this gear cannot have.
     #[error(
-        "{file}: {rows} of {of} rows lie beyond three times the rated deflection of {rated_rad:?} rad, the farthest at {farthest_rad:.4e} rad"
+        "{file}: {rows} of {of} rows lie beyond three times the rated deflection of {rated} rad, the farthest at {farthest} rad",
+        rated = trimmed(*rated_rad, 6), farthest = number(*farthest_rad, 4)
     )]
     BeyondRated {
         /// The recording.
@@ -61,7 +64,8 @@ pub enum Implausible {
     },
     /// Nothing moves.
     #[error(
-        "{file}: does not move beyond its noise ({what} varies by {varies:.2e} rad rms, of which {noise:.2e} is noise): nothing can be identified from it"
+        "{file}: does not move beyond its noise ({what} varies by {varies} rad rms, of which {noise} is noise): nothing can be identified from it",
+        varies = number(*varies, 3), noise = number(*noise, 3)
     )]
     Still {
         /// The recording.
@@ -76,8 +80,8 @@ pub enum Implausible {
 }
 
 impl Implausible {
-    /// How to mend it.
-    pub fn mend(&self) -> String {
+    /// How to fix it.
+    pub fn fix(&self) -> String {
         match self {
             Implausible::Unit { conversion, torque_unit, .. } => {
                 let either = match conversion.of {
@@ -165,7 +169,8 @@ impl fmt::Display for Remark {
         match self {
             Remark::OutOfRange { file, rows, of, rated_rad } => write!(
                 f,
-                "{file}: {rows} of {of} rows lie more than a twentieth outside the rated deflection of {rated_rad:?} rad, where the model is not calibrated; check the unit of the deflection and the rated deflection"
+                "{file}: {rows} of {of} rows lie more than a twentieth outside the rated deflection of {} rad, where the model is not calibrated; check the unit of the deflection and the rated deflection",
+                trimmed(*rated_rad, 6)
             ),
             Remark::DeflectionStill { file } => write!(
                 f,
@@ -173,12 +178,15 @@ impl fmt::Display for Remark {
             ),
             Remark::Stiffness { file, recorded, given } => write!(
                 f,
-                "{file}: the torque rises by {recorded:.3e} per rad of deflection, that of the model by {given:.3e}: check units, signs, and that the model is of this gear"
+                "{file}: the torque rises by {} per rad of deflection, that of the model by {}: check units, signs, and that the model is of this gear",
+                number(*recorded, 4),
+                number(*given, 4)
             ),
-            Remark::Clipped(clipped) => write!(f, "{clipped}; what is found may be that"),
+            Remark::Clipped(clipped) => write!(f, "{clipped}; effects found may be caused by it"),
             Remark::OtherZero { first, other, apart_rad } => write!(
                 f,
-                "{other}: its deflection goes better with that of {first} from a zero {apart_rad:.4e} rad away; if its encoders were switched on anew or moved, add --own-zeros"
+                "{other}: its deflection fits that of {first} better with a zero {} rad away; if its encoders were restarted or moved, add --own-zeros",
+                number(*apart_rad, 5)
             ),
             Remark::Repeated { first, other, held_out: false } => {
                 write!(

@@ -96,8 +96,8 @@ pub enum ProbeError {
 }
 
 impl ProbeError {
-    /// How to mend it.
-    pub fn mend(&self) -> Option<String> {
+    /// How to fix it.
+    pub fn fix(&self) -> Option<String> {
         Some(match self {
             Self::File { .. } | Self::NoElf { .. } => "name the ELF file of the firmware on the drive".to_owned(),
             Self::NoSymbol { nearest: Some(nearest), .. } => format!("name it with --symbol; there is `{nearest}`"),
