@@ -66,7 +66,7 @@ pub fn next(verdict: &DiagnosisVerdict, undecidable: &[Undecidable]) -> String {
     let shows = |e: &Experiment, name: &str| kinds::of(name).is_some_and(|kind| kind.experiments().contains(e));
     let worth = |e: &Experiment| {
         let split = members.iter().filter(|name| shows(e, name)).count();
-        // An experiment that shows some of a class and not others tells them apart.
+        // An experiment that shows some of a class and not others distinguishes them.
         let splits = if split > 0 && split < members.len() { 10 * split } else { 3 * split };
         splits + undecidable.iter().filter(|u| shows(e, &u.name)).count()
     };
@@ -76,7 +76,7 @@ pub fn next(verdict: &DiagnosisVerdict, undecidable: &[Undecidable]) -> String {
     let aim = if members.is_empty() {
         "shows what these recordings cannot".to_owned()
     } else {
-        format!("tells {} apart", members.join(", "))
+        format!("distinguishes {}", members.join(", "))
     };
     format!(
         "{}; this {aim} (on the virtual bench: gmhm simulate M.toml --experiment {} -o next.csv)",
