@@ -64,7 +64,7 @@ pub fn run(shell: &Shell, timed: bool) -> Result<()> {
 
 /// Installs the package by pip, built in a profile of cargo by the maturin of the environment.
 fn install(shell: &Shell, python: &Path, profile: &str) -> Result<()> {
-    let _arguments = shell.push_env("MATURIN_PEP517_ARGS", format!("--profile {profile} --locked --strip"));
+    let _arguments = shell.push_env("MATURIN_PEP517_ARGS", format!("--profile {profile} --locked"));
     let programs = python.parent().unwrap_or(python).to_string_lossy().into_owned();
     let _path = shell.push_env("PATH", format!("{programs}:{}", shell.var("PATH").unwrap_or_default()));
     let pip = ["-m", "pip", "--quiet", "--disable-pip-version-check"];
