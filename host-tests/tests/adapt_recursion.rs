@@ -123,6 +123,8 @@ fn largest_difference<S: Float>(motion: Motion) -> f64 {
                 }
             }
             rows.clear();
+            // What was begun of a block is dropped.
+            (sums, samples) = ([0.0; 8], 0);
         }
         if !taken {
             before = None;

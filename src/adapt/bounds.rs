@@ -9,9 +9,11 @@
 //!
 //! An estimate below e = 0 or h = 0 becomes the best one there: x − P_k·x_k/P_kk. Then all changes shrink by one share until every bound holds.
 
+use core::hint::black_box;
+
 use super::Coefficients;
 use super::filter::Estimate;
-use super::stretch::dot;
+use super::kernel::{add, dot};
 use crate::scalar::Float;
 
 /// Numbers of e and h among the coefficients.
@@ -20,10 +22,21 @@ const NOT_NEGATIVE: [usize; 2] = [3, 4];
 /// u² and (1 − 2u²)/g where that is above zero.
 const PLACES: [[f64; 2]; 5] = [[0.0, 1.0], [0.25, 0.577_350_27], [0.5, 0.0], [0.75, 0.0], [1.0, 0.0]];
 
-/// What multiplies the coefficients in the least rising slope.
-#[inline]
-fn slope_row<S: Float>([square, loosening]: [f64; 2]) -> Coefficients<S> {
-    [1.0, 3.0 * square, 5.0 * square * square, -loosening, -2.0].map(S::from_f64)
+/// A place at which the slope is bounded.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Place<S> {
+    square: S,
+    loosening: S,
+    /// How far the slope may fall.
+    fall: S,
+}
+
+impl<S: Float> Place<S> {
+    /// The least rising slope of coefficients.
+    fn slope(&self, [k1, k3, k5, e, h]: &Coefficients<S>) -> S {
+        let (three, five) = (S::from_f64(3.0), S::from_f64(5.0));
+        *k1 + self.square * (three * *k3 + five * self.square * *k5) - self.loosening * *e - (*h + *h)
+    }
 }
 
 /// The bounds about a block.
@@ -31,14 +44,16 @@ fn slope_row<S: Float>([square, loosening]: [f64; 2]) -> Coefficients<S> {
 pub(super) struct Bounds<S> {
     /// The most that a coefficient may change.
     pub(super) change: S,
-    /// How far each slope may fall.
-    fall: [S; PLACES.len()],
+    places: [Place<S>; PLACES.len()],
 }
 
 impl<S: Float> Bounds<S> {
     pub(super) fn new(block: &Coefficients<S>, change: S) -> Self {
-        let fall = PLACES.map(|place| (S::HALF * dot(&slope_row(place), block)).max(S::ZERO));
-        Self { change, fall }
+        let places = PLACES.map(|[square, loosening]| {
+            let place = Place { square: S::from_f64(square), loosening: S::from_f64(loosening), fall: S::ZERO };
+            Place { fall: (S::HALF * place.slope(block)).max(S::ZERO), ..place }
+        });
+        Self { change, places }
     }
 
     /// Brings e (number 0) or h (1) of the changes of an estimate up to zero, and the others to the best ones beside it.
@@ -49,9 +64,7 @@ impl<S: Float> Bounds<S> {
         if below < S::ZERO {
             let covariance = estimate.covariance(number);
             let share = below.over(covariance[number]);
-            for (change, covariance) in change.iter_mut().zip(covariance) {
-                *change = *change - covariance * share;
-            }
+            add(change, &covariance, -share);
         }
     }
 
@@ -66,20 +79,24 @@ impl<S: Float> Bounds<S> {
         for number in NOT_NEGATIVE {
             change[number] = change[number].max(-block[number]);
         }
-        let mut share = S::ONE;
+        let largest = change.iter().fold(dot(common, change).abs(), |largest, change| largest.max(change.abs()));
+        // The most that a value passes its limit by.
+        let mut excess = S::ONE;
         let mut within = |value: S, limit: S| {
-            if value * share > limit {
-                share = limit.over(value);
+            if value > excess * limit {
+                excess = value.over(limit);
             }
         };
-        for value in change.iter() {
-            within(value.abs(), self.change);
+        within(largest, self.change);
+        for place in black_box(self.places.as_slice()) {
+            within(-place.slope(change), place.fall);
+            black_box(());
         }
-        within(dot(common, change).abs(), self.change);
-        for (place, fall) in PLACES.iter().zip(self.fall) {
-            within(-dot(&slope_row(*place), change), fall);
+        let share = excess.recip();
+        for change in black_box(change.as_mut_slice()) {
+            *change = *change * share;
+            black_box(());
         }
-        *change = change.map(|change| change * share);
-        share < S::ONE
+        excess > S::ONE
     }
 }

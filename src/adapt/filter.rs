@@ -11,10 +11,10 @@
 //! The variance along r grows as that of a random walk whose steps have κ times the prior's variance: the memory is short where rows tell much and long where they tell little. What no row
 //! informs forgets nothing. c is limited to what keeps every variance within its prior: no excitation, however little, lets the covariance grow without bound.
 
-#![allow(clippy::needless_range_loop, reason = "indices as in the sources")]
+use core::hint::black_box;
 
 use super::Coefficients;
-use super::stretch::dot;
+use super::kernel::{add, dot, mix};
 use crate::scalar::Float;
 
 /// Coefficients of a gear, in all.
@@ -34,148 +34,140 @@ pub(super) struct Estimate<S> {
     room: Coefficients<S>,
 }
 
-/// What a row told.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Told<S> {
-    /// Innovation over its standard deviation, squared, limited.
-    pub(super) surprise: S,
-    /// ζ.
-    pub(super) spread: S,
-}
-
 impl<S: Float> Estimate<S> {
     /// Zero with independent prior variances.
-    pub(super) fn new(variance: &Coefficients<S>) -> Self {
+    pub(super) fn new(variance: S) -> Self {
         let mut factor = [[S::ZERO; N]; N];
-        for j in 0..N {
-            factor[j][j] = variance[j];
-        }
-        Self { value: [S::ZERO; N], factor, room: [S::ZERO; N] }
-    }
-
-    /// Uᵀr.
-    #[inline]
-    fn seen(&self, row: &Coefficients<S>) -> Coefficients<S> {
-        let mut seen = *row;
-        for j in 0..N {
-            for i in 0..j {
-                seen[j] = seen[j] + self.factor[j][i] * row[i];
+        for (j, column) in factor.iter_mut().enumerate() {
+            if let Some(diagonal) = column.get_mut(j) {
+                *diagonal = variance;
             }
         }
-        seen
+        Self { value: [S::ZERO; N], factor, room: [S::ZERO; N] }
     }
 
     /// rᵀPr.
     #[inline(never)]
     pub(super) fn spread(&self, row: &Coefficients<S>) -> S {
-        let seen = self.seen(row);
-        (0..N).fold(S::ZERO, |sum, j| sum + seen[j] * seen[j] * self.factor[j][j])
-    }
-
-    /// Pr and rᵀPr.
-    #[inline]
-    fn gain(&self, seen: &Coefficients<S>) -> (Coefficients<S>, S) {
-        let (mut gain, mut spread) = ([S::ZERO; N], S::ZERO);
-        for j in 0..N {
-            let scaled = self.factor[j][j] * seen[j];
-            spread = spread + seen[j] * scaled;
-            for i in 0..j {
-                gain[i] = gain[i] + self.factor[j][i] * scaled;
+        let mut spread = S::ZERO;
+        for (j, column) in black_box(self.factor.as_slice()).iter().enumerate() {
+            let j = black_box(j);
+            if let (Some(diagonal), Some(own)) = (column.get(j), row.get(j)) {
+                // The column holds D where U has its 1.
+                let seen = *own * (S::ONE - *diagonal) + dot(column, row);
+                spread = spread + seen * seen * *diagonal;
             }
-            gain[j] = gain[j] + scaled;
         }
-        (gain, spread)
+        spread
     }
 
     /// The covariance of one coefficient with all.
+    #[inline(never)]
     pub(super) fn covariance(&self, of: usize) -> Coefficients<S> {
-        let mut unit = [S::ZERO; N];
-        if let Some(one) = unit.get_mut(of) {
-            *one = S::ONE;
+        let mut covariance = [S::ZERO; N];
+        // The columns before have zeros in this row.
+        for (j, column) in black_box(self.factor.as_slice()).iter().enumerate().skip(of) {
+            let j = black_box(j);
+            if let (Some(diagonal), Some(u)) = (column.get(j), column.get(of)) {
+                let scaled = if j == of { *diagonal } else { *u * *diagonal };
+                add(&mut covariance, column, scaled);
+                if let Some(own) = covariance.get_mut(j) {
+                    *own = scaled;
+                }
+            }
         }
-        self.gain(&self.seen(&unit)).0
+        covariance
     }
 
     /// The variance of each coefficient.
     #[inline(never)]
     pub(super) fn variances(&self) -> Coefficients<S> {
         let mut variances = [S::ZERO; N];
-        for j in 0..N {
-            for i in 0..j {
-                variances[i] = variances[i] + self.factor[j][i] * self.factor[j][i] * self.factor[j][j];
+        for (j, column) in black_box(self.factor.as_slice()).iter().enumerate() {
+            let j = black_box(j);
+            let Some((above, [diagonal, ..])) = column.split_at_checked(j) else { continue };
+            for (variance, u) in black_box(variances.as_mut_slice()).iter_mut().zip(above) {
+                *variance = *variance + *u * *u * *diagonal;
+                black_box(());
             }
-            variances[j] = variances[j] + self.factor[j][j];
+            if let Some(variance) = variances.get_mut(j) {
+                *variance = *variance + *diagonal;
+            }
         }
         variances
     }
 
-    /// Looks at the variances before a stretch is learnt from, whose rows share what they lack of the prior.
-    #[inline(never)]
-    pub(super) fn look(&mut self, prior: &Coefficients<S>) {
-        let variances = self.variances();
-        for j in 0..N {
-            self.room[j] = (prior[j] - variances[j]).max(S::ZERO) * S::from_f64(1.0 / N as f64);
+    /// Looks at the variances before a stretch is learnt from.
+    pub(super) fn look(&mut self) {
+        self.room = self.variances();
+    }
+
+    /// Shares among the rows of a stretch what the variances lack of the prior.
+    pub(super) fn share(&mut self, prior: S) {
+        for room in black_box(self.room.as_mut_slice()) {
+            *room = (prior - *room).max(S::ZERO) * S::from_f64(1.0 / N as f64);
+            black_box(());
         }
     }
 
-    /// Forgets along a row. `drift` is κ.
-    #[inline(never)]
-    pub(super) fn forget(&mut self, prior: &Coefficients<S>, drift: S, row: &Coefficients<S>) {
-        let (mut along, mut at_first) = ([S::ZERO; N], S::ZERO);
-        for j in 0..N {
-            along[j] = prior[j] * row[j];
-            at_first = at_first + along[j] * row[j];
-        }
+    /// Begins to forget along a row, of which rᵀP_0r is `at_first`: c, and P_0r in `along`. `drift` is κ.
+    pub(super) fn begin_forgetting(
+        &self,
+        prior: S,
+        drift: S,
+        row: &Coefficients<S>,
+        at_first: S,
+        along: &mut Coefficients<S>,
+    ) -> S {
+        *along = *row;
         let mut c = drift.over(at_first.max(S::from_f64(1e-12)));
-        for j in 0..N {
-            let square = along[j] * along[j];
-            if c * square > self.room[j] {
-                c = self.room[j].over(square);
+        for (along, room) in black_box(along.as_mut_slice()).iter_mut().zip(black_box(self.room.as_slice())) {
+            *along = *along * prior;
+            let square = *along * *along;
+            if c * square > *room {
+                c = room.over(square);
             }
+            black_box(());
         }
-        // Agee and Turner's rank-one update.
-        for j in (0..N).rev() {
-            let (old, at) = (self.factor[j][j], along[j]);
-            let new = old + c * at * at;
-            let share = new.recip();
-            let slope = c * at * share;
-            self.factor[j][j] = new;
-            c = c * old * share;
-            for i in 0..j {
-                along[i] = along[i] - at * self.factor[j][i];
-                self.factor[j][i] = self.factor[j][i] + slope * along[i];
-            }
+        c
+    }
+
+    /// Agee and Turner's rank-one update of a column, from the last to the first.
+    pub(super) fn forget(&mut self, j: usize, c: &mut S, along: &mut Coefficients<S>) {
+        let (Some(column), Some(&at)) = (self.factor.get_mut(j), along.get(j)) else { return };
+        let Some(&old) = column.get(j) else { return };
+        let new = old + *c * at * at;
+        let share = new.recip();
+        let slope = *c * at * share;
+        *c = *c * old * share;
+        // u + slope·(along − at·u)
+        mix(column, along, old * share, slope, -at);
+        // Below the diagonal zeros stay: the columns before see nothing of this one.
+        if let (Some(diagonal), Some(along)) = (column.get_mut(j), along.get_mut(j)) {
+            (*diagonal, *along) = (new, S::ZERO);
         }
     }
 
-    /// Learns from a row whose value has variance 1.
-    #[inline(never)]
-    pub(super) fn learn(&mut self, row: &Coefficients<S>, value: S) -> Told<S> {
-        let seen = self.seen(row);
-        let (gain, spread) = self.gain(&seen);
-        let total = S::ONE + spread;
+    /// Bierman's update of a column by a row whose value has variance 1, from the first to the last. Pr and 1 + rᵀPr come of it, from zeros and 1.
+    pub(super) fn learn(&mut self, j: usize, row: &Coefficients<S>, total: &mut S, gain: &mut Coefficients<S>) {
+        let (Some(column), Some(own)) = (self.factor.get_mut(j), row.get(j)) else { return };
+        let Some(&diagonal) = column.get(j) else { return };
+        let seen = *own * (S::ONE - diagonal) + dot(column, row);
+        let scaled = diagonal * seen;
+        let after = *total + seen * scaled;
+        mix(column, gain, S::ONE, -seen.over(*total), scaled);
+        if let (Some(diagonal), Some(gain)) = (column.get_mut(j), gain.get_mut(j)) {
+            (*diagonal, *gain) = ((*diagonal * *total).over(after), scaled);
+        }
+        *total = after;
+    }
+
+    /// Moves the estimate by what a row told, from what [`learn`](Self::learn) found. Returns the innovation over its standard deviation, squared, limited.
+    pub(super) fn follow(&mut self, row: &Coefficients<S>, value: S, total: S, gain: &Coefficients<S>) -> S {
         let limit = S::from_f64(LARGEST_INNOVATION) * total.sqrt();
         let innovation = (value - dot(row, &self.value)).clamp(-limit, limit);
         let step = innovation.over(total);
-        for j in 0..N {
-            self.value[j] = self.value[j] + gain[j] * step;
-        }
-        // Bierman's update.
-        let mut before = S::ONE;
-        let mut partial = [S::ZERO; N];
-        for j in 0..N {
-            let scaled = self.factor[j][j] * seen[j];
-            let after = before + seen[j] * scaled;
-            let slope = -seen[j].over(before);
-            self.factor[j][j] = (self.factor[j][j] * before).over(after);
-            for i in 0..j {
-                let old = self.factor[j][i];
-                self.factor[j][i] = old + partial[i] * slope;
-                partial[i] = partial[i] + old * scaled;
-            }
-            partial[j] = scaled;
-            before = after;
-        }
-        Told { surprise: innovation * step, spread }
+        add(&mut self.value, gain, step);
+        innovation * step
     }
 }

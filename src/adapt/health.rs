@@ -1,7 +1,7 @@
 //! The gear's health from the estimate: relative changes with their standard deviations, and the limits that they are held against.
 
 use super::filter::Estimate;
-use super::stretch::dot;
+use super::kernel::dot;
 use super::{Coefficients, Warning};
 use crate::scalar::Float;
 

@@ -65,6 +65,7 @@
 mod bounds;
 mod filter;
 mod health;
+mod kernel;
 mod settings;
 mod stretch;
 mod supervision;
@@ -75,6 +76,8 @@ pub use settings::{AdaptError, Settings};
 pub use trial::Change;
 pub use warnings::{Warning, Warnings};
 
+use core::hint::black_box;
+
 use crate::elastic::{Elastic, Polynomial};
 use crate::gear::State;
 use crate::memory::Frame;
@@ -84,7 +87,8 @@ use crate::scalar::Float;
 use bounds::Bounds;
 use filter::Estimate;
 use health::{Health, Passed};
-use stretch::{ROWS, STEPS, Stretch, Sums, dot};
+use kernel::{add, dot};
+use stretch::{ROWS, Stretch, Sums};
 use supervision::{Noise, Supervision};
 use trial::{Losses, Trial};
 
@@ -127,7 +131,7 @@ pub struct Adaptation<S> {
     /// κ of the [filter].
     drift: S,
     /// Prior variance of each coefficient.
-    prior: Coefficients<S>,
+    prior: S,
     /// What multiplies changes of the coefficients in their common factor γ = Σ p·(x·δ)/Σ p² over the rated cycle.
     common: Coefficients<S>,
     bounds: Bounds<S>,
@@ -141,26 +145,36 @@ pub struct Adaptation<S> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Work {
     None,
-    /// The pending block into a row.
-    Rotate(u8),
-    Weigh,
+    /// The pending block into a row, from an entry on.
+    Rotate(u8, u8),
+    Begin,
+    /// A row.
+    Weigh(u8),
     Judge,
     Free(u8),
     Shrink,
+    /// A row.
     Compare(u8),
+    Decide,
     Look,
-    Forget(u8),
-    Learn(u8),
+    Share,
+    /// A row, and a step.
+    Forget(u8, u8),
+    /// A row, and two columns.
+    Learn(u8, u8),
+    /// A row.
+    Row(u8),
+    Spread(u8),
     WatchOffset,
     WatchDelay,
-    Decide,
     Check,
+    End,
 }
 
 impl Work {
     /// Whether samples are taken beside it.
     fn is_beside(self) -> bool {
-        matches!(self, Self::None | Self::Rotate(_))
+        matches!(self, Self::None | Self::Rotate(..))
     }
 }
 
@@ -215,7 +229,7 @@ impl<S: Float> Adaptation<S> {
             fewest_blocks: S::from_f64(blocks(SHORTEST_S)),
             most_blocks: S::from_f64(blocks(LONGEST_S)),
             drift: S::from_f64(drift * drift),
-            prior: [S::from_f64(deviation * deviation); COEFFICIENTS],
+            prior: S::from_f64(deviation * deviation),
             common,
             bounds: Bounds::new(&coefficients, S::from_f64(settings.largest_change)),
             health: Health::new(&coefficients, &common),
@@ -231,9 +245,9 @@ impl<S: Float> Adaptation<S> {
             samples: 0,
             work: Work::None,
             stretch: Stretch::new(),
-            estimate: Estimate::new(&self.prior),
+            estimate: Estimate::new(self.prior),
             trial: Trial::new(),
-            losses: [Losses { freed: S::ZERO, plain: S::ZERO }; 3],
+            losses: [Losses::default(); 3],
             noise: Noise::new(),
             warnings: Warnings::default(),
             passed: Passed::default(),
@@ -258,10 +272,10 @@ impl<S: Float> Adaptation<S> {
             return self.work(state);
         }
         // The first period of a block looks back instead.
-        if let Work::Rotate(step) = state.work
+        if let Work::Rotate(number, from) = state.work
             && state.samples > 0
         {
-            self.rotate(state, step);
+            self.rotate(state, number, from);
         }
         let status = gear.status();
         let Some(path) = L::path(gear.memory()) else { return Change::None };
@@ -310,18 +324,18 @@ impl<S: Float> Adaptation<S> {
     /// The block is whole. The one before is worked in by then, unless blocks are shorter than that takes: then all its work is done here.
     #[inline(never)]
     fn end_block(&self, state: &mut AdaptationState<S>) -> Change {
+        let sums = core::mem::take(&mut state.sums);
         let mut change = Change::None;
         while state.work != Work::None {
             let now = self.piece(state);
             change = if now == Change::None { change } else { now };
         }
-        let sums = core::mem::take(&mut state.sums);
         state.samples = 0;
         // A block without a quarter of its samples says too little.
         if sums.weight >= self.least_weight {
             state.noise.centre = sums.mean();
             state.stretch.push(&sums);
-            state.work = Work::Rotate(0);
+            state.work = Work::Rotate(0, 0);
         }
         change
     }
@@ -342,10 +356,11 @@ impl<S: Float> Adaptation<S> {
 
     /// A step of the pending block into the triangle; after the last, says whether the stretch is whole.
     #[inline(always)]
-    fn rotate(&self, state: &mut AdaptationState<S>, step: u8) {
-        state.stretch.rotate(usize::from(step));
-        if usize::from(step) + 1 < STEPS {
-            state.work = Work::Rotate(step + 1);
+    fn rotate(&self, state: &mut AdaptationState<S>, number: u8, from: u8) {
+        if state.stretch.rotate(usize::from(number), usize::from(from)) {
+            state.work = Work::Rotate(number, from + 2);
+        } else if usize::from(number) + 1 < ROWS {
+            state.work = Work::Rotate(number + 1, 0);
         } else {
             self.end_rotation(state);
         }
@@ -353,10 +368,11 @@ impl<S: Float> Adaptation<S> {
 
     #[inline(never)]
     fn end_rotation(&self, state: &mut AdaptationState<S>) {
+        state.stretch.count();
         let moved = state.range[1] - state.range[0] >= S::from_f64(LEAST_SPAN);
         let blocks = state.stretch.blocks;
         let whole = blocks >= self.fewest_blocks && moved;
-        state.work = if whole { Work::Weigh } else { Work::None };
+        state.work = if whole { Work::Begin } else { Work::None };
         if !whole && blocks >= self.most_blocks {
             self.begin_stretch(state);
         }
@@ -364,111 +380,153 @@ impl<S: Float> Adaptation<S> {
 
     #[inline(never)]
     fn piece(&self, state: &mut AdaptationState<S>) -> Change {
-        let AdaptationState { stretch, estimate, trial, losses, noise, warnings, .. } = state;
+        let AdaptationState { sums, stretch, estimate, trial, losses, noise, warnings, .. } = state;
         match state.work {
             Work::None => {}
-            Work::Rotate(step) => self.rotate(state, step),
-            Work::Weigh => {
-                let [freed, plain] = stretch.about_mean(&self.block);
-                losses[0] = Losses { freed, plain };
-                state.work = Work::Judge;
+            Work::Rotate(number, from) => self.rotate(state, number, from),
+            Work::Begin => {
+                *sums = Sums::default();
+                *losses = [Losses::default(); 3];
+                // An offset of the signal is no part of its moments.
+                state.work = Work::Weigh(1);
+            }
+            Work::Weigh(number) => {
+                let (_, x, y) = stretch.row(usize::from(number));
+                let p = dot(&x, &self.block);
+                let [square, product, ..] = &mut sums.x;
+                (*square, *product) = (*square + p * p, *product + p * y);
+                state.work = if usize::from(number) + 1 < ROWS { Work::Weigh(number + 1) } else { Work::Judge };
             }
             Work::Judge => {
-                let fit = self.supervision.judge(noise, stretch, [losses[0].freed, losses[0].plain], warnings);
-                *stretch.scratch() = estimate.value;
+                let fit = self.supervision.judge(noise, stretch, [sums.x[0], sums.x[1]], warnings);
+                sums.x = estimate.value;
                 if !fit {
                     self.begin_stretch(state);
                 }
                 state.work = if fit { Work::Free(0) } else { Work::None };
             }
             Work::Free(number) => {
-                Bounds::lift(&self.block, estimate, stretch.scratch(), usize::from(number));
+                Bounds::lift(&self.block, estimate, &mut sums.x, usize::from(number));
                 state.work = if number == 0 { Work::Free(1) } else { Work::Shrink };
             }
             Work::Shrink => {
-                trial.held = self.bounds.shrink(&self.block, &self.common, stretch.scratch());
+                trial.held = self.bounds.shrink(&self.block, &self.common, &mut sums.x);
                 state.work = Work::Compare(0);
             }
             Work::Compare(number) => {
-                let value = match number {
-                    0 => trial.in_force,
-                    1 => *stretch.scratch(),
-                    _ => [S::ZERO; COEFFICIENTS],
-                };
-                let [nuisance, freed] = stretch.loss(&value);
-                if let Some(losses) = losses.get_mut(usize::from(number)) {
-                    *losses =
-                        Losses { freed: freed.over(noise.variance), plain: nuisance + freed + stretch.unexplained };
+                let (_, x, y) = stretch.row(usize::from(number));
+                let of_coefficients = usize::from(number) >= stretch::NUISANCE;
+                let predicted = [dot(&x, &trial.in_force), dot(&x, &sums.x), S::ZERO];
+                for (losses, predicted) in losses.iter_mut().zip(predicted) {
+                    losses.note(y - predicted, of_coefficients);
                 }
-                state.work = if number < 2 { Work::Compare(number + 1) } else { Work::Decide };
-            }
-            Work::Look => {
-                estimate.look(&self.prior);
-                state.work = Work::Forget(stretch::NUISANCE as u8);
-            }
-            Work::Forget(number) => {
-                state.work = if self.tells(noise, stretch, number) {
-                    estimate.forget(&self.prior, self.drift, stretch.scratch());
-                    Work::Learn(number)
-                } else {
-                    Self::after(number)
-                };
-            }
-            Work::Learn(number) => {
-                let [.., value] = stretch.pending;
-                let told = estimate.learn(stretch.scratch(), value);
-                noise.note(told.surprise, told.spread);
-                state.work = Self::after(number);
-            }
-            Work::WatchOffset => {
-                self.supervision.watch_offset(noise, stretch, estimate, warnings);
-                state.work = Work::WatchDelay;
-            }
-            Work::WatchDelay => {
-                self.supervision.watch_delay(noise, stretch, estimate, warnings);
-                self.begin_stretch(state);
-                state.work = Work::Check;
+                state.work = if usize::from(number) + 1 < ROWS { Work::Compare(number + 1) } else { Work::Decide };
             }
             Work::Decide => {
                 state.work = Work::Look;
-                let [in_force, shadow, block] = *losses;
                 if !noise.holds() {
-                    let change = trial.decide(self.threshold, stretch.scratch(), &in_force, &shadow, &block);
+                    let change = trial.decide(self.threshold, noise.variance, stretch.unexplained, &sums.x, losses);
                     warnings.latch(change == Change::TakenOver && trial.held, Warning::Bound);
                     return change;
                 }
+            }
+            Work::Look => {
+                estimate.look();
+                state.work = Work::Share;
+            }
+            Work::Share => {
+                estimate.share(self.prior);
+                state.work = Work::Forget(stretch::NUISANCE as u8, 0);
+            }
+            Work::Forget(number, step) => {
+                if step == 0 {
+                    sums.weight = self.tell(noise.variance, stretch, number);
+                    let learns = !noise.holds() && sums.weight >= S::from_f64(LEAST_TOLD);
+                    state.work = if learns { Work::Forget(number, 1) } else { Self::after(number) };
+                    return Change::None;
+                }
+                let columns = match step {
+                    1 => {
+                        let row = stretch.scratch();
+                        sums.weight = estimate.begin_forgetting(self.prior, self.drift, row, sums.weight, &mut sums.x);
+                        0..0
+                    }
+                    2 => 2..COEFFICIENTS,
+                    _ => 0..2,
+                };
+                for column in black_box(columns).rev() {
+                    estimate.forget(column, &mut sums.weight, &mut sums.x);
+                }
+                state.work = Work::Forget(number, step + 1);
+                if step == 3 {
+                    (sums.weight, sums.x) = (S::ONE, [S::ZERO; COEFFICIENTS]);
+                    state.work = Work::Learn(number, 0);
+                }
+            }
+            Work::Learn(number, from) => {
+                let [.., value] = stretch.pending;
+                let row = stretch.scratch();
+                for column in black_box(from..from + 2) {
+                    estimate.learn(usize::from(column), row, &mut sums.weight, &mut sums.x);
+                }
+                state.work = Work::Learn(number, from + 2);
+                if usize::from(from) + 2 >= COEFFICIENTS {
+                    let surprise = estimate.follow(row, value, sums.weight, &sums.x);
+                    noise.note(surprise, sums.weight);
+                    state.work = Self::after(number);
+                }
+            }
+            Work::Row(number) => {
+                (_, sums.x, _) = stretch.row(usize::from(number));
+                state.work = Work::Spread(number);
+            }
+            Work::Spread(number) => {
+                sums.weight = estimate.spread(&sums.x);
+                state.work = if number == 0 { Work::WatchOffset } else { Work::WatchDelay };
+            }
+            Work::WatchOffset => {
+                self.supervision.watch_offset(noise, stretch, estimate, sums.weight, warnings);
+                state.work = Work::Row(1);
+            }
+            Work::WatchDelay => {
+                self.supervision.watch_delay(noise, stretch, estimate, sums.weight, warnings);
+                state.work = Work::Check;
             }
             Work::Check => {
                 if let Some(warning) = self.health.check(estimate, &mut state.passed) {
                     warnings.latch(true, warning);
                 }
+                state.work = Work::End;
+            }
+            Work::End => {
+                self.begin_stretch(state);
                 state.work = Work::None;
             }
         }
         Change::None
     }
 
-    /// Puts a row of a stretch and its value, over the deviation of the noise, into the place to work in. Says whether it is to be learnt from.
+    /// Puts a row of a stretch and its value, over the deviation of the noise, into the place to work in. Returns rᵀP_0r.
     #[inline]
-    fn tells(&self, noise: &Noise<S>, stretch: &mut Stretch<S>, number: u8) -> bool {
+    fn tell(&self, variance: S, stretch: &mut Stretch<S>, number: u8) -> S {
         let (_, row, value) = stretch.row(usize::from(number));
-        let scale = noise.variance.sqrt().recip();
-        let row = row.map(|x| x * scale);
-        let told = row.iter().zip(self.prior).fold(S::ZERO, |sum, (x, prior)| sum + *x * *x * prior);
-        *stretch.scratch() = row;
+        let scale = variance.sqrt().recip();
+        let mut scaled = [S::ZERO; COEFFICIENTS];
+        add(&mut scaled, &row, scale);
+        *stretch.scratch() = scaled;
         let [.., last] = &mut stretch.pending;
         *last = value * scale;
-        !noise.holds() && told >= S::from_f64(LEAST_TOLD)
+        self.prior * dot(&scaled, &scaled)
     }
 
     /// What follows the learning of a row.
     fn after(number: u8) -> Work {
-        if usize::from(number) + 1 < ROWS { Work::Forget(number + 1) } else { Work::WatchOffset }
+        if usize::from(number) + 1 < ROWS { Work::Forget(number + 1, 0) } else { Work::Row(0) }
     }
 
     #[inline(never)]
     fn begin_stretch(&self, state: &mut AdaptationState<S>) {
-        state.stretch = Stretch::new();
+        (state.stretch, state.sums, state.samples) = (Stretch::new(), Sums::default(), 0);
         state.noise.begin_stretch();
         state.continues = false;
         state.range = [state.last; 2];

@@ -4,6 +4,10 @@
 //! r the measured torque less p. Givens rotations keep the triangle of these rows. Whatever an offset or a delay of the signal explains is in the first two columns, so
 //! the five rows below say what the coefficients alone can explain.
 
+use core::hint::black_box;
+use core::ops::Range;
+
+use super::kernel::add;
 use super::{COEFFICIENTS, Coefficients};
 use crate::scalar::Float;
 
@@ -13,17 +17,13 @@ pub(super) const NUISANCE: usize = 2;
 pub(super) const ROWS: usize = NUISANCE + COEFFICIENTS;
 /// A row with its value.
 const WIDTH: usize = ROWS + 1;
-/// Entries of a row that a step works on.
-const HALF: usize = WIDTH / 2;
-/// Steps in which a block is worked into the rows.
-pub(super) const STEPS: usize = 2 * ROWS;
 
-/// Weighted sums of the samples of a block.
+/// Weighted sums of the samples of a block. While a stretch is worked on, a place to work in: what it has of the next block is lost.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Sums<S> {
     pub(super) weight: S,
     slope: S,
-    x: Coefficients<S>,
+    pub(super) x: Coefficients<S>,
     residual: S,
 }
 
@@ -32,9 +32,7 @@ impl<S: Float> Sums<S> {
     pub(super) fn add(&mut self, weight: S, slope: S, x: &Coefficients<S>, residual: S) {
         self.weight = self.weight + weight;
         self.slope = self.slope + weight * slope;
-        for (sum, x) in self.x.iter_mut().zip(x) {
-            *sum = *sum + weight * *x;
-        }
+        add(&mut self.x, x, weight);
         self.residual = self.residual + weight * residual;
     }
 
@@ -89,17 +87,13 @@ impl<S: Float> Stretch<S> {
         self.pending = sums.row();
     }
 
-    /// Works the pending block into the rows, in [`STEPS`] steps of two a row; the last counts it.
+    /// Works the pending block into a row, two entries from `from` on; says whether the row has more.
     #[inline(never)]
-    pub(super) fn rotate(&mut self, step: usize) {
-        let (number, rest) = (step / 2, step % 2 == 1);
-        let start = number * WIDTH - number * number.saturating_sub(1) / 2;
-        let (Some(row), Some(new)) =
-            (self.packed.get_mut(start..start + WIDTH - number), self.pending.get_mut(number..))
-        else {
-            return;
+    pub(super) fn rotate(&mut self, number: usize, from: usize) -> bool {
+        let (Some(row), Some(new)) = (self.packed.get_mut(places(number)), self.pending.get_mut(number..)) else {
+            return false;
         };
-        if !rest {
+        if from == 0 {
             self.turn = [S::ONE, S::ZERO];
             if let (Some(&old), Some(&x)) = (row.first(), new.first()) {
                 let square = old * old + x * x;
@@ -111,17 +105,19 @@ impl<S: Float> Stretch<S> {
             }
         }
         let [cosine, sine] = self.turn;
-        let half = if rest { HALF..row.len() } else { 0..row.len().min(HALF) };
-        if let (Some(row), Some(new)) = (row.get_mut(half.clone()), new.get_mut(half)) {
-            for (old, x) in row.iter_mut().zip(new) {
+        for place in [from, from + 1] {
+            if let (Some(old), Some(x)) = (row.get_mut(place), new.get_mut(place)) {
                 (*old, *x) = (cosine * *old + sine * *x, cosine * *x - sine * *old);
             }
         }
-        if step + 1 == STEPS {
-            let [.., left] = self.pending;
-            self.unexplained = self.unexplained + left * left;
-            self.blocks = self.blocks + S::ONE;
-        }
+        from + 2 < row.len()
+    }
+
+    /// Counts the block that was worked in.
+    pub(super) fn count(&mut self) {
+        let [.., left] = self.pending;
+        self.unexplained = self.unexplained + left * left;
+        self.blocks = self.blocks + S::ONE;
     }
 
     /// Coefficients in the place to work in.
@@ -131,48 +127,23 @@ impl<S: Float> Stretch<S> {
     }
 
     /// A row: its diagonal, its coefficients, and its value.
-    #[inline]
+    #[inline(never)]
     pub(super) fn row(&self, number: usize) -> (S, Coefficients<S>, S) {
-        let start = number * WIDTH - number * number.saturating_sub(1) / 2;
         let mut x = [S::ZERO; COEFFICIENTS];
-        let row = self.packed.get(start..start + WIDTH - number).unwrap_or(&[]);
+        let row = self.packed.get(places(number)).unwrap_or(&[]);
         let (Some((value, row)), Some(&diagonal)) = (row.split_last(), row.first()) else {
             return (S::ZERO, x, S::ZERO);
         };
-        for (x, entry) in x.iter_mut().rev().zip(row.iter().rev()) {
+        for (x, entry) in black_box(x.as_mut_slice()).iter_mut().rev().zip(row.iter().rev()) {
             *x = *entry;
+            black_box(());
         }
         (diagonal, x, *value)
     }
-
-    /// What coefficients leave of each row, squared: of the offset's and the delay's rows, and of the others.
-    #[inline(never)]
-    pub(super) fn loss(&self, value: &Coefficients<S>) -> [S; 2] {
-        let mut loss = [S::ZERO; 2];
-        for number in 0..ROWS {
-            let (_, x, y) = self.row(number);
-            let left = y - dot(&x, value);
-            let of = &mut loss[usize::from(number >= NUISANCE)];
-            *of = *of + left * left;
-        }
-        loss
-    }
-
-    /// Sums of p², and of p·r, about their means: p is the torque of these coefficients.
-    #[inline(never)]
-    pub(super) fn about_mean(&self, block: &Coefficients<S>) -> [S; 2] {
-        let mut sums = [S::ZERO; 2];
-        for number in 1..ROWS {
-            let (_, x, y) = self.row(number);
-            let p = dot(&x, block);
-            sums = [sums[0] + p * p, sums[1] + p * y];
-        }
-        sums
-    }
 }
 
-/// Σ a·b.
-#[inline]
-pub(super) fn dot<S: Float>(a: &Coefficients<S>, b: &Coefficients<S>) -> S {
-    a.iter().zip(b).fold(S::ZERO, |sum, (a, b)| sum + *a * *b)
+/// Where a row is.
+fn places(number: usize) -> Range<usize> {
+    let start = number * WIDTH - number * number.saturating_sub(1) / 2;
+    start..start + WIDTH - number
 }

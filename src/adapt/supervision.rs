@@ -10,7 +10,8 @@
 //! After the first three, and while a delay lasts, the next [`PROBATION`] stretches are not learnt from either.
 
 use super::filter::Estimate;
-use super::stretch::{ROWS, Stretch, dot};
+use super::kernel::dot;
+use super::stretch::{ROWS, Stretch};
 use super::{Settings, Warning, Warnings};
 use crate::scalar::Float;
 
@@ -89,10 +90,10 @@ impl<S: Float> Noise<S> {
         self.delayed || self.probation > 0
     }
 
-    /// Notes the squared innovation of a row over its variance, and rᵀPr.
-    pub(super) fn note(&mut self, surprise: S, spread: S) {
+    /// Notes the squared innovation of a row over its variance, and 1 + rᵀPr.
+    pub(super) fn note(&mut self, surprise: S, total: S) {
         // What is not known yet says nothing of the noise.
-        if spread < S::ONE {
+        if total < S::TWO {
             self.surprise = self.surprise + (surprise - S::ONE);
         }
     }
@@ -193,13 +194,14 @@ impl<S: Float> Supervision<S> {
         true
     }
 
-    /// Learns v, and follows the offset of the signal, after a stretch was learnt from.
+    /// Learns v, and follows the offset of the signal, after a stretch was learnt from. `unsure` is rᵀPr of the offset's row.
     #[inline(never)]
     pub(super) fn watch_offset(
         &self,
         noise: &mut Noise<S>,
         stretch: &Stretch<S>,
         estimate: &Estimate<S>,
+        unsure: S,
         warnings: &mut Warnings,
     ) {
         noise.learn();
@@ -208,21 +210,22 @@ impl<S: Float> Supervision<S> {
         let offset = (value - dot(&row, &estimate.value)).over(diagonal);
         noise.offset = noise.offset + (offset - noise.offset) * S::from_f64(0.125);
         let beyond = noise.offset.abs() - S::from_f64(LARGEST_OFFSET);
-        let unsure = estimate.spread(&row).over(diagonal * diagonal);
-        warnings.latch(beyond > S::ZERO && beyond * beyond > S::from_f64(9.0) * unsure, Warning::Offset);
+        let passed = beyond * diagonal;
+        warnings.latch(beyond > S::ZERO && passed * passed > S::from_f64(9.0) * unsure, Warning::Offset);
     }
 
-    /// Follows the delay of the signal, after a stretch was learnt from.
+    /// Follows the delay of the signal, after a stretch was learnt from. `unsure` is rᵀPr of the delay's row.
     #[inline(never)]
     pub(super) fn watch_delay(
         &self,
         noise: &mut Noise<S>,
         stretch: &Stretch<S>,
         estimate: &Estimate<S>,
+        unsure: S,
         warnings: &mut Warnings,
     ) {
         let (diagonal, row, value) = stretch.row(1);
-        let variance = noise.variance + estimate.spread(&row);
+        let variance = noise.variance + unsure;
         let left = value - dot(&row, &estimate.value);
         let keep = S::from_f64(0.75);
         let [sum, weight] = noise.delay;

@@ -14,6 +14,8 @@
 //! An offset is taken out of L, so coefficients could predict changes better and the level worse. Therefore the plain squared error, offset and all, must not have grown over the run of Λ
 //! either, and parameters are given back as soon as their plain error over the last [`RECENT`] stretches is 0.5 % above the block's.
 
+use core::hint::black_box;
+
 use super::Coefficients;
 use crate::scalar::Float;
 
@@ -28,13 +30,19 @@ const LARGEST_PLAIN_RATIO: f64 = 1.01;
 /// n stops here.
 const MOST_RETURNS: u8 = 6;
 
-/// Squared errors over a stretch.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// Squared errors over a stretch, what no row explains apart: of the rows of coefficients, and of those of offset and delay.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Losses<S> {
-    /// Offset and delay taken out, over the variance of the noise.
-    pub(super) freed: S,
-    /// Without them.
-    pub(super) plain: S,
+    freed: S,
+    nuisance: S,
+}
+
+impl<S: Float> Losses<S> {
+    /// Adds what is left of a row.
+    pub(super) fn note(&mut self, left: S, of_coefficients: bool) {
+        let of = if of_coefficients { &mut self.freed } else { &mut self.nuisance };
+        *of = *of + left * left;
+    }
 }
 
 /// What a stretch decided.
@@ -80,22 +88,25 @@ impl<S: Float> Trial<S> {
         }
     }
 
-    /// Decides after a stretch, of which these were the losses. `threshold` is ln(1/α), `candidate` the shadow.
+    /// Decides after a stretch, of which these were the losses: of those in force, of the shadow, of the block. `threshold` is ln(1/α), `candidate` the shadow.
     #[inline(never)]
     pub(super) fn decide(
         &mut self,
         threshold: S,
+        variance: S,
+        unexplained: S,
         candidate: &Coefficients<S>,
-        in_force: &Losses<S>,
-        shadow: &Losses<S>,
-        block: &Losses<S>,
+        [in_force, shadow, block]: &[Losses<S>; 3],
     ) -> Change {
         let most = S::from_f64(LARGEST_LEAD);
-        let gain = |than: &Losses<S>| ((in_force.freed - than.freed) * S::HALF).clamp(-most, most);
+        let share = S::HALF.over(variance);
+        let gain = |than: &Losses<S>| ((in_force.freed - than.freed) * share).clamp(-most, most);
+        let plain = |of: &Losses<S>| of.freed + of.nuisance + unexplained;
         let keep = S::from_f64(1.0 - 1.0 / RECENT);
-        self.recent = [self.recent[0] * keep + in_force.plain, self.recent[1] * keep + block.plain];
+        self.recent = [self.recent[0] * keep + plain(in_force), self.recent[1] * keep + plain(block)];
         self.lead = (self.lead + gain(shadow)).max(S::ZERO);
-        self.plain_lead = if self.lead > S::ZERO { self.plain_lead + (in_force.plain - shadow.plain) } else { S::ZERO };
+        self.plain_lead =
+            if self.lead > S::ZERO { self.plain_lead + (plain(in_force) - plain(shadow)) } else { S::ZERO };
         self.block_lead = if self.adapted { (self.block_lead + gain(block)).max(S::ZERO) } else { S::ZERO };
         if self.adapted {
             let [now, before] = self.recent;
@@ -105,8 +116,9 @@ impl<S: Float> Trial<S> {
             }
         }
         let mut needed = threshold;
-        for _ in 0..self.returns {
+        for _ in 0..black_box(self.returns) {
             needed = needed + needed;
+            black_box(());
         }
         if self.lead >= needed && self.plain_lead >= S::ZERO {
             (self.in_force, self.adapted) = (*candidate, true);

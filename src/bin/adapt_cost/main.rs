@@ -20,7 +20,7 @@ use platform::gears::{self, RATED_RAD};
 
 const PERIOD_S: f64 = 1e-3;
 /// Periods that are measured one by one: the end of a stretch and the work that follows it.
-const AROUND: u32 = 70;
+const AROUND: u32 = 120;
 /// Calls along the motion.
 const CALLS: u32 = 1000;
 /// Calls of each.
