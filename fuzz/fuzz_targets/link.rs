@@ -75,7 +75,7 @@ impl<'a> Input<'a> {
     /// A request; small numbers, the right words and the right block are likely.
     fn request(&mut self, choice: u8, next: &'a [u8]) -> Request<'a> {
         let crc = u32::from_le_bytes([next[48], next[49], next[50], next[51]]);
-        match choice % 17 {
+        match choice % 18 {
             0 => Request::Identify,
             1 => Request::Status,
             2 => Request::Read { offset: self.word(), length: self.byte().unwrap_or(0) },
@@ -92,6 +92,7 @@ impl<'a> Input<'a> {
             13 => Request::Data { offset: 0, bytes: next },
             14 => Request::Commit { signature: gmhm::link::message::SAVE, crc },
             15 => Request::Close,
+            16 => Request::Adaptation,
             _ => Request::RollBack { signature: gmhm::link::message::LOAD, sequence: u32::from(self.byte().unwrap_or(0)) },
         }
     }

@@ -10,6 +10,7 @@ pub mod flash;
 pub mod integral;
 pub mod masing;
 pub mod paths;
+pub mod sealed;
 
 /// One gear: the symbols of MODEL.md section 1, β and ω not negative, SI units.
 #[derive(Debug, Clone, Copy)]

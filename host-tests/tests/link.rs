@@ -166,6 +166,7 @@ fn every_refusal_is_reached_and_changes_nothing() {
     expect(Refusal::Sequence, 0, &[&new], &nothing, &with(&[Request::Try]));
     expect(Refusal::Sequence, 0, &[&old, &new], &nothing, &[Request::RollBack { signature: LOAD, sequence: 1 }]);
     expect(Refusal::NothingBefore, 0, &[&new], &nothing, &[roll_back]);
+    expect(Refusal::NoAdaptation, 0, &[&old], &nothing, &[Request::Adaptation]);
     expect(Refusal::Value, 0, &[&old], &nothing, &[Request::Gain { ratio: 1.01 }]);
     expect(Refusal::Value, 0, &[&old], &nothing, &[Request::Gain { ratio: f32::NAN }]);
     expect(Refusal::Value, 0, &[&old], &nothing, &[Request::Bound { share: f32::NAN }]);

@@ -12,7 +12,8 @@ use gmhm::diagnostics::{Diagnostics, Fault, SelfTest};
 use gmhm::link::frame::{MOST_BODY, MOST_FRAME, encode};
 use gmhm::link::message::{LOAD, MOST_BYTES, SAVE};
 use gmhm::link::{
-    Answer, Identified, LineCounts, LinkDiagnostics, Live, Origin, Receiver, Refusal, Refused, Request, Status, Tag,
+    Adapted, Answer, Identified, LineCounts, LinkDiagnostics, Live, Origin, Receiver, Refusal, Refused, Request,
+    Status, Tag,
 };
 use proptest::prelude::*;
 
@@ -156,7 +157,7 @@ proptest! {
         words in prop::array::uniform8(any::<u32>()),
         bytes in prop::collection::vec(any::<u8>(), 0..=MOST_BYTES),
         flags in prop::array::uniform4(any::<bool>()),
-        number in 1_u8..=24,
+        number in 1_u8..=25,
     ) {
         let [a, b, c, d, e, f, g, h] = words;
         let [on, ..] = flags;
@@ -179,6 +180,7 @@ proptest! {
             Request::ClearDiagnostics,
             Request::Bound { share: finite(c) },
             Request::Close,
+            Request::Adaptation,
         ] {
             let body = body(&request.encode(tag));
             prop_assert_eq!(Request::decode(&body), Some((request.command(), tag, Ok(request))));
@@ -231,6 +233,14 @@ proptest! {
             expired_trials: c,
             bound: finite(d),
         };
+        let adapted = Adapted {
+            taken_over: on,
+            warnings: c as u16,
+            stretches: d,
+            in_force: [e, f, g, h, a].map(finite),
+            shadow: [f, g, h, a, b].map(finite),
+            deviations: [g, h, a, b, c].map(finite),
+        };
         let refused = Refused { refusal: Refusal::of_number(number).expect("a number"), detail: c as u16 };
         for (command, answer) in [
             (1, Answer::Identified(identified)),
@@ -242,6 +252,7 @@ proptest! {
             (10, Answer::Stored { sequence: c, crc: d }),
             (13, Answer::Diagnostics(diagnostics)),
             (14, Answer::Done),
+            (17, Answer::Adaptation(adapted)),
             (8, Answer::Refused(refused)),
         ] {
             let body = body(&answer.encode(command, tag));

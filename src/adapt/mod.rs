@@ -17,6 +17,7 @@
 //! | bounds | `bounds` | what may ever be in force |
 //! | trial | `trial` | the shadow beside those in force: sequential test, takeover, return |
 //! | health | `health`, `warnings` | drift beyond its uncertainty, latched |
+//! | loops | `kernel` | what all of these do to five numbers, once in flash |
 //!
 //! **Samples.** One beyond 4σ of the mean residual of the block before gets the weight 4σ/abs(r) (Huber), one that is not finite 0. σ is that of the samples about that mean.
 //!
@@ -24,7 +25,7 @@
 //! [`LONGEST_S`] is dropped. So standing still, tiny amplitudes and slow drifts of the signal teach nothing. A stretch's offset and delay are free, so steady loads teach nothing either, and a
 //! loop that a delay explains as well as h does is not taken for h.
 //!
-//! **Work** is spread: a block is worked in beside the samples of the next, a stretch takes some 25 periods, one piece each, in which no samples are taken. Periods longer than 1 ms do as many pieces as
+//! **Work** is spread: a block is worked in beside the samples of the next, a stretch takes some 60 periods, one piece each, in which no samples are taken. Periods longer than 1 ms do as many pieces as
 //! they have milliseconds.
 //!
 //! **Coloured noise.** The variance v of the rows is learnt from their innovations from stretch to stretch, not only from the residuals within one: what the noise does at the pace of the motion, and
@@ -545,11 +546,16 @@ impl<S: Float> Adaptation<S> {
     /// # Errors
     /// As [`params`](Self::params).
     pub fn shadow(&self, state: &AdaptationState<S>, block: &Params) -> Result<Params, ParamError> {
+        changed(block, &self.shadow_change(state))
+    }
+
+    /// Changes of the normalised coefficients of the shadow, bounds kept.
+    pub fn shadow_change(&self, state: &AdaptationState<S>) -> Coefficients<S> {
         let mut change = state.estimate.value;
         Bounds::lift(&self.block, &state.estimate, &mut change, 0);
         Bounds::lift(&self.block, &state.estimate, &mut change, 1);
         self.bounds.shrink(&self.block, &self.common, &mut change);
-        changed(block, &change)
+        change
     }
 }
 
@@ -557,6 +563,11 @@ impl<S: Float> AdaptationState<S> {
     /// Changes of the normalised coefficients in force, zero while the block is.
     pub fn in_force(&self) -> &Coefficients<S> {
         &self.trial.in_force
+    }
+
+    /// Whether adapted parameters are in force.
+    pub fn is_taken_over(&self) -> bool {
+        self.trial.adapted
     }
 
     /// The estimated changes of the normalised coefficients, bounds not applied.
@@ -608,8 +619,11 @@ fn coefficients<S: Float>(params: &Params) -> Coefficients<S> {
     [S::from_f64(k1), S::from_f64(k3), S::from_f64(k5), e, h]
 }
 
-/// Parameters with other coefficients.
-fn changed<S: Float>(block: &Params, change: &Coefficients<S>) -> Result<Params, ParamError> {
+/// A block's parameters with changes of their normalised coefficients. e and h become α, β and ω with the block's β² + ω².
+///
+/// # Errors
+/// What [`Params::new`] does not accept.
+pub fn changed<S: Float>(block: &Params, change: &Coefficients<S>) -> Result<Params, ParamError> {
     let [k1, k3, k5, e, h] = change.map(S::to_f64);
     let a = block.rated_deflection_rad();
     let unit = block.torque_scale_nm() / a;

@@ -12,11 +12,11 @@ use super::self_test::{IS_COMPARED, SAMPLES, samples};
 use super::term::TermRecord;
 use crate::diagnostics::SelfTest;
 use crate::drive::{Mounting, Setup, SetupError};
-use crate::elastic::{ElasticTorque, Polynomial};
+use crate::elastic::{Elastic, ElasticTorque, Polynomial};
 use crate::gear::Gear;
 use crate::inverse::{Inverse, Monotony};
 use crate::memory::{AnyLaw, Frame};
-use crate::params::Params;
+use crate::params::{Memory, Params};
 use crate::terms::{Compensated, Setting, Side, Stack, TermError};
 
 /// The joint that the gear sits in.
@@ -223,6 +223,32 @@ impl<S: Word, L: BlockLaw<S>, T: TermStack> Parameters<S, L, T> {
 }
 
 impl<const K: usize> Parameters<f32, AnyLaw<f32>, Stack<f32, K>> {
+    /// The parameters of a gear of law `masing`, as an adaptation (module `adapt`) begins from them: e and h with β² + ω² = 1 (rad/s)². `None` without gear, in another law, or where
+    /// rounding brought them to the edge of what [`Params::new`] accepts.
+    pub fn params(&self) -> Option<Params> {
+        let (gear, scales) = (self.gear?, self.scales?);
+        let AnyLaw::Masing(law) = gear.law() else { return None };
+        let a = scales.rated_deflection_rad;
+        let unit = scales.torque_scale_nm / a;
+        let Polynomial { k1, k3, k5 } = gear.elastic().polynomial().cast::<f64>();
+        let elastic = Elastic {
+            c1_nm_per_rad: k1 * unit,
+            c2_nm_per_rad3: k3 * unit / (a * a),
+            c3_nm_per_rad5: k5 * unit / (a * a * a * a),
+        };
+        let [e, h] = [law.e, law.h].map(|of| f64::from(of) * unit);
+        let alpha = libm::sqrt(e * e + h * h);
+        let rates = if alpha > 0.0 { [e / alpha, h / alpha] } else { [0.0, 1.0] };
+        let memory = Memory {
+            alpha,
+            beta_per_s: rates[0],
+            omega_per_s: rates[1],
+            reversal_play_rad: 2.0 * f64::from(law.half_play),
+            ..Memory::default()
+        };
+        Params::new(a, elastic, memory).ok()
+    }
+
     /// Gear and terms together; `None` without gear.
     pub fn compensated(&self) -> Option<Compensated<f32, AnyLaw<f32>, K>> {
         Some(Compensated { gear: self.gear?, stack: self.terms.clone() })

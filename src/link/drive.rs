@@ -1,5 +1,6 @@
 //! What the link asks of a drive.
 
+use super::adaptation::Adapted;
 use super::message::Live;
 use crate::block::{Block, BlockError, Identity, ScalarKind};
 use crate::diagnostics::Diagnostics;
@@ -56,6 +57,11 @@ pub trait Drive {
 
     /// What it measures and computes.
     fn live(&self) -> Live;
+
+    /// What its adaptation has learnt; `None` where it has none.
+    fn adaptation(&self) -> Option<Adapted> {
+        None
+    }
 
     /// What has gone wrong on its control path.
     fn diagnostics(&self) -> Diagnostics {

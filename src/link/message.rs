@@ -1,5 +1,6 @@
 //! Requests and answers, and their bodies.
 
+use super::adaptation::Adapted;
 use super::frame::{self, Body, Frame, LineCounts};
 use super::refusal::{Refusal, Refused};
 use crate::block::{Identity, ScalarKind};
@@ -109,6 +110,8 @@ pub enum Request<'a> {
         /// The largest difference of elastic torques up to the rated deflection, as a share of the torque there; infinite for none.
         share: f32,
     },
+    /// What has the adaptation learnt?
+    Adaptation,
     /// End the session: another host may open one at once. A trial goes on until it expires.
     Close,
 }
@@ -133,12 +136,16 @@ impl<'a> Request<'a> {
             Self::ClearDiagnostics => 14,
             Self::Bound { .. } => 15,
             Self::Close => 16,
+            Self::Adaptation => 17,
         }
     }
 
     /// Whether it changes anything, and so must be the session's next.
     pub const fn changes(&self) -> bool {
-        !matches!(self, Self::Identify | Self::Status | Self::Read { .. } | Self::Live | Self::Diagnostics)
+        !matches!(
+            self,
+            Self::Identify | Self::Status | Self::Read { .. } | Self::Live | Self::Diagnostics | Self::Adaptation
+        )
     }
 
     /// Its frame. Bytes beyond [`MOST_BYTES`] are left out.
@@ -160,7 +167,7 @@ impl<'a> Request<'a> {
         let mut pen = Pen::new(command, tag);
         match *self {
             Self::Identify | Self::Status | Self::Live | Self::Try | Self::Revert => {}
-            Self::Diagnostics | Self::ClearDiagnostics | Self::Close => {}
+            Self::Diagnostics | Self::ClearDiagnostics | Self::Close | Self::Adaptation => {}
             Self::Read { offset, length } => pen.u32(offset).u8(length).end(),
             Self::Stage { length, crc } => pen.u32(length).u32(crc).end(),
             Self::Data { offset, bytes } => pen.u32(offset).bytes(bytes).end(),
@@ -184,7 +191,7 @@ impl<'a> Request<'a> {
             return Some((command, tag, Err(Refusal::Command)));
         }
         let request = match command {
-            1..=16 => fields.request(command).filter(|_| fields.0.is_empty()).ok_or(Refusal::Payload),
+            1..=17 => fields.request(command).filter(|_| fields.0.is_empty()).ok_or(Refusal::Payload),
             _ => Err(Refusal::Command),
         };
         Some((command, tag, request))
@@ -346,6 +353,8 @@ pub enum Answer<'a> {
     },
     /// To [`Request::Diagnostics`].
     Diagnostics(LinkDiagnostics),
+    /// To [`Request::Adaptation`].
+    Adaptation(Adapted),
     /// To everything else.
     Done,
     /// Refused. Nothing has changed, but for [`Refusal::Flash`] and [`Refusal::ReadBack`]: then the store holds what it held or what it was to hold, whole.
@@ -396,6 +405,17 @@ impl<'a> Answer<'a> {
                 .u32(it.loop_cost)
                 .end(),
             Self::Stored { sequence, crc } => pen.u32(sequence).u32(crc).end(),
+            Self::Adaptation(it) => pen
+                .u8(u8::from(it.taken_over))
+                .u16(it.warnings)
+                .u32(it.stretches)
+                .bytes(
+                    [it.in_force, it.shadow, it.deviations]
+                        .map(|five| five.map(f32::to_le_bytes))
+                        .as_flattened()
+                        .as_flattened(),
+                )
+                .end(),
             Self::Diagnostics(it) => {
                 let Diagnostics { refused, out_of_range, quarantined, restarted, saturated, merged_pairs, .. } =
                     it.joint;
@@ -494,6 +514,10 @@ impl<'a> Fields<'a> {
         self.u32().map(f32::from_bits)
     }
 
+    fn five(&mut self) -> Option<[f32; 5]> {
+        Some([self.f32()?, self.f32()?, self.f32()?, self.f32()?, self.f32()?])
+    }
+
     fn bool(&mut self) -> Option<bool> {
         match self.u8()? {
             0 => Some(false),
@@ -524,6 +548,7 @@ impl<'a> Fields<'a> {
             14 => Request::ClearDiagnostics,
             15 => Request::Bound { share: self.f32()? },
             16 => Request::Close,
+            17 => Request::Adaptation,
             _ => return None,
         })
     }
@@ -593,6 +618,14 @@ impl<'a> Fields<'a> {
                     bound: self.f32()?,
                 })
             }
+            17 => Answer::Adaptation(Adapted {
+                taken_over: self.bool()?,
+                warnings: self.u16()?,
+                stretches: self.u32()?,
+                in_force: self.five()?,
+                shadow: self.five()?,
+                deviations: self.five()?,
+            }),
             5..=8 | 11 | 12 | 14..=16 => Answer::Done,
             _ => return None,
         })

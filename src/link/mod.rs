@@ -5,6 +5,7 @@
 //! | file | what |
 //! |---|---|
 //! | [`frame`] | bytes on the line to bodies and back |
+//! | [`adaptation`] | what an adaptation on the drive has learnt |
 //! | [`message`] | bodies to requests and answers and back |
 //! | `lock` | access by key, with the feature `lock` |
 //! | [`refusal`] | why a request was refused, and its CANopen abort code |
@@ -18,6 +19,7 @@
 //! [`Commit`](Request::Commit) stores what is on trial, [`Revert`](Request::Revert) ends the trial. What changes anything carries the number of its session
 //! and of its turn in it, so that a frame which is lost, repeated or late changes nothing, and nothing after it does.
 
+pub mod adaptation;
 pub mod drive;
 pub mod frame;
 #[cfg(feature = "lock")]
@@ -30,6 +32,7 @@ pub mod refusal;
 pub mod sdo;
 pub mod server;
 
+pub use adaptation::Adapted;
 pub use drive::{CompensationSetting, Drive};
 pub use frame::{Frame, LineCounts, Receiver};
 pub use message::{Answer, Asked, Identified, LinkDiagnostics, Live, Origin, Request, Status, Tag};

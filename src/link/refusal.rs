@@ -57,11 +57,13 @@ pub enum Refusal {
     Busy = 23,
     /// The drive has a key, and the request lacks the proof that its host knows it.
     Locked = 24,
+    /// The drive adapts nothing.
+    NoAdaptation = 25,
 }
 
 impl Refusal {
     /// All of them.
-    pub const ALL: [Self; 24] = [
+    pub const ALL: [Self; 25] = [
         Self::Command,
         Self::Payload,
         Self::Session,
@@ -86,6 +88,7 @@ impl Refusal {
         Self::Bound,
         Self::Busy,
         Self::Locked,
+        Self::NoAdaptation,
     ];
 
     /// Its number.
@@ -108,7 +111,7 @@ impl Refusal {
             Self::Enabled | Self::OnTrial | Self::NotOnTrial => 0x0800_0022,
             Self::Compensating | Self::Busy => 0x0800_0021,
             Self::Signature => 0x0800_0020,
-            Self::Incomplete | Self::NoParameters => 0x0800_0024,
+            Self::Incomplete | Self::NoParameters | Self::NoAdaptation => 0x0800_0024,
             Self::Offset => 0x0504_0003,
             Self::Room => 0x0504_0005,
             Self::Checksum => 0x0504_0004,
@@ -150,6 +153,9 @@ impl fmt::Display for Refusal {
             Self::NoParameters => "no parameters are in force",
             Self::Bound => "the drive is enabled, and the parameters are too far from those in force",
             Self::Locked => "the drive has a key, and the request does not prove that its host knows it",
+            Self::NoAdaptation => {
+                "it adapts nothing: no parameters of law masing are in force, or its firmware has no adaptation"
+            }
             Self::Busy => "another host has a session open: wait until it has been silent for a while",
         })
     }

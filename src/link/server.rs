@@ -214,6 +214,7 @@ impl<F: NorFlash, const ROOM: usize> Server<F, ROOM> {
                 drive.set_compensation(CompensationSetting { gain_ratio: ratio, ..drive.compensation() });
             }
             Request::Close => self.next_turn = None,
+            Request::Adaptation => return Ok(Answer::Adaptation(drive.adaptation().ok_or(Refusal::NoAdaptation)?)),
             Request::Diagnostics => return Ok(Answer::Diagnostics(self.diagnostics(drive))),
             Request::ClearDiagnostics => {
                 (self.refused_requests, self.expired_trials) = (0, 0);

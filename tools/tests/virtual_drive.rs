@@ -186,6 +186,45 @@ fn a_locked_drive_is_commissioned_with_its_key_alone() {
     assert!(dir.succeed(&format!("drive --to {to} status")).stdout.contains("gain ratio 0.5"));
 }
 
+/// A gear that warms within two seconds: its adaptation is read, and stored as a block.
+#[test]
+fn what_a_drive_has_learnt_is_shown_and_stored() {
+    let dir = bench();
+    let drive = Running::start_with(&["--listen", "tcp:127.0.0.1:0", "--warms", "2"]);
+    let to = drive.target.clone();
+    dir.refuse(&format!("drive --to {to} adaptation"), &["it adapts nothing"]);
+    dir.succeed(&format!("flash params.bin --to {to}"));
+    let learnt = || -> serde_json::Value {
+        dir.succeed(&format!("drive --to {to} adaptation --json learnt.json -o adapted.bin"));
+        serde_json::from_str(&dir.read("learnt.json")).expect("JSON")
+    };
+    let began = std::time::Instant::now();
+    let mut now = learnt();
+    while now["taken_over"] == false || now["stretches"].as_u64() < Some(20) {
+        assert!(began.elapsed().as_secs() < 120, "{now}");
+        std::thread::sleep(std::time::Duration::from_millis(500));
+        now = learnt();
+    }
+    let coefficient = |number: usize, what: &str| now["coefficients"][number][what].as_f64().expect("a number");
+    for (number, ratio) in [(0, 0.9), (4, 1.2)] {
+        let [block, shadow, sd] = ["block", "shadow", "sd"].map(|what| coefficient(number, what));
+        assert!(sd > 0.0 && sd < 0.1 * block, "{now}");
+        assert!((shadow - ratio * block).abs() < 5.0 * sd + 0.01 * block, "{now}");
+    }
+    let [shadow, sd] = ["shadow", "sd"].map(|what| coefficient(0, what));
+    // The block of the shadow: its terms and its gear are those of the block in force.
+    let inspected = dir.succeed("inspect adapted.bin").stdout;
+    assert!(inspected.contains("coulomb_friction"), "{inspected}");
+    let told = dir.succeed(&format!("drive --to {to} adaptation --commit")).stdout;
+    assert!(told.contains("adapted parameters are in force") && told.contains("sequence 2"), "{told}");
+    assert!(dir.succeed(&format!("drive --to {to} status")).stdout.contains("as stored: sequence 2"));
+    // What is in force now is the beginning of another adaptation.
+    let now = learnt();
+    assert!(now["taken_over"] == false && now["stretches"].as_u64() < Some(5), "{now}");
+    let stored = now["coefficients"][0]["block"].as_f64().expect("c1");
+    assert!((stored - shadow).abs() < 3.0 * sd, "{stored} was stored, {shadow} learnt");
+}
+
 mod time {
     use gmhm::link::message::SAVE;
     use gmhm::link::{Answer, Origin, Receiver, Refusal, Request, Status, Tag};

@@ -139,6 +139,7 @@ pub fn ask(
         Answer::Live(it) => Ok((Answer::Live(it), Vec::new())),
         Answer::Diagnostics(it) => Ok((Answer::Diagnostics(it), Vec::new())),
         Answer::Stored { sequence, crc } => Ok((Answer::Stored { sequence, crc }, Vec::new())),
+        Answer::Adaptation(it) => Ok((Answer::Adaptation(it), Vec::new())),
         Answer::Done => Ok((Answer::Done, Vec::new())),
     }
 }

@@ -1,9 +1,11 @@
-//! Recordings replayed through the adaptation of the drive, [`gmhm::adapt`]: the very code, in `f32`, sample by sample.
+//! Recordings replayed through the adaptation of the drive, [`gmhm::adapt`]: the very code, in `f32`, sample by sample; and what a drive has learnt by itself.
 
 mod error;
+mod learnt;
 mod replay;
 
 pub use error::AdaptReplayError;
+pub use learnt::{Coefficient, Learnt};
 pub use replay::{Replay, Rms, TracePoint, replay};
 
 use gmhm::adapt::Coefficients;

@@ -48,6 +48,9 @@ pub enum PackError {
     /// More terms than a drive has room for.
     #[error("the model has {0} terms, and a drive has room for {DRIVE_TERMS}")]
     TooManyTerms(usize),
+    /// A block without a gear of law `masing`.
+    #[error("the block in force has no gear of law masing: nothing in it is adapted")]
+    NotMasing,
     /// The core refuses what was made.
     #[error("the block is invalid: {0}")]
     Block(#[from] BlockError),
@@ -64,7 +67,9 @@ impl PackError {
             Self::TooManyTerms(_) => {
                 "leave out the terms with the smallest share, or those of the measurement".to_owned()
             }
-            Self::Params { .. } | Self::EmptyModel | Self::Term { .. } | Self::Block(_) => return None,
+            Self::Params { .. } | Self::EmptyModel | Self::NotMasing | Self::Term { .. } | Self::Block(_) => {
+                return None;
+            }
         })
     }
 }

@@ -13,4 +13,5 @@ pub use eds::eds;
 pub use error::{FileError, PackError};
 pub use file::{BlockFile, Form, read, write};
 pub(crate) use pack::Rounded;
-pub use pack::{Arithmetic, DRIVE_TERMS, PackOptions, pack};
+pub use pack::pack;
+pub use pack::{Arithmetic, DRIVE_TERMS, PackOptions, Packed, params_of, with_params};

@@ -1,8 +1,8 @@
 //! From a model to the bytes of its block.
 
 use gmhm::block::{
-    BlockError, BlockLaw, FIRST_TERM, Header, Identity, Joint, MOST_BYTES, Parameters, ScalarKind, TorqueUnit, Word,
-    Writer,
+    Block, BlockError, BlockLaw, FIRST_TERM, GEAR, Header, INVERSE, Identity, Joint, MASING, MOST_BYTES, PREPARED,
+    Parameters, SELF_TEST, ScalarKind, TorqueUnit, Word, Writer,
 };
 use gmhm::memory::AnyLaw;
 use gmhm::memory::masing::Masing;
@@ -17,6 +17,9 @@ use crate::recording;
 
 /// The most terms of a drive.
 pub const DRIVE_TERMS: usize = 8;
+
+/// What a drive in single precision loads a block as.
+type InF32 = Parameters<f32, AnyLaw<f32>, Stack<f32, DRIVE_TERMS>>;
 
 /// What the drive computes in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -131,6 +134,39 @@ pub fn pack(model: &Model, options: &PackOptions) -> Result<Packed, PackError> {
     Ok(Packed { bytes: buffer, without_inverse })
 }
 
+/// The parameters of a block's gear in `f32`.
+///
+/// # Errors
+/// A block that cannot be loaded, or that has no gear of law `masing`.
+pub fn params_of(block: &Block<'_>) -> Result<Params, PackError> {
+    let loaded = InF32::of_block(block, usize::MAX)?;
+    loaded.params().ok_or(PackError::NotMasing)
+}
+
+/// A block in `f32` with other parameters of its gear, law `masing`; everything else as it was.
+///
+/// # Errors
+/// [`PackError`]: the core refuses the parameters or what was made of them.
+pub fn with_params(block: &Block<'_>, params: &Params) -> Result<Packed, PackError> {
+    params_of(block)?;
+    let period_s = f64::from(block.header().period_s);
+    let mut buffer = vec![0; MOST_BYTES];
+    let mut writer = Writer::new(&mut buffer, *block.header());
+    let without_inverse = write_gear(&mut writer, params, AnyLaw::<f32>::new(params, period_s), period_s)?;
+    if without_inverse.is_none() {
+        write_prepared(&mut writer, params, Masing::<f32>::new(params), period_s)?;
+    }
+    let of_gear = [&GEAR, &MASING, &INVERSE, &SELF_TEST, &PREPARED].map(|info| info.tag);
+    for record in block.records().filter(|record| !of_gear.contains(&record.tag)) {
+        let words: Vec<u32> = record.words().collect();
+        writer.record(record.tag, &words)?;
+    }
+    let length = writer.finish()?;
+    buffer.truncate(length);
+    check(&buffer, Arithmetic::F32, Some(Law::Masing))?;
+    Ok(Packed { bytes: buffer, without_inverse })
+}
+
 /// Writes gear and inverse; why there is none where there is none.
 fn write_gear<S: Word, L: BlockLaw<S>>(
     writer: &mut Writer<'_>,
@@ -160,7 +196,6 @@ fn write_prepared<S: Word>(
 
 /// Loads a block as a drive would: what the drive's numbers cannot hold shows here, the model itself was checked in `f64`.
 fn check(block: &[u8], arithmetic: Arithmetic, law: Option<Law>) -> Result<(), PackError> {
-    type InF32 = Parameters<f32, AnyLaw<f32>, Stack<f32, DRIVE_TERMS>>;
     let loaded = match (arithmetic, law) {
         (Arithmetic::F32, _) => InF32::load(block, usize::MAX).map(drop),
         (Arithmetic::Fixed, Some(Law::Time)) => Parameters::<Fixed, Time<Fixed>, ()>::load(block, usize::MAX).map(drop),

@@ -6,16 +6,19 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use clap::{Args, Subcommand};
+use gmhm::block::verify;
 use gmhm::link::{Identified, LinkDiagnostics, Live, Origin, Request, Status};
 use serde::Serialize;
 
 use super::Session;
-use super::common::{json, positive};
+use super::common::{self, json, positive};
 use super::failure::Failure;
 use super::live::Screen;
 use super::progress::Progress;
-use crate::block::read;
-use crate::device::{Client, Target, key, line, trial};
+use super::tables;
+use crate::adapt::Learnt;
+use crate::block::{params_of, read, with_params};
+use crate::device::{Client, DeviceError, Target, flash, key, line, trial};
 use crate::output::Outputs;
 
 /// Watch a drive, try parameters in its RAM, keep them or take them back
@@ -91,6 +94,20 @@ enum Action {
         #[arg(long)]
         clear: bool,
     },
+    /// What the drive's adaptation has learnt: old and new coefficients with standard deviations
+    ///
+    /// Nothing on the drive writes its flash by itself. With --output or --commit, this program makes a block of the shadow: the block in force with the adapted coefficients.
+    Adaptation {
+        /// The same as JSON
+        #[arg(long, value_name = "F.json")]
+        json: Option<PathBuf>,
+        /// The block of the shadow, to be tried or flashed
+        #[arg(short, long, value_name = "F.bin")]
+        output: Option<PathBuf>,
+        /// Store the block of the shadow on the drive, as flash does
+        #[arg(long)]
+        commit: bool,
+    },
     /// Set how far parameters that are tried while the drive is enabled may be from those in force; only while it is disabled
     Bound {
         /// Share of the torque at the rated deflection: 0.3 from power-up on, inf for none
@@ -120,6 +137,11 @@ impl DriveArgs {
         match &self.action {
             Action::Status { json } | Action::Live { json, .. } => json.as_deref().map_or(Ok(()), Outputs::check)?,
             Action::Read { output } => Outputs::check(output)?,
+            Action::Adaptation { json, output, .. } => {
+                for path in [json, output].into_iter().flatten() {
+                    Outputs::check(path)?;
+                }
+            }
             _ => {}
         }
         let block = match &self.action {
@@ -145,6 +167,9 @@ impl DriveArgs {
                 let mut outputs = Outputs::new();
                 outputs.add(output, |out| -> Result<(), Failure> { Ok(out.write_all(&bytes)?) })?;
                 Ok(outputs.commit()?)
+            }
+            Action::Adaptation { json, output, commit } => {
+                self.adaptation(drive, json.as_deref(), output.as_deref(), *commit, session)
             }
             Action::Try { .. } => {
                 let progress = Progress::new("trying", 2 * block.len() as u64, session.quiet);
@@ -181,6 +206,44 @@ impl DriveArgs {
                 Ok(())
             }
         }
+    }
+
+    /// Shows what the drive has learnt, and makes a block of it where one is wanted.
+    fn adaptation(
+        &self,
+        mut drive: Client,
+        json: Option<&Path>,
+        output: Option<&Path>,
+        commit: bool,
+        session: &Session,
+    ) -> Result<(), Failure> {
+        let adapted = drive.adaptation()?;
+        let bytes = trial::in_force(&mut drive)?;
+        let block = verify(&bytes).map_err(DeviceError::from)?;
+        let learnt = Learnt::of(&params_of(&block)?, &adapted)?;
+        write!(std::io::stdout().lock(), "{}", tables::learnt(&learnt))?;
+        let mut outputs = Outputs::new();
+        if let Some(path) = json {
+            outputs.add_text(path, &common::json(&learnt)?)?;
+        }
+        if output.is_none() && !commit {
+            return Ok(outputs.commit()?);
+        }
+        let new = with_params(&block, &learnt.shadow)?.bytes;
+        if let Some(path) = output {
+            outputs.add(path, |out| -> Result<(), Failure> { Ok(out.write_all(&new)?) })?;
+        }
+        outputs.commit()?;
+        if !commit {
+            return Ok(());
+        }
+        // Its session ends with it: the next one begins at once.
+        drop(drive);
+        let key = self.key.as_deref().map(key::read).transpose()?;
+        let open = || Ok(Client::new(line::open(&self.to, self.baud)?).with_key(key));
+        let progress = Progress::new("storing", 2 * new.len() as u64, session.quiet);
+        let flashed = flash(&new, open, |done, _| progress.at(done as u64))?;
+        self.say(&format!("stored and read back: sequence {}, CRC-32 {:#010x}", flashed.sequence, flashed.crc))
     }
 
     /// Has a setting changed and says what is in force then.

@@ -1,6 +1,6 @@
 //! Results as text for people.
 
-use crate::adapt::{NAMES, Replay};
+use crate::adapt::{Learnt, NAMES, Replay};
 use crate::diagnose::diagnosis::{Diagnosis, ParameterValue, Unit};
 use crate::fit::Fit;
 use crate::fit::comparison::Comparison;
@@ -32,6 +32,21 @@ pub(super) fn adapt(replay: &Replay) -> String {
         }));
     }
     lines.extend(replay.warnings.iter().map(|warning| format!("Warning: {warning}")));
+    lines.join("\n") + "\n"
+}
+
+/// What a drive has learnt, old beside new.
+pub(super) fn learnt(learnt: &Learnt) -> String {
+    let force = if learnt.taken_over { "adapted parameters are in force" } else { "the block is in force" };
+    let mut lines = vec![
+        format!("After {} stretches of motion, {force}", learnt.stretches),
+        format!("  {:<4} {:>14} {:>14}    shadow", "", "block", "in force"),
+    ];
+    lines.extend(learnt.coefficients.iter().map(|of| {
+        let [block, in_force] = [of.block, of.in_force].map(|value| number(value, 5));
+        format!("  {:<4} {block:>14} {in_force:>14}    {} {}", of.name, plus_minus(of.shadow, of.sd), of.unit)
+    }));
+    lines.extend(learnt.warnings.iter().map(|warning| format!("Warning: {warning}")));
     lines.join("\n") + "\n"
 }
 

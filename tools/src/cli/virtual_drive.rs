@@ -9,6 +9,7 @@ use clap::Args;
 use gmhm::link::lock::PROOF_BYTES;
 
 use super::Session;
+use super::common::positive;
 use super::failure::Failure;
 use crate::device::virtual_drive::VirtualDrive;
 use crate::device::virtual_drive::listen::Listen;
@@ -36,6 +37,9 @@ pub struct VirtualDriveArgs {
     /// A key, 64 hexadecimal digits: only hosts that know it change anything
     #[arg(long, value_name = "FILE")]
     key: Option<PathBuf>,
+    /// The gear warms within so many seconds: stiffness -10 %, hysteresis +20 %. The adaptation of the drive follows it; see gmhm drive adaptation
+    #[arg(long, value_name = "S", value_parser = positive)]
+    warms: Option<f64>,
 }
 
 impl VirtualDriveArgs {
@@ -43,6 +47,9 @@ impl VirtualDriveArgs {
         let mut socket = Socket::open(&self.listen)?;
         let key = self.key.as_deref().map(key::read).transpose()?;
         let mut drive = VirtualDrive::new(nonce()).map_err(DeviceError::from)?;
+        if let Some(seconds) = self.warms {
+            drive = drive.warming(seconds as f32);
+        }
         if let Some(key) = key {
             drive = drive.with_key(key, entropy()).map_err(DeviceError::from)?;
         }

@@ -4,7 +4,7 @@ use std::io::{ErrorKind, Read, Write};
 use std::time::{Duration, Instant};
 
 use gmhm::link::lock::{Key, PROOF_BYTES};
-use gmhm::link::{Answer, Frame, Identified, LinkDiagnostics, Live, Receiver, Refusal, Request, Status, Tag};
+use gmhm::link::{Adapted, Answer, Frame, Identified, LinkDiagnostics, Live, Receiver, Refusal, Request, Status, Tag};
 
 use super::error::DeviceError;
 use super::line::Line;
@@ -101,6 +101,17 @@ impl Client {
     pub fn live(&mut self) -> Result<Live, DeviceError> {
         match self.ask(&Request::Live)?.answer() {
             Answer::Live(live) => Ok(live),
+            _ => Err(DeviceError::NotUnderstood),
+        }
+    }
+
+    /// Asks what its adaptation has learnt.
+    ///
+    /// # Errors
+    /// [`DeviceError`]; a drive without adaptation refuses.
+    pub fn adaptation(&mut self) -> Result<Adapted, DeviceError> {
+        match self.ask(&Request::Adaptation)?.answer() {
+            Answer::Adaptation(adapted) => Ok(adapted),
             _ => Err(DeviceError::NotUnderstood),
         }
     }

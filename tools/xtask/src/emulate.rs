@@ -17,6 +17,9 @@ const BITS: &str = "bits";
 /// The control loop. It must print the same everywhere: `f32` and fixed point differ by less than it tells.
 const CONTROL: &str = "control";
 
+/// The torque loop of a gear that warms, with and without adaptation, in floats.
+const ADAPTATION: &str = "adapt_loop";
+
 /// Runs every image; `overwrite` accepts what they print.
 pub fn run(shell: &Shell, overwrite: bool) -> Result<()> {
     let golden_file = shell.current_dir().join("src/bin/bits.out");
@@ -36,6 +39,8 @@ pub fn run(shell: &Shell, overwrite: bool) -> Result<()> {
         let accept = overwrite && machine.board == machine::M0.board;
         golden::check(&shell.current_dir().join("src/bin/control/control.out"), &lines, accept)?;
     }
+    let warming = lines(shell, ADAPTATION, machine::M4F, Clock::Free)?;
+    golden::check(&shell.current_dir().join("src/bin/adapt_loop/adapt_loop.out"), &warming, overwrite)?;
     lockstep::run(shell)
 }
 

@@ -3,11 +3,13 @@
 use std::f64::consts::TAU;
 use std::time::Instant;
 
+use gmhm::adapt::{Adaptation, AdaptationState, Change, Settings};
 use gmhm::block::{Block, BlockError, Parameters, ScalarKind, Scales};
 use gmhm::diagnostics::Diagnostics;
-use gmhm::link::{CompensationSetting, Drive, Live};
+use gmhm::link::{Adapted, CompensationSetting, Drive, Live};
 use gmhm::terms::compensated::CompensatedState;
 use gmhm::terms::{Compensated, Sample};
+use gmhm::{Gear, Output, Params};
 
 /// Turning points that it has room for.
 const DEPTH: usize = 16;
@@ -20,12 +22,19 @@ const CYCLE_S: f64 = 4.0;
 const SWELL_S: f64 = 30.0;
 const AMPLITUDES: [f64; 2] = [0.7, 0.25];
 
+/// What stiffness and hysteresis of a warm gear are, of those of the block.
+const WARM: [f32; 2] = [0.9, 1.2];
+/// Noise of the measured torque, of the torque scale, peak to peak.
+const NOISE: f32 = 0.02;
+
 /// The joint and what its drive computes.
 pub struct Machine {
     in_force: Option<Parameters>,
     running: Option<Running>,
     /// Whether the power stage is on.
     pub enabled: bool,
+    /// The gear warms within so many seconds from the start of its parameters on; infinite: it stays cold.
+    pub warms_s: f32,
     compensation: CompensationSetting,
     diagnostics: Diagnostics,
     ticks: u32,
@@ -37,6 +46,49 @@ struct Running {
     gear: Compensated<f32>,
     state: CompensatedState<f32, DEPTH>,
     scales: Scales,
+    adapting: Option<Adapting>,
+}
+
+/// The adaptation of a gear of law `masing`.
+struct Adapting {
+    block: Params,
+    of_block: Gear<f32>,
+    adaptation: Adaptation<f32>,
+    state: AdaptationState<f32>,
+    noise: u32,
+}
+
+impl Adapting {
+    fn of(parameters: &Parameters) -> Option<Self> {
+        let (block, of_block) = (parameters.params()?, parameters.gear?);
+        let settings = Settings { period_s: PERIOD_S, ..Settings::default() };
+        let adaptation = Adaptation::new(&block, &settings).ok()?;
+        Some(Self { block, of_block, state: adaptation.start(), adaptation, noise: 1 })
+    }
+
+    /// What a sensor measures where the gear has warmed by a share, terms taken off.
+    fn measured(&mut self, Output { torque, hysteresis, .. }: Output<f32>, share: f32) -> f32 {
+        self.noise = self.noise.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        let noise = NOISE * ((self.noise >> 8) as f32 / 16_777_216.0 - 0.5);
+        let [stiffness, loss] = WARM.map(|warm| 1.0 + (warm - 1.0) * share);
+        stiffness * (torque - hysteresis) + loss * hysteresis + noise * self.block.torque_scale_nm() as f32
+    }
+
+    /// A control period; the gear to be put in force, if another is.
+    fn period(&mut self, running: &CompensatedState<f32, DEPTH>, share: f32) -> Option<Gear<f32>> {
+        let torque = self.measured(self.of_block.output(running.gear()), share);
+        match self.adaptation.period(&mut self.state, running.gear(), torque) {
+            Change::None => None,
+            Change::GivenBack => Some(self.of_block),
+            Change::TakenOver => {
+                let params = self.adaptation.params(&self.state, &self.block).ok();
+                if params.is_none() {
+                    self.state.give_back();
+                }
+                params.map(|params| Gear::new(&params))
+            }
+        }
+    }
 }
 
 impl Default for Machine {
@@ -45,6 +97,7 @@ impl Default for Machine {
             in_force: None,
             running: None,
             enabled: false,
+            warms_s: f32::INFINITY,
             compensation: CompensationSetting::default(),
             diagnostics: Diagnostics::default(),
             ticks: 0,
@@ -85,6 +138,12 @@ impl Machine {
             let sample = sample(self.ticks, running.scales.rated_deflection_rad);
             let began = Instant::now();
             running.gear.step(&mut running.state, &sample);
+            let warm = (self.ticks as f32 * PERIOD_S as f32 / self.warms_s).min(1.0);
+            if let Some(gear) = running.adapting.as_mut().and_then(|adapting| adapting.period(&running.state, warm)) {
+                let next = Compensated { gear, stack: running.gear.stack.clone() };
+                next.take_over(&running.gear.gear, &mut running.state);
+                running.gear = next;
+            }
             self.diagnostics.see_sample(&running.state.gear().status());
             self.loop_cost = u32::try_from(began.elapsed().as_nanos()).unwrap_or(u32::MAX);
         }
@@ -116,7 +175,7 @@ impl Drive for Machine {
         self.running = parameters.as_ref().and_then(|parameters| {
             let (gear, scales) = (parameters.compensated()?, parameters.scales?);
             let state = gear.start(&sample(0, scales.rated_deflection_rad));
-            Some(Running { gear, state, scales })
+            Some(Running { gear, state, scales, adapting: Adapting::of(parameters) })
         });
         self.in_force = parameters;
         self.ticks = 0;
@@ -129,6 +188,11 @@ impl Drive for Machine {
 
     fn set_compensation(&mut self, compensation: CompensationSetting) {
         self.compensation = compensation;
+    }
+
+    fn adaptation(&self) -> Option<Adapted> {
+        let adapting = self.running.as_ref()?.adapting.as_ref()?;
+        Some(Adapted::of(&adapting.adaptation, &adapting.state))
     }
 
     fn diagnostics(&self) -> Diagnostics {

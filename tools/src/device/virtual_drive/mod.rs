@@ -93,6 +93,13 @@ impl VirtualDrive {
         Ok(self)
     }
 
+    /// The same with a gear that warms within so many seconds from the start of its parameters on: its stiffness falls by 10 %, its hysteresis grows by 20 %.
+    #[must_use]
+    pub fn warming(mut self, seconds: f32) -> Self {
+        self.machine.warms_s = seconds;
+        self
+    }
+
     /// Takes bytes from the line and returns the bytes to answer. A power cut in the middle of a write leaves the host without an answer, and the drive restarts.
     ///
     /// # Errors
@@ -143,7 +150,9 @@ impl VirtualDrive {
             self.port = Port::new(Store::new(self.chip.clone(), SLOTS[0].clone(), SLOTS[1].clone())?, self.nonce)
                 .with_lock(key, entropy);
         }
+        let warms_s = self.machine.warms_s;
         self.machine = Machine::default();
+        self.machine.warms_s = warms_s;
         self.receiver = Receiver::new();
         self.lockstep = lockstep::Drive::default();
         self.in_lockstep = false;
