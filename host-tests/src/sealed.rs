@@ -11,9 +11,9 @@ use crate::drift::{Coefficients, Fault, Gear, Motion, Mover, Sensor};
 /// Control period, s.
 pub const PERIOD_S: f64 = 1e-3;
 /// Length of a recording, s.
-pub const SECONDS: f64 = 150.0;
+pub const SECONDS: f64 = 600.0;
 /// After so many seconds the gear has become what it stays.
-pub const CHANGED_S: f64 = 75.0;
+pub const CHANGED_S: f64 = 450.0;
 
 /// What is to be found.
 #[derive(Debug, Clone)]
@@ -69,24 +69,30 @@ impl Key {
     pub fn line(&self) -> String {
         let Self { seed, gear: Constants { a, c1, c2, c3, alpha, beta, omega }, stiffness, hysteresis, motion, noise } =
             self;
-        format!("{seed},{motion:?},{stiffness:?},{hysteresis:?},{noise:?},{a:?},{c1:?},{c2:?},{c3:?},{alpha:?},{beta:?},{omega:?}")
+        format!(
+            "{seed},{motion:?},{stiffness:?},{hysteresis:?},{noise:?},{a:?},{c1:?},{c2:?},{c3:?},{alpha:?},{beta:?},{omega:?}"
+        )
     }
 
     /// The coefficients at a time.
     pub fn coefficients(&self, t: f64) -> Coefficients {
         let share = (t / CHANGED_S).min(1.0);
-        Coefficients::of(&self.gear)
-            .scaled(1.0 + (self.stiffness - 1.0) * share, 1.0 + (self.hysteresis - 1.0) * share)
+        Coefficients::of(&self.gear).scaled(1.0 + (self.stiffness - 1.0) * share, 1.0 + (self.hysteresis - 1.0) * share)
     }
 
-    /// What a bench records.
-    pub fn record(&self) -> Recording {
+    /// The same gear, which stays as it was.
+    pub fn without_drift(&self) -> Self {
+        Self { stiffness: 1.0, hysteresis: 1.0, ..self.clone() }
+    }
+
+    /// What a bench records within so many seconds.
+    pub fn record(&self, seconds: f64) -> Recording {
         let rated = self.gear.elastic(self.gear.a).abs();
         let mut gear = Gear::new(&self.gear, 0.0);
         let mut mover = Mover::new(self.motion, self.seed);
         let mut sensor = Sensor::new(self.noise * rated, [0.0; 2], rated, self.seed);
         let mut recording = Recording { deflection: Vec::new(), measured: Vec::new(), torque: Vec::new() };
-        for k in 0..(SECONDS / PERIOD_S) as u64 {
+        for k in 0..(seconds / PERIOD_S) as u64 {
             let t = k as f64 * PERIOD_S;
             let theta = self.gear.a * mover.at(t);
             let torque = gear.step(&self.coefficients(t), theta);

@@ -197,7 +197,7 @@ fn every_refusal_is_reached_and_changes_nothing() {
 
     // Commands and versions that are not known, payloads of another length.
     for (body, refusal) in [
-        ([1, 17, 0, 0, 0, 0, 0, 0, 0, 0].as_slice(), Refusal::Command),
+        ([1, 18, 0, 0, 0, 0, 0, 0, 0, 0].as_slice(), Refusal::Command),
         (&[2, 7, 0, 0, 0, 0, 0, 0, 0, 0], Refusal::Command),
         (&[1, 7, 0, 0, 0, 0, 0, 0, 0, 0, 0], Refusal::Payload),
         (&[1, 9, 0, 0, 0, 0, 0, 0, 0, 0, 0], Refusal::Payload),
@@ -260,7 +260,7 @@ fn refusals_have_numbers_of_their_own_and_abort_codes_of_canopen() {
         assert!(!refusal.to_string().is_empty());
     }
     assert_eq!(Refusal::of_number(0), None);
-    assert_eq!(Refusal::of_number(25), None);
+    assert_eq!(Refusal::of_number(26), None);
 }
 
 /// Power fails at every moment of a commit: an acknowledgement means that boot finds the new block, and without one it finds the old or the new.

@@ -44,7 +44,7 @@ const PATHS: [Path; 8] = [
         image: "adapt_path",
         machine: machine::M4F,
         title: "law `masing`, forward and inverse, 16 turning points, with its adaptation",
-        code_limit: 14_336,
+        code_limit: 12_288,
         joint_limit: 768,
     },
     Path {
