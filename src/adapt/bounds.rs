@@ -100,3 +100,19 @@ impl<S: Float> Bounds<S> {
         excess > S::ONE
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_loop_below_zero_becomes_the_best_one_at_zero() {
+        let block = [0.9, 0.1, 0.0, 0.1, 0.05];
+        let estimate = Estimate::<f64>::new(0.01);
+        let mut change = [0.02, 0.0, 0.0, -0.2, -0.01];
+        Bounds::lift(&block, &estimate, &mut change, 0);
+        Bounds::lift(&block, &estimate, &mut change, 1);
+        // Of an estimate whose coefficients do not vary together, the others stay.
+        assert!((change[3] + 0.1).abs() < 1e-12 && change[4] == -0.01 && change[0] == 0.02, "{change:?}");
+    }
+}

@@ -171,3 +171,42 @@ impl<S: Float> Estimate<S> {
         innovation * step
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn forget(estimate: &mut Estimate<f64>, prior: f64, row: &Coefficients<f64>) {
+        let mut along = [0.0; N];
+        let mut c = estimate.begin_forgetting(prior, 0.5, row, prior * dot(row, row), &mut along);
+        for j in (0..N).rev() {
+            estimate.forget(j, &mut c, &mut along);
+        }
+    }
+
+    fn learn(estimate: &mut Estimate<f64>, row: &Coefficients<f64>, value: f64) {
+        let (mut total, mut gain) = (1.0, [0.0; N]);
+        for j in 0..N {
+            estimate.learn(j, row, &mut total, &mut gain);
+        }
+        assert!((total - 1.0 - dot(row, &gain)).abs() < 1e-12);
+        estimate.follow(row, value, total, &gain);
+    }
+
+    #[test]
+    fn what_is_forgotten_never_passes_the_prior() {
+        let (prior, mut estimate) = (0.25, Estimate::new(0.25));
+        let rows = [[3.0, 1.0, 0.5, -2.0, 1.0], [1.0, -2.0, 4.0, 0.1, 0.0]];
+        rows.iter().for_each(|row| learn(&mut estimate, row, 0.3));
+        for _ in 0..1000 {
+            estimate.look();
+            estimate.share(prior);
+            rows.iter().for_each(|row| forget(&mut estimate, prior, row));
+        }
+        let variances = estimate.variances();
+        assert!(variances.iter().all(|variance| *variance > 0.0 && *variance <= prior * (1.0 + 1e-9)), "{variances:?}");
+        for (number, variance) in variances.into_iter().enumerate() {
+            assert!((estimate.covariance(number)[number] - variance).abs() < 1e-12);
+        }
+    }
+}
