@@ -151,7 +151,8 @@ fn recordings_apart(report_data: &ReportData, line: &[f64]) -> Vec<f64> {
 /// The torque over deflection, or else over velocity or angle, measured and by both models; over time what they leave where there is none of these.
 pub fn drawing(finding: &Finding, recordings: &[Recording]) -> Drawing {
     let unit = torque_unit(finding);
-    let first = torques(finding, recordings, unit, &format!("{}: ", finding.model.name)).into_iter().next();
+    let of = if finding.model.name.is_empty() { String::new() } else { format!("{}: ", finding.model.name) };
+    let first = torques(finding, recordings, unit, &of).into_iter().next();
     first.unwrap_or_else(|| residual_over_time(finding, unit))
 }
 
@@ -196,11 +197,26 @@ fn torques(finding: &Finding, recordings: &[Recording], unit: TorqueUnit, of: &s
         let y_label = format!("{} in {}", unit.quantity(), unit.symbol());
         Some(Figure { title, x_label: label.into(), y_label, curves, by_row: true, ..Figure::default() }.draw())
     };
-    let coordinates: &[&str] = match finding.report_data.coordinates.deflection {
-        Some(_) => &["deflection", "output_velocity"],
-        None => &["output_velocity", "output_angle"],
+    let deflection = finding.report_data.coordinates.deflection.as_deref();
+    let mut coordinates = if deflection.is_some_and(varies) {
+        vec!["deflection", "output_velocity"]
+    } else {
+        vec!["output_velocity", "output_angle"]
     };
+    // Without a loop the angle over which structure was seen comes first.
+    let seen = finding.diagnosis.places.first().map_or("", |place| place.coordinate.as_str());
+    if !coordinates.contains(&"deflection")
+        && let Some(angle) = ["motor_angle", "output_angle"].into_iter().find(|a| *a == seen)
+    {
+        coordinates.retain(|c| *c != angle);
+        coordinates.insert(0, angle);
+    }
     coordinates.iter().filter_map(|coordinate| draw(coordinate)).collect()
+}
+
+/// Whether a signal has more than one value.
+fn varies(signal: &[f64]) -> bool {
+    signal.iter().any(|x| (x - signal[0]).abs() > 0.0)
 }
 
 fn residual_over_time(finding: &Finding, unit: TorqueUnit) -> Drawing {
