@@ -192,7 +192,7 @@ pub const SELF_TEST: RecordInfo = RecordInfo {
             "the deflection for half of the last torque; 0 without `inverse`",
         ),
     ],
-    words: "golden samples: the drive computes them anew and refuses the block where one differs",
+    words: "golden samples: the drive computes them and rejects the block if one differs",
 };
 
 const fn sample(name: &'static str, words: &'static str) -> FieldInfo {
