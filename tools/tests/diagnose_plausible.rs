@@ -127,7 +127,7 @@ fn a_zero_of_its_own_is_suspected_and_taken_off_where_it_is_known_to_be() {
     dir.refuse("diagnose gear.toml one.csv two.csv -o x.toml", &["two.csv", "--own-zeros"]);
     for words in ["one.csv two.csv", "one.csv --holdout two.csv"] {
         let done = dir.succeed(&format!("diagnose gear.toml {words} --own-zeros -o x.toml"));
-        assert!(done.stderr.contains("two.csv: its zero is 7.0"), "{}", done.stderr);
+        assert!(done.stderr.contains("two.csv: its zero is 0.0070"), "{}", done.stderr);
         assert!(done.stdout.contains("No structure beyond noise"), "{}", done.stdout);
     }
 }
