@@ -9,6 +9,7 @@ import subprocess
 import sys
 import threading
 import time
+from collections.abc import Iterator
 
 import gmhm
 import numpy as np
@@ -26,6 +27,15 @@ def long_recording() -> gmhm.Recording:
     return gmhm.read({"time_s": time_s, "deflection_rad": deflection_rad, "torque_nm": torque_nm})
 
 
+@pytest.fixture
+def ctrl_c_raises() -> Iterator[None]:
+    """A shell starts what runs in its background with the signal ignored, and Python then raises nothing."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("ctrl_c_raises")
 def test_ctrl_c_ends_a_fit_and_leaves_the_interpreter_alive() -> None:
     recording = long_recording()
     timer = threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT))
