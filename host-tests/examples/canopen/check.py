@@ -18,10 +18,10 @@ NODE = 5
 drive_path, eds_path, block_path = sys.argv[1:]
 
 
-def serve(stop):
+def serve(bus, stop):
     """Carries SDO frames between the bus and the drive's standard input and output."""
     drive = subprocess.Popen([drive_path], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
-    with can.Bus(interface="virtual", channel="gmhm") as bus:
+    with bus:
         while not stop.is_set():
             message = bus.recv(0.05)
             if message is None or message.arbitration_id != 0x600 + NODE:
@@ -45,7 +45,8 @@ def stamped(block, sequence):
 
 
 stop = threading.Event()
-server = threading.Thread(target=serve, args=(stop,))
+# A virtual bus keeps no frame for those who join later: the drive joins before the master sends.
+server = threading.Thread(target=serve, args=(can.Bus(interface="virtual", channel="gmhm"), stop))
 server.start()
 checks = 0
 
