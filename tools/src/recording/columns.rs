@@ -1,12 +1,12 @@
 //! Recordings from columns in memory: arrays under names, read as a file of that header would be.
 
+use super::Recording;
 use super::error::{ColumnPlace, RecordingError, RecordingProblem};
 use super::header;
 use super::map::ColumnMap;
 use super::needs::{Need, Needs};
 use super::read::Reading;
 use super::table::{ColumnHead, Table};
-use super::{Recording, TorqueUnit};
 
 /// Arrays of one length under names.
 pub trait Columns {
@@ -64,21 +64,7 @@ impl Reading {
 impl Recording {
     /// The columns that are there, under the names that a file would have for them.
     pub fn columns(&self) -> Vec<(&'static str, &[f64])> {
-        let torque = match self.torque_unit {
-            TorqueUnit::NewtonMetre => "torque_nm",
-            TorqueUnit::Ampere => "current_a",
-        };
-        let optional = [
-            ("deflection_rad", &self.deflection_rad),
-            ("theta_in_rad", &self.theta_in_rad),
-            ("theta_out_rad", &self.theta_out_rad),
-            ("velocity_out_rad_per_s", &self.velocity_out_rad_per_s),
-            ("temperature_c", &self.temperature_c),
-            (torque, &self.torque),
-            ("torque_sim_nm", &self.torque_sim_nm),
-        ];
-        let present = optional.into_iter().filter_map(|(name, values)| Some((name, values.as_deref()?)));
-        [("time_s", self.time_s.as_slice())].into_iter().chain(present).collect()
+        std::iter::once(("time_s", self.time_s.as_slice())).chain(self.channels()).collect()
     }
 
     /// Checks that a recording that was read for something else has what is needed.

@@ -198,19 +198,14 @@ fn torques(finding: &Finding, recordings: &[Recording], unit: TorqueUnit, of: &s
         Some(Figure { title, x_label: label.into(), y_label, curves, by_row: true, ..Figure::default() }.draw())
     };
     let deflection = finding.report_data.coordinates.deflection.as_deref();
-    let mut coordinates = if deflection.is_some_and(varies) {
-        vec!["deflection", "output_velocity"]
-    } else {
-        vec!["output_velocity", "output_angle"]
-    };
-    // Without a loop the angle over which structure was seen comes first.
     let seen = finding.diagnosis.places.first().map_or("", |place| place.coordinate.as_str());
-    if !coordinates.contains(&"deflection")
-        && let Some(angle) = ["motor_angle", "output_angle"].into_iter().find(|a| *a == seen)
-    {
-        coordinates.retain(|c| *c != angle);
-        coordinates.insert(0, angle);
-    }
+    // Without a loop the angle over which structure was seen comes first.
+    let coordinates: &[&str] = match seen {
+        _ if deflection.is_some_and(varies) => &["deflection", "output_velocity"],
+        "motor_angle" => &["motor_angle", "output_velocity", "output_angle"],
+        "output_angle" => &["output_angle", "output_velocity"],
+        _ => &["output_velocity", "output_angle"],
+    };
     coordinates.iter().filter_map(|coordinate| draw(coordinate)).collect()
 }
 
