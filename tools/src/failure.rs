@@ -21,7 +21,6 @@ use crate::physics::PredictError;
 use crate::physics::invert::InvertError;
 use crate::prove::real::RealError;
 use crate::recording::{CopyError, RecordingError};
-use crate::regression::error::DatasetError;
 use crate::regression::error::EstimateError;
 
 /// Whatever may end a command.
@@ -90,6 +89,24 @@ pub enum Failure {
         /// The folder that was looked into.
         folder: PathBuf,
     },
+    /// A folder that is not there.
+    #[error("{}: there is no such folder", folder.display())]
+    NoFolder {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// A folder without any answer to a proof.
+    #[error("{}: holds no answer to any case of this seed", folder.display())]
+    NoAnswers {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// A diagnosis without anything to compare a recording with.
+    #[error("{file}: there is nothing to compare it with: no model file is given, and column torque_sim_nm is missing")]
+    NoModel {
+        /// The recording.
+        file: String,
+    },
     /// No block got into a drive.
     #[error(transparent)]
     Device(#[from] DeviceError),
@@ -101,7 +118,11 @@ pub enum Failure {
 impl Failure {
     /// Whether the command line is to blame, whatever the files hold.
     pub fn is_wrong_usage(&self) -> bool {
-        matches!(self, Failure::Bench(BenchError::NotInExperiment { .. }) | Failure::Output(OutputError::Twice { .. }))
+        matches!(
+            self,
+            Failure::Bench(BenchError::NotInExperiment { .. } | BenchError::Value { .. })
+                | Failure::Output(OutputError::Twice { .. })
+        )
     }
 
     /// How to fix it.
@@ -116,12 +137,22 @@ impl Failure {
             Failure::Export(e) => e.fix(),
             Failure::Fleet(e) => e.fix(),
             Failure::BlockFile(e) => e.fix(),
-            Failure::Predict(e)
-            | Failure::Assess(AssessError::Predict(e))
-            | Failure::Discover(DiagnoseError::Dataset(DatasetError::Predict(e))) => e.fix(),
+            Failure::Predict(e) | Failure::Assess(AssessError::Predict(e)) => e.fix(),
             Failure::Invert(e) => e.fix(),
             Failure::Discover(DiagnoseError::Implausible(e)) => Some(e.fix()),
             Failure::Estimate(e) | Failure::Assess(AssessError::Estimate(e)) => e.fix(),
+            Failure::NoFolder { .. } => Some("check the path".to_owned()),
+            Failure::NoAnswers { .. } => Some(
+                "write the answer to case 7 as case_0007.json in this folder; the cases are written by --export with the same --seed and --cases"
+                    .to_owned(),
+            ),
+            Failure::NoModel { .. } => Some(
+                "name a model file first, as in gmhm diagnose M.toml RECORDING -o M2.toml (gmhm fit makes one); or add the simulated torque as torque_sim_nm"
+                    .to_owned(),
+            ),
+            Failure::Discover(DiagnoseError::Dataset(e)) => e.fix(),
+            Failure::Discover(DiagnoseError::Estimate(e)) => e.fix(),
+            Failure::Adapt(AdaptReplayError::Implausible(e)) => Some(e.fix()),
             Failure::NoRealNoise { .. } => {
                 Some("name their folder with --recordings FOLDER, or prove other blocks".to_owned())
             }

@@ -24,6 +24,12 @@ pub enum OutputError {
         /// The folder that it should appear in.
         folder: PathBuf,
     },
+    /// A file where a folder is to be made.
+    #[error("{}: is a file, and a folder is needed", path.display())]
+    NotAFolder {
+        /// The file.
+        path: PathBuf,
+    },
     /// Two outputs of one name.
     #[error("{}: named for two outputs", path.display())]
     Twice {
@@ -54,7 +60,8 @@ impl OutputError {
             OutputError::NoFolder { .. } => Some("create the folder first, or write elsewhere"),
             OutputError::Twice { .. } => Some("give each output a name of its own"),
             OutputError::OverRecording { .. } => Some("write to another file"),
-            OutputError::System { .. } => None,
+            OutputError::NotAFolder { .. } => Some("name another folder"),
+            OutputError::System { .. } => Some("write elsewhere, or check the permissions and the space on the disk"),
         }
     }
 }
@@ -74,6 +81,8 @@ pub fn clean_up_on_interrupt() {
         for file in files.iter() {
             let _ = std::fs::remove_file(file);
         }
+        // Does nothing where the terminal is as the program found it.
+        let _ = ratatui::crossterm::terminal::disable_raw_mode();
         std::process::exit(130);
     });
 }
@@ -128,6 +137,9 @@ impl Outputs {
 
     /// Makes the folder that outputs are to appear in, with those above it.
     pub fn make_folder(path: &Path) -> Result<(), OutputError> {
+        if path.exists() && !path.is_dir() {
+            return Err(OutputError::NotAFolder { path: path.to_owned() });
+        }
         std::fs::create_dir_all(path).map_err(|source| OutputError::System { path: path.to_owned(), source })
     }
 

@@ -22,7 +22,9 @@ function written(value, step) {
   if (!Number.isFinite(value)) return "–";
   const size = Math.max(Math.abs(value), step);
   if (size !== 0 && (size < 1e-4 || size >= 1e7)) {
-    const digits = Math.min(Math.max(Math.ceil(Math.log10(size / step)), 0) + 1, 7);
+    if (Math.abs(value) < 1e-6 * step) return "0";
+    const place = x => Math.floor(Math.log10(x) + 1e-9);
+    const digits = Math.min(Math.max(place(Math.abs(value)) - place(step), 0) + 1, 8);
     const [mantissa, power] = value.toExponential(digits - 1).split("e");
     const raised = String(Number(power)).replace("-", "⁻").replace(/\d/g, d => "⁰¹²³⁴⁵⁶⁷⁸⁹"[d]);
     return `${mantissa}·10${raised}`.replace("-", "−");

@@ -146,8 +146,13 @@ fn friction_that_would_push_is_held_at_zero_and_said() {
 
 #[test]
 fn a_joint_that_stands_still_is_refused() {
-    for (noise_a, refusal) in [(0.0, EstimateError::NoTorqueChange), (0.05, EstimateError::NoMovement)] {
+    for noise_a in [0.0, 0.05] {
         let still = joint(10.0, noise_a, 4, |_| [0.3, 0.0, 0.0]);
+        let recording = still.name.clone();
+        let refusal = match noise_a {
+            0.0 => EstimateError::NoTorqueChange { recording },
+            _ => EstimateError::NoMovement { recording },
+        };
         assert_eq!(fit(&[still], &FitOptions::default(), &()).unwrap_err(), refusal);
     }
 }

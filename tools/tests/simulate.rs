@@ -57,7 +57,7 @@ fn the_joint_tells_what_each_compensation_leaves() {
 fn what_cannot_be_simulated_is_refused_and_leaves_nothing() {
     let dir = WorkDir::new();
     dir.write("gear.toml", PUBLISHED);
-    dir.refuse("simulate gear.toml --experiment cycle --rate=-1 -o rec.csv", &["rate"]);
+    dir.misuse("simulate gear.toml --experiment cycle --rate=-1 -o rec.csv", &["rate"]);
     dir.misuse("simulate gear.toml --experiment running --cycles 3 -o rec.csv", &["cycles", "running"]);
     dir.misuse("simulate gear.toml --experiment cycle -o rec.csv --plot p.svg", &["--plot", "cycle"]);
     dir.refuse("simulate none.toml --experiment cycle -o rec.csv", &["none.toml"]);

@@ -149,6 +149,30 @@ fn a_power_cut_in_a_write_leaves_the_block_before_it() {
     assert!(dir.succeed(&format!("flash softer.bin --to {to}")).stdout.contains("sequence 2"));
 }
 
+#[cfg(unix)]
+#[test]
+fn a_terminal_hands_on_keys_without_enter() {
+    use serialport::SerialPort;
+    let (mut line, slave) = serialport::TTYPort::pair().expect("a pseudo-terminal");
+    let name = slave.name().expect("its name");
+    let terminal = std::fs::OpenOptions::new().read(true).write(true).open(name).expect("the terminal");
+    let mut child = Command::new(env!("CARGO_BIN_EXE_gmhm"))
+        .args(["virtual-drive", "--listen", "tcp:127.0.0.1:0"])
+        .stdin(terminal)
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("gmhm");
+    let output = BufReader::new(child.stdout.take().expect("its output"));
+    let mut drive = Running { child, output, target: String::new() };
+    assert!(drive.until("Keys").starts_with("Keys: c cut the power"));
+    write!(line, "e").expect("a key");
+    drive.until("drive enabled");
+    write!(line, "c").expect("a key");
+    drive.until("power cut");
+    write!(line, "q").expect("a key");
+    assert!(drive.child.wait().expect("an end").success());
+}
+
 #[test]
 fn a_simulated_joint_is_controlled_to_the_bit() {
     let dir = bench();
@@ -165,7 +189,7 @@ fn a_line_that_cannot_be_is_refused() {
     let taken = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
     let address = taken.local_addr().expect("an address");
     dir.refuse(&format!("virtual-drive --listen tcp:{address}"), &["cannot be listened on", "help: "]);
-    dir.misuse("virtual-drive --listen serial:COM1", &["tcp:HOST:PORT or pty"]);
+    dir.misuse("virtual-drive --listen serial:COM1", &["tcp:HOST:PORT", "or pty"]);
 }
 
 #[test]

@@ -71,6 +71,7 @@ pub fn fit<'py>(
         evaluations: None,
         ratio,
         torque_side: options::torque_side(py, torque_side)?,
+        own_zeros: false,
     };
     let stems: Vec<String> = recordings.iter().map(|recording| recording.get().stem.clone()).collect();
     let recordings = owned(&recordings);

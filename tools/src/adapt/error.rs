@@ -5,6 +5,7 @@ use gmhm::adapt::AdaptError;
 
 use crate::physics::PredictError;
 use crate::recording::RecordingError;
+use crate::signal::plausible::Implausible;
 
 /// Why a recording could not be replayed through the adaptation.
 #[derive(Debug, thiserror::Error)]
@@ -38,6 +39,9 @@ pub enum AdaptReplayError {
     /// The deflection is missing.
     #[error(transparent)]
     Recording(#[from] RecordingError),
+    /// The recording and the model cannot be of one gear.
+    #[error(transparent)]
+    Implausible(#[from] Implausible),
     /// The terms could not be predicted.
     #[error(transparent)]
     Predict(#[from] PredictError),

@@ -28,13 +28,20 @@ fn with(name: &str, rated_deflection_rad: f64, power: fn(&[f64]) -> f64, steps: 
             let change = direction.step(theta);
             let slope = |w: f64| {
                 let sign = if w == 0.0 { 0.0 } else { (change * w).signum() };
-                1.0 - w.abs().powf(power) * (beta * sign + 1.0 - beta)
+                // The same number, without the logarithm.
+                let bulk = if power == 1.0 { w.abs() } else { w.abs().powf(power) };
+                1.0 - bulk * (beta * sign + 1.0 - beta)
             };
             let steps = steps(change.abs() / length);
             let step = change / (length * steps);
             for _ in 0..steps as usize {
                 let first = slope(w);
-                w = (w + 0.5 * step * (first + slope(w + step * first))).clamp(-1.0, 1.0);
+                let next = (w + 0.5 * step * (first + slope(w + step * first))).clamp(-1.0, 1.0);
+                // At its end it stays there, whatever steps are left.
+                if next == w {
+                    break;
+                }
+                w = next;
             }
             elastic(theta, out);
             out[3] = w;

@@ -120,7 +120,7 @@ pub struct Options {
     /// Which gear sits in the joint (joint); by default the model's
     #[arg(long, value_enum)]
     pub plant: Option<Plant>,
-    /// How the drive makes up for the gear's deflection (joint); off by default
+    /// How the drive compensates the gear's deflection (joint); off by default
     #[arg(long, value_enum)]
     pub compensation: Option<Compensation>,
     /// How much warmer the gear is at the end, K

@@ -5,19 +5,20 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::Session;
-use super::common::{ReadingArgs, json, provenance};
+use super::common::{ReadingArgs, json, page, provenance};
 use super::failure::Failure;
 use super::tables;
-use crate::adapt;
+use crate::adapt::{self, AdaptReplayError};
 use crate::model;
 use crate::output::Outputs;
 use crate::recording::{self, Need, Needs};
 use crate::report;
+use crate::signal::plausible;
 
 /// Replay a recording through the adaptation of the drive: the firmware's own code, sample by sample, in f32
 ///
-/// Each row is predicted before it is learnt from. The new model file holds the parameters that are in force at the end: the old ones where none were taken over, or where they were given
-/// back. Terms of the model are taken off the torque and stay as they are. Only law masing can be adapted.
+/// Each row is predicted first, then used for the adaptation. The new model file holds the parameters in force at the end: the old ones if no adapted ones were taken over, or if they
+/// were given back. Terms of the model are subtracted from the torque and do not change. Only law masing can be adapted.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   gmhm adapt gear.toml recording.csv -o adapted.toml --json adapted.json
@@ -35,7 +36,7 @@ pub struct AdaptArgs {
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
     /// Where to write the report: one HTML page
-    #[arg(long, value_name = "F.html")]
+    #[arg(long, value_name = "F.html", value_parser = page)]
     report: Option<PathBuf>,
     #[command(flatten)]
     reading: ReadingArgs,
@@ -54,6 +55,11 @@ impl AdaptArgs {
             recording::ratio::check(&recording, model.gear.ratio)?;
         }
         let replay = adapt::replay(&model, self.reading.rated_deflection, &recording)?;
+        let mut compared = model.clone();
+        compared.gear.rated_deflection_rad = self.reading.rated_deflection.or(model.gear.rated_deflection_rad);
+        let remarks = plausible::examine(std::slice::from_ref(&recording), &[], &compared);
+        let remarks = remarks.map_err(AdaptReplayError::from)?;
+        remarks.iter().for_each(|remark| session.note(&remark.to_string()));
         let mut outputs = Outputs::new();
         outputs.add_text(&self.output, &replay.model.to_toml())?;
         if let Some(path) = &self.json {

@@ -128,13 +128,23 @@ impl ReadingArgs {
 #[derive(Debug, Args)]
 pub struct SeedArgs {
     /// Seed of every random choice
-    #[arg(long, value_name = "S", default_value_t = 1)]
+    #[arg(long, value_name = "S", default_value_t = 1, allow_negative_numbers = true)]
     pub seed: u64,
 }
 
 impl Default for SeedArgs {
     fn default() -> Self {
         SeedArgs { seed: 1 }
+    }
+}
+
+/// A file for a page: .html, or standard output.
+pub fn page(text: &str) -> Result<PathBuf, String> {
+    let ending = Path::new(text).extension().map(|ending| ending.to_ascii_lowercase());
+    match ending.as_ref().and_then(|ending| ending.to_str()) {
+        Some("html" | "htm") => Ok(text.into()),
+        _ if text == "-" || Path::new(text).starts_with("/dev") => Ok(text.into()),
+        _ => Err("must end in .html: the report is an HTML page".to_owned()),
     }
 }
 

@@ -30,6 +30,9 @@ pub struct CompareArgs {
     /// Where to write the plot of the errors
     #[arg(long, value_name = "FILE.svg")]
     plot: Option<PathBuf>,
+    /// The encoders of each recording count from a zero of their own: they were switched on anew, or moved [default: where the recordings do not go together otherwise]
+    #[arg(long)]
+    own_zeros: bool,
     #[command(flatten)]
     reading: ReadingArgs,
     #[command(flatten)]
@@ -48,6 +51,7 @@ impl CompareArgs {
             rated_deflection_rad: self.reading.rated_deflection,
             ratio: self.reading.ratio,
             torque_side: self.reading.torque_side,
+            own_zeros: self.own_zeros,
             ..FitOptions::default()
         };
         let progress = Progress::new("Comparing", Progress::WHOLE, session.quiet);

@@ -5,12 +5,13 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::Session;
-use super::common::{ReadingArgs, SeedArgs, json, provenance, with_model};
+use super::common::{ReadingArgs, SeedArgs, json, page, provenance, with_model};
 use super::each::EachArgs;
 use super::failure::Failure;
 use super::progress::Progress;
 use super::tables;
 use crate::diagnose::Options;
+use crate::fit::verdict::Grade;
 use crate::jobs;
 use crate::jobs::diagnose::{Diagnosed, NEEDS};
 use crate::model::{self, Model};
@@ -52,11 +53,14 @@ pub struct DiagnoseArgs {
     #[arg(long, value_name = "FILE", conflicts_with = "each")]
     json: Option<PathBuf>,
     /// Where to write the report: one HTML page, the finding first
-    #[arg(long, value_name = "F.html", conflicts_with = "each")]
+    #[arg(long, value_name = "F.html", value_parser = page, conflicts_with = "each")]
     report: Option<PathBuf>,
     /// Where to draw the torque, measured and by both models
     #[arg(long, value_name = "F.svg", conflicts_with = "each")]
     plot: Option<PathBuf>,
+    /// End with status 3 if there is a mismatch, for scripts; with --each, if there is one in any recording
+    #[arg(long)]
+    check: bool,
     /// Name of the gear in the extended model [default: the model's]
     #[arg(long, value_name = "TEXT")]
     name: Option<String>,
@@ -71,9 +75,8 @@ pub struct DiagnoseArgs {
 impl DiagnoseArgs {
     pub(super) fn run(&self, session: &Session) -> Result<(), Failure> {
         self.each.check();
-        let is_model = |path: &PathBuf| path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml"));
         let (model_file, recordings) = match self.inputs.split_first() {
-            Some((first, rest)) if is_model(first) => (Some(first), rest),
+            Some((first, rest)) if self.has_model() => (Some(first), rest),
             _ => (None, &self.inputs[..]),
         };
         let model = || -> Result<Model, Failure> {
@@ -88,9 +91,13 @@ impl DiagnoseArgs {
             let model = model()?;
             return self.each.run(recordings, self.files_from.as_deref(), session, |file, silent| {
                 let Diagnosed { finding, .. } = self.find(model.clone(), std::slice::from_ref(file), &[], silent)?;
+                session.check(self.check, finding.diagnosis.mismatch);
                 with_model(&finding.diagnosis, &finding.model)
             });
         };
+        if recordings.is_empty() && self.files_from.is_none() {
+            super::wrong_usage("no recording was given: gmhm diagnose M.toml RECORDING… -o M2.toml");
+        }
         let files = recording::files_and_listed(recordings, self.files_from.as_deref())?;
         let held_out = recording::files_and_listed(&self.holdout, None)?;
         let outputs = [Some(output), self.json.as_ref(), self.report.as_ref(), self.plot.as_ref()];
@@ -114,7 +121,11 @@ impl DiagnoseArgs {
             outputs.add_text(path, &report::diagnosis::drawing(&finding, &recordings).to_file())?;
         }
         outputs.commit()?;
-        session.say(format_args!("{}", tables::diagnosis(&finding.diagnosis)))?;
+        session.check(self.check, finding.diagnosis.mismatch);
+        let grade = if finding.diagnosis.mismatch { Grade::Caution } else { Grade::Good };
+        let text = tables::diagnosis(&finding.diagnosis);
+        let (first, rest) = text.split_once('\n').unwrap_or((&text, ""));
+        session.say(format_args!("{}\n{rest}", session.graded(first, grade)))?;
         session.say(format_args!("Seed {}\n", self.seed.seed))?;
         session.written(&[
             ("Model", Some(output)),
@@ -122,6 +133,12 @@ impl DiagnoseArgs {
             ("Report", self.report.as_ref()),
             ("Picture", self.plot.as_ref()),
         ])
+    }
+
+    /// Whether the first input is a model file.
+    fn has_model(&self) -> bool {
+        let ending = self.inputs.first().and_then(|path| path.extension());
+        ending.is_some_and(|ending| ending.eq_ignore_ascii_case("toml"))
     }
 
     /// Reads recordings of one gear or joint and diagnoses them.
@@ -133,6 +150,11 @@ impl DiagnoseArgs {
         session: &Session,
     ) -> Result<Diagnosed, Failure> {
         let recordings = self.reading.read_needed(files, &NEEDS, Some(&model), session)?;
+        if !self.has_model()
+            && let Some(file) = recordings.iter().find(|recording| recording.torque_sim_nm.is_none())
+        {
+            return Err(Failure::NoModel { file: file.name.clone() });
+        }
         let holdout = self.reading.read_needed(held_out, &NEEDS, Some(&model), session)?;
         let options =
             Options { rated_deflection_rad: self.reading.rated_deflection, seed: self.seed.seed, ..Options::default() };

@@ -21,7 +21,7 @@ use crate::block::{params_of, read, with_params};
 use crate::device::{Client, DeviceError, Target, flash, key, line, trial};
 use crate::output::Outputs;
 
-/// Watch a drive, try parameters in its RAM, keep them or take them back
+/// Monitor a drive; try parameters in its RAM, store or revert them
 ///
 /// Parameters on trial are in force until `revert`, `commit` or the next power-up. A drive takes other parameters only while its compensation is off, and stores
 /// only while it is disabled; it says so.
@@ -45,13 +45,13 @@ pub struct DriveArgs {
 
 #[derive(Debug, Subcommand)]
 enum Action {
-    /// Who the drive is and what is in force
+    /// Show which drive it is and which parameters are in force
     Status {
         /// The same as JSON
         #[arg(long, value_name = "F.json")]
         json: Option<PathBuf>,
     },
-    /// What the drive measures and computes: on a terminal a screen with a running plot and keys, else line by line
+    /// Show what the drive measures and computes: on a terminal a screen with a running plot and keys, else line by line
     Live {
         /// Line by line for so long [default: 1 where there is no terminal]
         #[arg(long, value_name = "S", value_parser = positive)]
@@ -88,7 +88,7 @@ enum Action {
     On,
     /// Switch the compensation off
     Off,
-    /// What has gone wrong on the control path and on the line since power-up or the last --clear
+    /// Show errors of the control path and of the line since power-up or the last --clear
     Diagnostics {
         /// Count from nothing afterwards
         #[arg(long)]
@@ -117,7 +117,7 @@ enum Action {
     /// Set the share of the compensation that is fed forward
     Gain {
         /// From 0 to 1
-        #[arg(value_name = "RATIO", value_parser = share)]
+        #[arg(value_name = "RATIO", value_parser = share, allow_negative_numbers = true)]
         ratio: f32,
     },
 }

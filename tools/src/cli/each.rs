@@ -47,7 +47,7 @@ impl EachArgs {
         Outputs::check(output)?;
         let fleet = Fleet { paths: &paths, output, resume: self.resume, shard: self.shard };
         let progress = Progress::new("Recordings", Progress::WHOLE, session.quiet);
-        let silent = Session { quiet: true };
+        let silent = Session::silent();
         let one = |path: &Path| {
             let done = recording::file(path).map_err(Failure::from).and_then(|file| work(&file, &silent));
             done.map_err(|failure| Refusal { error: failure.to_string(), help: failure.fix() })

@@ -6,7 +6,7 @@ use clap::{Args, ValueEnum};
 use serde_json::Value;
 
 use super::Session;
-use super::common::{ReadingArgs, RecordingArgs, SeedArgs, json, provenance, with_model};
+use super::common::{ReadingArgs, RecordingArgs, SeedArgs, json, page, provenance, with_model};
 use super::each::EachArgs;
 use super::failure::Failure;
 use super::progress::Progress;
@@ -45,11 +45,17 @@ pub struct FitArgs {
     #[arg(long, value_name = "FILE", conflicts_with = "each")]
     json: Option<PathBuf>,
     /// Where to write the report: one HTML page, verdict first
-    #[arg(long, value_name = "F.html", conflicts_with = "each")]
+    #[arg(long, value_name = "F.html", value_parser = page, conflicts_with = "each")]
     report: Option<PathBuf>,
     /// Where to write the plot of the loop [default: beside the model, with the ending svg]
     #[arg(long, value_name = "FILE.svg", conflicts_with = "each")]
     plot: Option<PathBuf>,
+    /// End with status 3 if the verdict is "not good enough", for scripts; with --each, if that of any recording is
+    #[arg(long)]
+    check: bool,
+    /// The encoders of each recording count from a zero of their own: they were switched on anew, or moved [default: where the recordings do not go together otherwise]
+    #[arg(long, conflicts_with = "each")]
+    own_zeros: bool,
     /// Name of the gear in the model file [default: that of the first recording]
     #[arg(long, value_name = "TEXT")]
     name: Option<String>,
@@ -75,7 +81,7 @@ impl FitArgs {
         let start = self.model.as_deref().map(model::load).transpose()?.map(|model| self.reading.of_gear(model));
         let Some(output) = &self.output else {
             return self.each.run(self.files.paths(), self.files.list(), session, |file, silent| {
-                self.one(file, start.as_ref(), silent)
+                self.one(file, start.as_ref(), silent, session)
             });
         };
         let files = self.files.files()?;
@@ -105,6 +111,7 @@ impl FitArgs {
             evaluations: None,
             ratio: self.reading.ratio,
             torque_side: self.reading.torque_side,
+            own_zeros: self.own_zeros,
         };
         let name = self.name.clone().or_else(|| self.model.is_none().then(|| files[0].stem()));
         let progress = Progress::new("Fitting", Progress::WHOLE, session.quiet);
@@ -112,8 +119,15 @@ impl FitArgs {
     }
 
     /// A recording of a fleet: what `--json` writes, and the model file.
-    fn one(&self, file: &RecordingFile, start: Option<&Model>, silent: &Session) -> Result<Value, Failure> {
+    fn one(
+        &self,
+        file: &RecordingFile,
+        start: Option<&Model>,
+        silent: &Session,
+        session: &Session,
+    ) -> Result<Value, Failure> {
         let identified = self.identify(std::slice::from_ref(file), start, silent)?;
+        session.check(self.check, identified.assessment.verdict.grade == Grade::Bad);
         with_model(&identified.results(), &identified.fit.model)
     }
 
@@ -136,7 +150,8 @@ impl FitArgs {
             outputs.add_text(path, &report::fit::loop_figure(fit, assessment, recordings).to_file())?;
         }
         outputs.commit()?;
-        session.say(format_args!("{}\n", verdict.sentence))?;
+        session.check(self.check, verdict.grade == Grade::Bad);
+        session.say(format_args!("{}\n", session.graded(&verdict.sentence, verdict.grade)))?;
         for reason in verdict.reasons.iter().skip(1).filter(|reason| reason.grade != Grade::Good) {
             session.say(format_args!("  {}\n", reason.words))?;
         }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::Session;
-use super::common::{ReadingArgs, SeedArgs, json, positive, provenance};
+use super::common::{ReadingArgs, SeedArgs, json, page, positive, provenance};
 use super::each::EachArgs;
 use super::failure::Failure;
 use super::progress::Progress;
@@ -18,10 +18,10 @@ use crate::recording::{self, RecordingFile};
 use crate::report;
 use crate::report::page::Input;
 
-/// Follow the condition of a gear: what changed between recordings or fits, against its uncertainty; of one, its catalogue figures
+/// Report what changed in a gear between recordings or fits, with its uncertainty; for one of them, its catalogue figures
 ///
 /// Fits every recording with one law and rated deflection and reports which parameters changed, and the stiffness K1, K2, K3, the hysteresis loss and
-/// the lost motion as catalogues quote them. Of a single one, the figures with their uncertainty.
+/// the lost motion as catalogues quote them. For a single one it prints the figures with their uncertainty.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   gmhm health today.csv
@@ -60,7 +60,7 @@ pub struct HealthArgs {
     #[arg(long, value_name = "FILE", conflicts_with = "each")]
     json: Option<PathBuf>,
     /// Where to write the report: one HTML page with trends
-    #[arg(long, value_name = "F.html", conflicts_with = "each")]
+    #[arg(long, value_name = "F.html", value_parser = page, conflicts_with = "each")]
     report: Option<PathBuf>,
     #[command(flatten)]
     reading: ReadingArgs,

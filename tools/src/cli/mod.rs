@@ -14,8 +14,10 @@ mod flash;
 mod health;
 mod inspect;
 mod invert;
+mod keys;
 mod live;
 mod pack;
+mod paint;
 mod plot;
 mod predict;
 mod progress;
@@ -27,10 +29,13 @@ mod virtual_drive;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::{CommandFactory, Parser, Subcommand};
+use ratatui::crossterm::style::Color;
 
 use crate::failure::{self, Failure};
+use crate::fit::verdict::Grade;
 
 const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (", env!("GMHM_BUILD"), ")");
 
@@ -70,9 +75,15 @@ enum Command {
 }
 
 /// What every command knows of how it was called.
+#[derive(Debug, Default)]
 pub(crate) struct Session {
     quiet: bool,
+    /// Whether `--check` was asked for and what was found is not good.
+    objects: AtomicBool,
 }
+
+/// Status of a command whose `--check` found something.
+const OBJECTS: u8 = 3;
 
 impl Session {
     /// Results to standard output, or to standard error where an output takes that. A reader that has had enough of them, as `head`, is no failure: the files are
@@ -93,6 +104,16 @@ impl Session {
             Err(refusal) if refusal.kind() != ErrorKind::BrokenPipe => Err(refusal.into()),
             _ => Ok(()),
         }
+    }
+
+    /// A session that says nothing.
+    fn silent() -> Self {
+        Self { quiet: true, ..Self::default() }
+    }
+
+    /// Makes the exit status 3 where `--check` was asked for and what was found `is_bad`.
+    fn check(&self, asked: bool, is_bad: bool) {
+        self.objects.fetch_or(asked && is_bad, Ordering::Relaxed);
     }
 
     /// Says which outputs were written.
@@ -120,16 +141,29 @@ impl Session {
     /// Tells something worth knowing that is no failure.
     fn note(&self, text: &str) {
         if !self.quiet {
-            eprintln!("note: {text}");
+            eprintln!("{} {text}", paint::on(&std::io::stderr(), "note:", Color::Cyan));
+        }
+    }
+
+    /// A verdict in the colour of its grade, where results go to a terminal.
+    fn graded(&self, text: &str, grade: Grade) -> String {
+        let colour = match grade {
+            Grade::Good => Color::Green,
+            Grade::Caution => Color::Yellow,
+            Grade::Bad => Color::Red,
+        };
+        match crate::output::takes_standard_output() {
+            true => paint::on(&std::io::stderr(), text, colour),
+            false => paint::on(&std::io::stdout(), text, colour),
         }
     }
 }
 
-/// Runs the command line. Exit status 0: done; 1: the input was refused or the work failed; 2: wrong usage.
+/// Runs the command line. Exit status 0: done; 1: the input was refused or the work failed; 2: wrong usage; 3: `--check` found something.
 pub fn run() -> ExitCode {
     let cli = Cli::parse();
     crate::output::clean_up_on_interrupt();
-    let session = Session { quiet: cli.quiet };
+    let session = Session { quiet: cli.quiet, ..Session::default() };
     let done = match &cli.command {
         Some(Command::Adapt(args)) => args.run(&session),
         Some(Command::Columns(args)) => args.run(&session),
@@ -156,6 +190,7 @@ pub fn run() -> ExitCode {
             .and_then(|()| demo::DemoArgs::default().run(&session)),
     };
     match done {
+        Ok(()) if session.objects.into_inner() => ExitCode::from(OBJECTS),
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             failure.tell();

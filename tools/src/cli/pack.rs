@@ -91,12 +91,13 @@ impl PackArgs {
             outputs.add(path, |out| -> Result<(), Failure> { Ok(out.write_all(text.as_bytes())?) })?;
         }
         outputs.commit()?;
-        session.note(&format!(
-            "block of gear \"{}\", {} bytes, CRC-32 {:#010x}",
+        session.say(format_args!(
+            "Block of gear \"{}\", {} bytes, CRC-32 {:#010x}\n",
             block.header().identity.label(),
             packed.bytes.len(),
             block.crc()
-        ));
+        ))?;
+        session.written(&[("Block", Some(&self.output)), ("Data sheet", self.eds.as_ref())])?;
         if let Some(why) = &packed.without_inverse {
             session.note(&format!("the drive can predict but not invert: {why}"));
         }

@@ -16,8 +16,8 @@ use crate::recording::{self, copy_with_columns};
 /// Predict the torque of a recording's motion, row by row
 ///
 /// Writes the recording's rows plus torque_model_nm, elastic_nm, hysteresis_nm and a column a term (_a for _nm where the model is per ampere).
-/// The first row is the start: the hysteresis memory is empty there. The recording's own torque is never read. The motion is taken as recorded, but for the acceleration that
-/// a term may need: it is that of the motion freed of its noise, as in diagnose.
+/// The first row is the start: the hysteresis memory is empty there. The recording's own torque is never read. The motion is used as recorded; only the acceleration,
+/// where a term needs it, is computed from the smoothed motion, as in diagnose.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  gmhm predict gear.toml recording.csv -o predicted.csv")]
 pub struct PredictArgs {

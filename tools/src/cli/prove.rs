@@ -18,8 +18,8 @@ use crate::prove::{FULL_CASES, QUICK_CASES, Sealed, answers, export, generator};
 
 /// Test the diagnosis on recordings with concealed physics
 ///
-/// Makes each case from the seed by a generator that shares no code with the diagnosis, fixes all keys by a hash, hands over the noisy recordings and a
-/// base model, and only then opens the keys. Prints what was seen, named, located and predicted, with 95 % Wilson intervals, beside the aims. 60 cases take
+/// Each case is made from the seed by a generator that shares no code with the diagnosis. All keys are fixed by a hash; the diagnosis gets the noisy recordings and a
+/// base model; only then the keys are opened. Prints what was seen, named, located and predicted, with 95 % Wilson intervals, beside the aims. 60 cases take
 /// minutes, 1875 hold 500 nulls; case n is the same whatever the number of cases. All cases are synthetic, but for the noise of the block real-noise.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
@@ -53,10 +53,10 @@ pub struct ProveArgs {
     /// Score the answers of another program: case_0007.json as diagnose --json writes it, case_0007_unseen_1.csv as predict writes it
     #[arg(long, value_name = "FOLDER")]
     answers: Option<PathBuf>,
-    /// Ask about real recordings in this folder instead of synthetic cases: what is known of each is kept with this program
+    /// Diagnose the real recordings in this folder instead of synthetic cases; their known answers are part of this program
     #[arg(long, value_name = "FOLDER", conflicts_with_all = ["cases", "only", "keys", "recordings", "export", "answers", "seed"])]
     real: Option<PathBuf>,
-    /// Only machines of one half: the diagnosis is developed with development, heldout is reported
+    /// Only one half of the machines: development, which the diagnosis was developed with, or heldout, which is reported
     #[arg(long, value_name = "HALF", requires = "real", value_parser = half)]
     split: Option<Split>,
     /// What is asked of real recordings: answers that are known, terms dropped from a textbook base, effects added
@@ -71,6 +71,9 @@ impl ProveArgs {
         for output in [self.json.as_ref(), self.keys.as_ref()].into_iter().flatten() {
             Outputs::check(output)?;
         }
+        if let Some(folder) = self.real.as_ref().or(self.answers.as_ref()).filter(|folder| !folder.is_dir()) {
+            return Err(Failure::NoFolder { folder: folder.clone() });
+        }
         if let Some(folder) = &self.real {
             return self.ask_real(folder, session);
         }
@@ -82,6 +85,7 @@ impl ProveArgs {
             return Err(Failure::NoRealNoise { folder: self.recordings.clone() });
         }
         if let Some(folder) = &self.export {
+            Outputs::make_folder(folder)?;
             let progress = Progress::new("Writing cases", cases.len() as u64, session.quiet);
             export::write(folder, seed, &cases, &mut |done| progress.at(done as u64))?;
             drop(progress);
@@ -91,6 +95,11 @@ impl ProveArgs {
                 folder.display()
             ))?;
             return Ok(());
+        }
+        if let Some(folder) = &self.answers
+            && !cases.iter().any(|(index, _)| answers::path(folder, *index).exists())
+        {
+            return Err(Failure::NoAnswers { folder: folder.clone() });
         }
         let sealed = Sealed::new(seed, cases);
         session.say(format_args!(

@@ -17,9 +17,9 @@ use crate::output::Outputs;
 
 /// Run the virtual test bench on the gear of a model file: a synthetic recording
 ///
-/// The bench has a motor, the gear, a torque sensor, two encoders and a machine that loads and brakes. The torque is that of the core, as in
-/// gmhm predict; sensors add noise and quantisation. The true values are written into the key. Experiment joint also reports the error of each compensation,
-/// on the gear of --plant or else on all of them.
+/// The bench has a motor, the gear, a torque sensor, two encoders and a machine that loads and brakes. The torque is computed as in
+/// gmhm predict; the sensors add noise and quantisation. The true values are written into the key. Experiment joint also reports the position error with each
+/// compensation, on the gear of --plant, or on all of them.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   gmhm simulate gear.toml --experiment cycle -o cycle.csv

@@ -262,11 +262,18 @@ pub(super) fn health(health: &Health) -> String {
         100.0 * health.false_alarm_rate
     ));
     if let [only] = &health.conditions[..] {
+        let knows_sd = only.quantities.iter().any(|q| q.sd.is_some());
         lines.extend(only.quantities.iter().map(|q| {
-            let sd = q.sd.map_or("-".to_owned(), |sd| number(2.0 * sd, 2));
-            format!("  {:<24} {:>13} ± {:<10} {}", q.name, number(q.value, 5), sd, q.unit)
+            let sd = match (knows_sd, q.sd) {
+                (true, sd) => format!(" ± {:<10}", sd.map_or("-".to_owned(), |sd| number(2.0 * sd, 2))),
+                (false, _) => String::new(),
+            };
+            format!("  {:<24} {:>13}{sd} {}", q.name, number(q.value, 5), q.unit)
         }));
-        lines.push("± two standard deviations".to_owned());
+        lines.push(match knows_sd {
+            true => "± two standard deviations".to_owned(),
+            false => "No uncertainty: write it beside the model by gmhm fit --json (gear.toml, gear.json)".to_owned(),
+        });
         return lines.join("\n") + "\n";
     }
     lines.push(format!(

@@ -1,9 +1,8 @@
 //! `gmhm virtual-drive`.
 
 use std::hash::{BuildHasher, Hasher, RandomState};
-use std::io::BufRead;
 use std::path::PathBuf;
-use std::sync::mpsc::{Sender, channel};
+use std::sync::mpsc::channel;
 
 use clap::Args;
 use gmhm::link::lock::PROOF_BYTES;
@@ -11,6 +10,7 @@ use gmhm::link::lock::PROOF_BYTES;
 use super::Session;
 use super::common::positive;
 use super::failure::Failure;
+use super::keys::{self, Source};
 use crate::device::virtual_drive::VirtualDrive;
 use crate::device::virtual_drive::listen::Listen;
 use crate::device::virtual_drive::serve::{Key, Socket};
@@ -18,11 +18,11 @@ use crate::device::{DeviceError, key};
 
 /// Run a simulated drive on this computer, to try flash, drive and simulate --drive without hardware
 ///
-/// The core, its parameter store and its link run as on a microcontroller, in f32. Once parameters are in force, the joint is loaded to and fro slowly. The
-/// flash begins erased and lasts as long as the program.
+/// The core, its parameter store and its link run as on a microcontroller, in f32. Once parameters are in force, the load of the joint
+/// goes up and down slowly. The flash begins erased and is lost when the program ends.
 ///
-/// Keys, each followed by Enter: c cuts the power and restores it, w cuts it in the middle of the next write to the flash, e switches the power stage on or off
-/// (an enabled drive refuses to store), q ends the program.
+/// Keys: c cuts the power and restores it, w cuts it in the middle of the next write to the flash, e switches the power stage on or off (an enabled drive
+/// refuses to store), q ends the program. Where the input is a pipe, each is followed by Enter. Started with & the program takes keys after fg.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   gmhm virtual-drive --listen tcp:localhost:5555
@@ -53,15 +53,22 @@ impl VirtualDriveArgs {
         if let Some(key) = key {
             drive = drive.with_key(key, entropy()).map_err(DeviceError::from)?;
         }
+        let how = match Source::now() {
+            Source::Terminal => "Keys",
+            Source::Background => "Keys, after fg",
+            Source::Lines => "Keys, then Enter",
+        };
         session.say(format_args!(
-            "Virtual drive at {}\nKeys, then Enter: c cut the power, w cut it in the next write, e enable or disable, q quit\n",
+            "Virtual drive at {}\n{how}: c cut the power, w cut it in the next write, e enable or disable, q quit\n",
             socket.target(&self.listen)
         ))?;
-        let (sender, keys) = channel();
-        std::thread::spawn(move || read_keys(&sender));
+        let (sender, pressed) = channel();
+        let _terminal = keys::Restore;
+        let press = move |key| named(key).is_none_or(|key| sender.send(key).is_ok() && key != Key::Quit);
+        std::thread::spawn(move || keys::read(press));
         // A reader that has gone does not end the drive.
         socket
-            .serve(&mut drive, &keys, |text| drop(session.say(format_args!("{text}\n"))))
+            .serve(&mut drive, &pressed, |text| drop(session.say(format_args!("{}", keys::lines(format!("{text}\n"))))))
             .map_err(DeviceError::from)?;
         Ok(())
     }
@@ -82,18 +89,13 @@ fn entropy() -> [u8; PROOF_BYTES] {
     bytes
 }
 
-/// Hands keys on until the input ends; the drive goes on without them.
-fn read_keys(keys: &Sender<Key>) {
-    for line in std::io::stdin().lock().lines().map_while(Result::ok) {
-        let key = match line.trim() {
-            "c" => Key::Cut,
-            "w" => Key::CutInWrite,
-            "e" => Key::Enable,
-            "q" => Key::Quit,
-            _ => continue,
-        };
-        if keys.send(key).is_err() {
-            return;
-        }
+/// What a key does; Ctrl-C ends the drive.
+fn named(key: Option<char>) -> Option<Key> {
+    match key {
+        Some('c') => Some(Key::Cut),
+        Some('w') => Some(Key::CutInWrite),
+        Some('e') => Some(Key::Enable),
+        Some('q') | None => Some(Key::Quit),
+        Some(_) => None,
     }
 }

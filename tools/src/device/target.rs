@@ -34,7 +34,7 @@ impl FromStr for Target {
                 Some((host, port)) if !host.is_empty() && port.parse::<u16>().is_ok() => {
                     Ok(Self::Tcp { address: address.to_owned() })
                 }
-                _ => Err("give host and port, such as tcp:localhost:5000".to_owned()),
+                _ => Err("give a host and a port from 0 to 65535, such as tcp:localhost:5000".to_owned()),
             },
             ("probe", None) => Ok(Self::Probe { chip: None }),
             ("probe", Some(chip)) if !chip.is_empty() => Ok(Self::Probe { chip: Some(chip.to_owned()) }),

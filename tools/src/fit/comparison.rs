@@ -2,7 +2,6 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
-use gmhm::Law;
 use rayon::prelude::*;
 
 use crate::baselines::{Baseline, all, cost};
@@ -67,12 +66,12 @@ pub fn compare(
     let Prepared { rows, rated_deflection_rad, start, .. } = &prepared;
     let structures = prepared.structures(options);
     let (table, _) = select::table(&structures, *rated_deflection_rad, rows, &start.known, options.seed, progress)?;
-    let chosen = table.iter().find(|c| c.chosen).map_or(base::Structure::MASING, |c| c.structure);
+    let (chosen, parameters) =
+        table.iter().find(|c| c.chosen).map_or((base::Structure::MASING, 5), |c| (c.structure, c.parameters));
     let assembly = Assembly::new(chosen, *rated_deflection_rad, rows, &start.known)?;
     let baselines = all(*rated_deflection_rad);
-    let of_gear = |parameters: usize| if chosen.law == Law::Masing { parameters } else { parameters + 1 };
     let gear = assembly.problem(rows);
-    let mut lines = vec![line(format!("GMHM {}", select::name(&chosen)), of_gear(5), &gear, options.seed, progress)];
+    let mut lines = vec![line(format!("GMHM {}", select::name(&chosen)), parameters, &gear, options.seed, progress)];
     let done = AtomicUsize::new(0);
     let baselines = baselines.par_iter().map(|baseline| {
         let problem = Problem { rows, corrections: Vec::new(), contributions: vec![&Offset, baseline] };

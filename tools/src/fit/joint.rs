@@ -47,7 +47,7 @@ pub fn fit(recordings: &[Recording], options: &FitOptions, progress: &dyn Progre
     let mut rows = rows::of_joint_logs(recordings)?;
     let size = rows::torque_size(&rows);
     if size <= 0.0 {
-        return Err(EstimateError::NoTorqueChange);
+        return Err(EstimateError::NoTorqueChange { recording: first.name.clone() });
     }
     let base = Base::new(recordings, &gear)?;
     let contributions = || -> Vec<&dyn Contribution> { vec![&Offset, &base] };
@@ -162,7 +162,7 @@ impl<'a> Base<'a> {
             ready.push((evaluation, fixed));
         }
         if fastest == 0.0 {
-            return Err(EstimateError::NoMovement);
+            return Err(EstimateError::NoMovement { recording: recordings[0].name.clone() });
         }
         // Beyond the fastest movement, smoothed Coulomb friction is viscous.
         let smoothing = Nonlinear {

@@ -31,6 +31,8 @@ pub struct FitOptions {
     pub ratio: Option<f64>,
     /// Where the torque is taken; else where the model says.
     pub torque_side: Option<TorqueSide>,
+    /// Whether the deflection of each recording has a zero of its own, however well they go together without.
+    pub own_zeros: bool,
 }
 
 impl FitOptions {

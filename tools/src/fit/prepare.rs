@@ -45,7 +45,7 @@ impl<'a> Prepared<'a> {
         let mut rows = rows::of_recordings(recordings, &gear)?;
         let torque_nm = torque_size(&rows);
         if torque_nm <= 0.0 {
-            return Err(EstimateError::NoTorqueChange);
+            return Err(EstimateError::NoTorqueChange { recording: rows[0].recording.name.clone() });
         }
         rows.iter().try_for_each(believable)?;
         all_move(&rows)?;
@@ -56,6 +56,7 @@ impl<'a> Prepared<'a> {
                 &rows,
                 &zeros::structures(options.start.as_ref().and_then(|model| model.memory.as_ref())),
                 given,
+                options.own_zeros,
             )?,
         };
         rows.iter_mut().zip(&zeros.rad).filter(|(_, zero)| **zero != 0.0).for_each(|(rows, zero)| rows.shift(*zero));

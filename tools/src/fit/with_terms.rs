@@ -89,8 +89,8 @@ fn prepared(start: &Model, recordings: &[Recording], options: &FitOptions) -> Re
         recording.derive_deflection(model.gear.ratio).ok()?;
         recording.largest_deflection_rad(model.gear.deflection_zero_rad)
     };
-    let rated =
-        given.or_else(|| recordings.iter().filter_map(seen).reduce(f64::max)).ok_or(EstimateError::NoMovement)?;
+    let rated = given.or_else(|| recordings.iter().filter_map(seen).reduce(f64::max));
+    let rated = rated.ok_or_else(|| EstimateError::NoMovement { recording: recordings[0].name.clone() })?;
     model.gear.rated_deflection_rad = Some(rated);
     if let Some(params) = model.params(rated) {
         model.memory = Some(params?.memory());

@@ -49,15 +49,21 @@ pub fn structures(memory: Option<&Memory>) -> Vec<Structure> {
 /// Where the deflection of each recording is zero, roughly, rad.
 ///
 /// Tried are the zeros as recorded, the middle of all deflections, and zeros of each recording, from both on to where they suit best. A gear of the structure that leaves least is
-/// fitted to compare them: what it lacks it lacks with any zero. Zeros differ only where the recordings go together no other way.
+/// fitted to compare them: what it lacks it lacks with any zero. Zeros differ only where the recordings go together no other way, or where `own` says so.
 ///
 /// # Errors
 /// [`EstimateError::NoMovement`], and what building the gear refuses.
-pub fn settle(rows: &[Rows<'_>], structures: &[Structure], given: Option<f64>) -> Result<Zeros, EstimateError> {
+pub fn settle(
+    rows: &[Rows<'_>],
+    structures: &[Structure],
+    given: Option<f64>,
+    own: bool,
+) -> Result<Zeros, EstimateError> {
     let (low, high) = rows::deflection_range(rows);
     let half = 0.5 * (high - low);
     if half.is_nan() || half <= 0.0 {
-        return Err(EstimateError::NoMovement);
+        let recording = rows.first().map(|rows| rows.recording.name.clone()).unwrap_or_default();
+        return Err(EstimateError::NoMovement { recording });
     }
     let (count, middle) = (rows.len(), 0.5 * (low + high));
     let centred = middle.abs() <= THRESHOLDS.centred_share * half;
@@ -80,7 +86,7 @@ pub fn settle(rows: &[Rows<'_>], structures: &[Structure], given: Option<f64>) -
     } else {
         (stays.min(shared.0), Zeros { rad: vec![0.0; count], free: 0 })
     };
-    if count == 1 || left <= rows::rounding(&trial.rows) {
+    if count == 1 || !own && left <= rows::rounding(&trial.rows) {
         return Ok(zeros);
     }
     let middles = rows.iter().map(|rows| {
@@ -88,18 +94,19 @@ pub fn settle(rows: &[Rows<'_>], structures: &[Structure], given: Option<f64>) -
         0.5 * (low + high)
     });
     let middles: Vec<f64> = middles.collect();
-    let (own, own_zeros) = if count <= MOST_TOGETHER {
+    let (of_own, own_zeros) = if count <= MOST_TOGETHER {
         trial.better_of(&zeros.rad, &middles)?
     } else {
         // What gears of their own leave is less than zeros of their own can leave of one gear.
         let alone = |index: usize| Ok(trial.part(&[index]).polished(&zeros.rad[index..=index], 1)?.0);
         let alone = (0..count).into_par_iter().map(alone).collect::<Result<Vec<f64>, EstimateError>>()?;
-        if alone.iter().sum::<f64>() >= THRESHOLDS.zeros_squares_share * left {
+        if !own && alone.iter().sum::<f64>() >= THRESHOLDS.zeros_squares_share * left {
             return Ok(zeros);
         }
         trial.in_pairs(&zeros.rad, &middles)?
     };
-    Ok(if own < THRESHOLDS.zeros_squares_share * left { Zeros { rad: own_zeros, free: count } } else { zeros })
+    let separate = own || of_own < THRESHOLDS.zeros_squares_share * left;
+    Ok(if separate { Zeros { rad: own_zeros, free: count } } else { zeros })
 }
 
 /// How far the zero of each recording is from that of the first, rad, where recordings of a model's gear go together only with zeros of their own.
@@ -113,7 +120,7 @@ pub fn between(recordings: &[&Recording], model: &Model) -> Result<Option<Vec<f6
     let beginnings: Vec<Recording> =
         recordings.iter().map(|r| r.beginning(THRESHOLDS.selection_rows.div_ceil(recordings.len()))).collect();
     let rows = rows::of_recordings(&beginnings, &model.gear)?;
-    let zeros = settle(&rows, &structures(model.memory.as_ref()), model.gear.rated_deflection_rad)?;
+    let zeros = settle(&rows, &structures(model.memory.as_ref()), model.gear.rated_deflection_rad, false)?;
     Ok(apart(&zeros.rad))
 }
 

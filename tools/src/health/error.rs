@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::number::number;
+use crate::number::{number, trimmed};
 use crate::physics::PredictError;
 use crate::regression::error::EstimateError;
 
@@ -36,7 +36,8 @@ pub enum HealthError {
     },
     /// The rating is beyond the model.
     #[error(
-        "{name}: the rated torque {rated_torque} {unit} is beyond the {reached:.4} {unit} of the rated deflection, where the model is not calibrated"
+        "{name}: the rated torque {rated_torque} {unit} is beyond the {} {unit} of the rated deflection, where the model is not calibrated",
+        number(*reached, 4)
     )]
     BeyondRated {
         /// The model.
@@ -59,7 +60,7 @@ pub enum HealthError {
         unit: &'static str,
     },
     /// The breakpoints are out of order.
-    #[error("the torques have to rise from T1 over T2 to the rated one: {t1} < {t2} < {rated} does not hold")]
+    #[error("the torques have to rise from T1 over T2 to the rated one: {} < {} < {} does not hold", trimmed(*t1, 5), trimmed(*t2, 5), trimmed(*rated, 5))]
     Breakpoints {
         /// T1.
         t1: f64,

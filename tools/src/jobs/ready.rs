@@ -2,7 +2,8 @@
 
 use super::Notes;
 use crate::model::Model;
-use crate::recording::{self, Recording, RecordingError};
+use crate::number::trimmed;
+use crate::recording::{self, Pace, Recording, RecordingError};
 
 /// Compares the ratio given, else the model's, with that of the angles; derives the deflection where a ratio is given; interpolates and reports dropouts of the angles.
 ///
@@ -22,6 +23,22 @@ pub fn ready(
     if ratio.is_some() {
         recording.derive_deflection(ratio)?;
     }
+    notes_of_gap(recording, notes);
     recording.bridge_dropouts().iter().for_each(|bridged| notes(&bridged.to_string()));
     Ok(())
+}
+
+/// A step of so many median ones, and of such a share of the recording, is a gap that is worth a word.
+const GAP: (f64, f64) = (20.0, 0.01);
+
+fn notes_of_gap(recording: &Recording, notes: Notes<'_>) {
+    let Some(pace) = Pace::of(&recording.time_s) else { return };
+    let (step, at) = pace.longest;
+    if step * pace.rate_hz > GAP.0 && step > GAP.1 * (pace.last_s - pace.first_s) {
+        let [from, to] = [at, at + step].map(|time| trimmed(time, 6));
+        notes(&format!(
+            "{}: no rows between {from} and {to} s; what the gear did there is unknown: give the parts as two recordings, or crop by --from and --to",
+            recording.name
+        ));
+    }
 }

@@ -108,7 +108,11 @@ impl ModelError {
     /// How to fix it, where there is more to say than the message does.
     pub fn fix(&self) -> Option<String> {
         let text = match &*self.problem {
-            ModelProblem::Unreadable(_) | ModelProblem::NoChoice { .. } => return None,
+            ModelProblem::NoChoice { .. } => return None,
+            ModelProblem::Unreadable(_) => "check the path, and that the file may be read",
+            ModelProblem::Syntax(_) if !self.file.to_lowercase().ends_with(".toml") => {
+                "a model file (.toml) is needed here, as gmhm fit writes it; name it before the recordings"
+            }
             ModelProblem::Syntax(_) => "write it as KEY = VALUE lines under [section] headings; texts in quotes",
             ModelProblem::Unknown { accepted, .. } => return Some(format!("known: {accepted}")),
             ModelProblem::Missing(key) => return Some(format!("add `{key}`")),

@@ -16,9 +16,9 @@ use crate::recording::TorqueUnit;
 /// The side of the gear on which the torque is taken, MODEL.md's σ.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
 pub enum TorqueSide {
-    /// Motor side (current): σ = +1.
+    /// At the motor, such as a motor current: σ = +1 in the equations.
     Motor,
-    /// Output-side sensor: σ = −1.
+    /// By a sensor at the output: σ = −1 in the equations.
     #[default]
     Output,
 }

@@ -10,6 +10,7 @@ use super::evaluate::CAPACITY;
 use super::predict::add;
 use super::term::{MOST_TERMS, Terms, no_terms};
 use crate::model::Model;
+use crate::number::number;
 use crate::recording::{Need as ColumnNeed, Needs, Recording, TorqueUnit};
 
 /// The deflection of every row.
@@ -50,6 +51,16 @@ pub enum InvertError {
         /// What the model needs.
         expected: &'static str,
     },
+    /// A torque beyond anything that a gear transmits.
+    #[error("{file}, row {row}: the torque {} is beyond anything that this gear transmits", number(*torque, 4))]
+    Absurd {
+        /// The recording.
+        file: String,
+        /// Row of numbers, counted from 1.
+        row: usize,
+        /// Its torque.
+        torque: f64,
+    },
     /// A term that depends on more than the deflection and the time.
     #[error("the term `{kind}` cannot be inverted from torques alone: its share of the torque depends on {needs}")]
     Term {
@@ -71,6 +82,7 @@ impl InvertError {
                 "the memory is too strong for the spring: check alpha and the units of [elastic], or fit again"
             }
             InvertError::Unit { .. } => "map the other column with --map",
+            InvertError::Absurd { .. } => "check the unit of the torque: --map torque_nm=COLUMN*0.001 scales it",
             InvertError::Term { .. } => {
                 "remove the term: what is found is then the deflection for the torque of the gear and the other terms"
             }
@@ -78,6 +90,9 @@ impl InvertError {
         Some(text.to_owned())
     }
 }
+
+/// Torques of so many times the rated one are no torques of the gear: the core holds the deflection there.
+const ABSURD: f64 = 1e6;
 
 /// What a model asks of a recording of torques.
 pub fn needs(model: &Model) -> Needs {
@@ -106,6 +121,10 @@ pub fn invert(model: &Model, asked_rad: Option<f64>, recording: &Recording) -> R
     let rated = asked_rad.or(model.gear.rated_deflection_rad).ok_or(InvertError::NotRated)?;
     let refused = |error| PredictError::Params { rated_deflection_rad: rated, error };
     let params = model.params(rated).ok_or(InvertError::NoGear)?.map_err(refused)?;
+    let most = ABSURD * params.torque_scale_nm();
+    if let Some(row) = torques.iter().position(|torque| torque.abs() > most) {
+        return Err(InvertError::Absurd { file: recording.name.clone(), row: row + 1, torque: torques[row] });
+    }
     let mut found = if model.terms.is_empty() {
         of_gear(&params, &recording.time_s, torques)?
     } else {

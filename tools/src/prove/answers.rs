@@ -3,7 +3,7 @@
 //! A folder holds, for each case, `case_0007.json` (what `gmhm diagnose --json` writes) and `case_0007_unseen_1.csv` (what
 //! `gmhm predict` writes of the case's `unseen_1.csv`; only its column `torque_model_nm` is read).
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::Answer;
 use super::generator::Case;
@@ -11,12 +11,17 @@ use super::generator::Case;
 /// The column of a prediction that is read.
 const PREDICTED: &str = "torque_model_nm";
 
+/// Where the diagnosis of a case is.
+pub fn path(folder: &Path, index: usize) -> PathBuf {
+    folder.join(format!("case_{index:04}.json"))
+}
+
 /// Reads the answer to a case.
 ///
 /// # Errors
 /// A diagnosis that is missing or is none. A prediction that is missing is told in the answer.
 pub fn read(folder: &Path, index: usize, case: &Case) -> Result<Answer, String> {
-    let path = folder.join(format!("case_{index:04}.json"));
+    let path = path(folder, index);
     let text = std::fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
     let diagnosis = serde_json::from_str(&text).map_err(|e| format!("{}: {e}", path.display()))?;
     let predicted = |k: usize| column(&folder.join(format!("case_{index:04}_unseen_{k}.csv")));

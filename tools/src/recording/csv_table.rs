@@ -37,7 +37,7 @@ impl<'a> CsvTable<'a> {
         let refuse = |problem| RecordingError::of_file(file, problem);
         let mut head = Vec::new();
         let taken = input.by_ref().take(HEAD).read_to_end(&mut head);
-        taken.map_err(|e| refuse(RecordingProblem::Unreadable(e.to_string())))?;
+        taken.map_err(|e| refuse(e.into()))?;
         let dialect = Dialect::sniff(&head).map_err(refuse)?;
         // With a last line break added, a record's line is one less than the reader's.
         let whole = Cursor::new(head).chain(input).chain(&b"\n"[..]);
@@ -134,7 +134,7 @@ impl<'a> CsvTable<'a> {
             match self.reader.read_byte_record(&mut self.row) {
                 Ok(true) => {}
                 Ok(false) => return Ok(false),
-                Err(e) => return Err(self.at_file(RecordingProblem::Unreadable(e.to_string()))),
+                Err(e) => return Err(self.at_file(e.into())),
             }
             self.line = self.reader.position().line() - 1;
             let comment = self.row.get(0).is_some_and(|f| f.trim_ascii_start().starts_with(b"#"));

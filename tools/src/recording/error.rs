@@ -35,6 +35,12 @@ pub enum RecordingProblem {
     /// A folder that holds nothing to read.
     #[error("holds no recording: none of its files ends in .{}", super::format::Format::ENDINGS.join(", ."))]
     NoRecordings,
+    /// A list of recordings without one.
+    #[error("names no recording")]
+    EmptyList,
+    /// A file that was given as a list of recordings, and names none that is there.
+    #[error("names no file that exists; its first line is `{0}`")]
+    NotAList(String),
     /// Nothing but white space and comments.
     #[error("is empty")]
     Empty,
@@ -256,10 +262,42 @@ impl RecordingError {
     }
 }
 
+/// A stream of compressed bytes that is damaged; travels in an [`std::io::Error`].
+#[derive(Debug, thiserror::Error)]
+#[error("{why}")]
+pub(super) struct DamagedStream {
+    /// The format.
+    pub format: &'static str,
+    /// What its decoder says.
+    pub why: String,
+}
+
+impl From<csv::Error> for RecordingProblem {
+    fn from(error: csv::Error) -> Self {
+        let text = error.to_string();
+        match error.into_kind() {
+            csv::ErrorKind::Io(error) => error.into(),
+            _ => RecordingProblem::Unreadable(text),
+        }
+    }
+}
+
+impl From<std::io::Error> for RecordingProblem {
+    fn from(error: std::io::Error) -> Self {
+        match error.get_ref().and_then(|inner| inner.downcast_ref::<DamagedStream>()) {
+            Some(DamagedStream { format, why }) => RecordingProblem::Damaged { format, why: why.clone() },
+            None => RecordingProblem::Unreadable(error.to_string()),
+        }
+    }
+}
+
 impl RecordingProblem {
     fn fix(&self) -> Option<String> {
         let text = match self {
-            RecordingProblem::Unreadable(_) => return None,
+            RecordingProblem::Unreadable(_) => "check the path, and that the file may be read",
+            RecordingProblem::EmptyList | RecordingProblem::NotAList(_) => {
+                "write one path a line; a recording itself is given without --files-from"
+            }
             RecordingProblem::NoRecordings => "name the files, or another folder",
             RecordingProblem::Empty => "record again, or check that the export finished",
             RecordingProblem::NotText(_) => "export it as CSV, encoded in UTF-8",
@@ -269,10 +307,14 @@ impl RecordingProblem {
             RecordingProblem::TooShort(_) => "check that the recording finished and that the export holds its rows",
             RecordingProblem::MissingColumns { guess: Some(guess), .. } => {
                 let many = if guess.contains(',') { "those are the columns" } else { "that is the column" };
-                return Some(format!("if {many}, add --map {} (with *SCALE where units differ)", shell_word(guess)));
+                let open = if guess.ends_with("=COLUMN") { ", COLUMN being the name in the file" } else { "" };
+                return Some(format!(
+                    "if {many}, add --map {} (with *SCALE where units differ){open}",
+                    shell_word(guess)
+                ));
             }
             RecordingProblem::MissingColumns { guess: None, .. } => {
-                "name the column so in the header, or add --map NAME=COLUMN; `gmhm columns FILE` lists them all"
+                "name the column so in the header (the first line that does not begin with #), or add --map NAME=COLUMN; `gmhm columns FILE` lists them all"
             }
             RecordingProblem::DuplicateColumn(_) | RecordingProblem::TwoColumnsForOne { .. } => {
                 "keep one of the two, or say which by --map"

@@ -46,14 +46,20 @@ fn listed(list: &Path) -> Result<Vec<PathBuf>, RecordingError> {
     let file = file(list)?;
     let refuse = |problem| RecordingError::of_file(&file.name, problem);
     let text = std::fs::read_to_string(&file.path);
-    let text = text.map_err(|e| refuse(RecordingProblem::Unreadable(e.to_string())))?;
+    let text = text.map_err(|e| refuse(e.into()))?;
     let paths: Vec<PathBuf> = text.lines().map(str::trim).filter(|line| !line.is_empty()).map(PathBuf::from).collect();
-    if paths.is_empty() { Err(refuse(RecordingProblem::Empty)) } else { Ok(paths) }
+    match paths.first() {
+        None => Err(refuse(RecordingProblem::EmptyList)),
+        Some(first) if !paths.iter().any(|path| path.exists() || path == Path::new(STANDARD)) => {
+            Err(refuse(RecordingProblem::NotAList(first.display().to_string())))
+        }
+        Some(_) => Ok(paths),
+    }
 }
 
 fn in_folder(folder: &Path) -> Result<Vec<PathBuf>, RecordingError> {
     let refuse = |problem| RecordingError::of_file(&folder.display().to_string(), problem);
-    let entries = std::fs::read_dir(folder).map_err(|e| refuse(RecordingProblem::Unreadable(e.to_string())))?;
+    let entries = std::fs::read_dir(folder).map_err(|e| refuse(e.into()))?;
     let is_recording = |path: &PathBuf| {
         let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
         path.is_file() && Format::ENDINGS.contains(&ending.as_str())

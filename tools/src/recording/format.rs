@@ -64,8 +64,12 @@ impl Format {
         if let Some((_, format, export)) = foreign {
             return Err(RecordingProblem::Foreign { format, export });
         }
+        const MODEL: &str = "name the model file first (gmhm predict, diagnose), or after --model (gmhm fit, health)";
         let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
         let binary = head.contains(&0);
+        if ending == "toml" && !binary {
+            return Err(RecordingProblem::Foreign { format: "a model file", export: MODEL });
+        }
         match NAMED.iter().find(|(name, ..)| *name == ending) {
             Some((_, format, export)) if binary => Err(RecordingProblem::Foreign { format, export }),
             _ => Ok(Format::Csv),
@@ -78,7 +82,7 @@ const SHEET: &str = "save the sheet as CSV (in Excel: Save As, CSV UTF-8)";
 const UNPACK: &str = "unpack it, or pack the CSV by gzip or zstd";
 
 /// Formats that are not read: how they begin, what they are, how to export them.
-const FOREIGN: [(&[u8], &str, &str); 18] = [
+const FOREIGN: [(&[u8], &str, &str); 19] = [
     (b"PK\x03\x04", "a ZIP archive or an Excel workbook (XLSX)", SHEET),
     (b"\xd0\xcf\x11\xe0", "an old Excel workbook (XLS)", SHEET),
     (
@@ -111,6 +115,7 @@ const FOREIGN: [(&[u8], &str, &str); 18] = [
     (b"\xff\xff\xff\xff", "an Arrow stream", BY_PANDAS),
     (b"\x93NUMPY", "an array of NumPy", "export it by numpy.savetxt, with a header, or by scipy.io.savemat"),
     (b"LOGG", "a Vector BLF log", "convert it to MDF 4 or CSV, by the tool that recorded it"),
+    (b"GMHM", "a parameter block", "show it by gmhm inspect; a recording is CSV, Parquet, MAT, MDF 4 or MCAP"),
     (b"BZh", "compressed by bzip2", UNPACK),
     (b"\xfd7zXZ\0", "compressed by xz", UNPACK),
     (b"7z\xbc\xaf", "a 7z archive", UNPACK),

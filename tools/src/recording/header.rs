@@ -170,6 +170,7 @@ fn refuse_what_is_missing(
     ];
     let mut taken: Vec<usize> = sources.iter().map(|s| s.index).collect();
     let mut wanted: Vec<String> = Vec::new();
+    let mut open: Vec<String> = Vec::new();
     let mut guesses: Vec<String> = unclear
         .iter()
         .filter_map(|u| {
@@ -189,6 +190,7 @@ fn refuse_what_is_missing(
             taken.push(at);
             Some(format!("{}={}", target(*quantity, &heads[at]), heads[at].name))
         });
+        open.extend(guess.is_none().then(|| format!("{}=COLUMN", quantities[0].si_name())));
         guesses.extend(guess);
         wanted.push(words.to_owned());
     }
@@ -199,7 +201,8 @@ fn refuse_what_is_missing(
         Some(format!("`{}` (`{}`: {})", u.quantity.si_name(), heads[u.fault.index?].name, u.fault.problem))
     });
     let wanted: Vec<String> = unclear.chain(wanted).collect();
-    let guess = (!guesses.is_empty()).then(|| guesses.join(","));
+    // What nothing resembles is for the reader to fill in.
+    let guess = (!guesses.is_empty()).then(|| [guesses, open].concat().join(","));
     let problem = RecordingProblem::MissingColumns { wanted: wanted.join(", "), found: listed(heads), guess };
     Err(Fault { index: None, problem })
 }

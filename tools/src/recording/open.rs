@@ -9,7 +9,7 @@ use std::rc::Rc;
 use sha2::{Digest, Sha256};
 
 use super::csv_table::CsvTable;
-use super::error::{RecordingError, RecordingProblem};
+use super::error::{DamagedStream, RecordingError, RecordingProblem};
 use super::format::Format;
 use super::mat5::Mat5Table;
 use super::mcap_table::McapTable;
@@ -97,7 +97,7 @@ impl<'a> Opened<'a> {
 /// Opens a file and reads its columns' names.
 pub(super) fn open<'a>(file: &RecordingFile, progress: Progress<'a>) -> Result<Opened<'a>, RecordingError> {
     let refuse = |problem| RecordingError::of_file(&file.name, problem);
-    let unreadable = |e: std::io::Error| refuse(RecordingProblem::Unreadable(e.to_string()));
+    let unreadable = |e: std::io::Error| refuse(e.into());
     if file.path.is_dir() {
         return Err(refuse(RecordingProblem::Unreadable("it is a folder".to_owned())));
     }
@@ -114,10 +114,13 @@ pub(super) fn open<'a>(file: &RecordingFile, progress: Progress<'a>) -> Result<O
     let name = file.name.as_str();
     let columns = match format {
         Format::Csv => Columns::Csv(Box::new(CsvTable::open(name, tap)?)),
-        Format::CsvGz => Columns::Csv(Box::new(CsvTable::open(name, flate2::read::MultiGzDecoder::new(tap))?)),
+        Format::CsvGz => {
+            let plain = flate2::read::MultiGzDecoder::new(tap);
+            Columns::Csv(Box::new(CsvTable::open(name, Decoded { plain, format: "gzip" })?))
+        }
         Format::CsvZst => {
             let plain = zstd::stream::read::Decoder::new(tap).map_err(unreadable)?;
-            Columns::Csv(Box::new(CsvTable::open(name, plain)?))
+            Columns::Csv(Box::new(CsvTable::open(name, Decoded { plain, format: "Zstandard" })?))
         }
         Format::Parquet => Columns::Binary(Box::new(ParquetTable::open(name, whole(tap)?)?)),
         Format::Mat5 => Columns::Binary(Box::new(Mat5Table::open(name, &whole(tap)?)?)),
@@ -125,7 +128,28 @@ pub(super) fn open<'a>(file: &RecordingFile, progress: Progress<'a>) -> Result<O
         Format::Mdf4 => Columns::Binary(Box::new(Mdf4Table::open(name, whole(tap)?)?)),
         Format::Mcap => Columns::Binary(Box::new(McapTable::open(name, whole(tap)?)?)),
     };
+    if let Columns::Binary(table) = &columns
+        && table.heads().is_empty()
+    {
+        let why = "it holds no column of numbers".to_owned();
+        return Err(refuse(RecordingProblem::Damaged { format: format.name(), why }));
+    }
     Ok(Opened { format, columns, digest })
+}
+
+/// What a decoder makes of compressed bytes; its errors say what was decoded.
+struct Decoded<R> {
+    plain: R,
+    format: &'static str,
+}
+
+impl<R: Read> Read for Decoded<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        self.plain.read(buffer).map_err(|e| {
+            let why = format!("it is damaged or cut off ({e})");
+            std::io::Error::new(e.kind(), DamagedStream { format: self.format, why })
+        })
+    }
 }
 
 #[cfg(feature = "mat73")]

@@ -5,13 +5,13 @@ use super::error::{Mistake, RecordingError, RecordingProblem};
 
 /// The angles go together so well (squared correlation) where both turn with the gear.
 const TOGETHER: f64 = 0.99;
-/// A ratio is a known mistake where it is this near to one, relative.
-const NEAR: f64 = 1e-3;
+/// A ratio is a known mistake where it is this near to one, relative: at least; at most, where the twist blurs the slope of the angles.
+const NEAR: [f64; 2] = [1e-3, 4e-3];
 /// And where it leaves less than this share of the deflection that the ratio given makes.
 const EXPLAINS: f64 = 0.5;
 
-/// The slope of the motor-side angle over the output-side one, where they turn together.
-pub fn shown(recording: &Recording) -> Option<f64> {
+/// The slope of the motor-side angle over the output-side one, where they turn together, and how exactly they show it, relative.
+fn shown(recording: &Recording) -> Option<(f64, f64)> {
     let (input, output) = (recording.theta_in_rad.as_deref()?, recording.theta_out_rad.as_deref()?);
     let (a, b) = (mean(input), mean(output));
     let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
@@ -21,12 +21,14 @@ pub fn shown(recording: &Recording) -> Option<f64> {
         xy += x * y;
         yy += y * y;
     }
-    (xy * xy > TOGETHER * xx * yy && xx > 0.0).then(|| xy / xx)
+    // What does not turn with the output, over what does.
+    let apart = || (xx * yy / (xy * xy) - 1.0).max(0.0).sqrt();
+    (xy * xy > TOGETHER * xx * yy && xx > 0.0).then(|| (xy / xx, (2.0 * apart()).clamp(NEAR[0], NEAR[1])))
 }
 
-/// [`shown`], as the whole number next to it where it is near to one.
+/// The ratio that the angles show, as the whole number next to it where it is near to one.
 pub fn shown_rounded(recording: &Recording) -> Option<f64> {
-    shown(recording).map(rounded)
+    shown(recording).map(|(ratio, near)| rounded(ratio, near))
 }
 
 fn mean(x: &[f64]) -> f64 {
@@ -44,17 +46,17 @@ pub fn check(recording: &Recording, given: Option<f64>) -> Result<(), RecordingE
         return Ok(());
     };
     let refuse = |problem| Err(RecordingError::of_file(&recording.name, problem));
-    let shown = shown_rounded(recording);
+    let found = shown(recording).map(|(ratio, near)| (rounded(ratio, near), near));
     let Some(given) = given else {
-        return refuse(RecordingProblem::NoRatio { shown });
+        return refuse(RecordingProblem::NoRatio { shown: found.map(|(ratio, _)| ratio) });
     };
-    let Some(shown) = shown else { return Ok(()) };
+    let Some((shown, near)) = found else { return Ok(()) };
     let sd = |ratio: f64| {
         let theta: Vec<f64> = input.iter().zip(output).map(|(q_m, q_o)| q_m / ratio - q_o).collect();
         let middle = mean(&theta);
         mean(&theta.iter().map(|x| (x - middle).powi(2)).collect::<Vec<_>>()).sqrt()
     };
-    match mistake(given, shown) {
+    match mistake(given, shown, near) {
         Some(mistake) if sd(shown) < EXPLAINS * sd(given) => {
             refuse(RecordingProblem::OtherRatio { given, shown, mistake })
         }
@@ -63,14 +65,14 @@ pub fn check(recording: &Recording, given: Option<f64>) -> Result<(), RecordingE
 }
 
 /// The whole number next to a ratio, where it is one.
-fn rounded(ratio: f64) -> f64 {
+fn rounded(ratio: f64, near: f64) -> f64 {
     let whole = ratio.round();
-    if whole != 0.0 && (ratio / whole - 1.0).abs() < NEAR { whole } else { ratio }
+    if whole != 0.0 && (ratio / whole - 1.0).abs() < near { whole } else { ratio }
 }
 
-fn mistake(given: f64, shown: f64) -> Option<Mistake> {
+fn mistake(given: f64, shown: f64, near: f64) -> Option<Mistake> {
     let factor = shown / given;
-    let near = |value: f64| (factor / value - 1.0).abs() < NEAR;
+    let near = |value: f64| (factor / value - 1.0).abs() < near;
     let units = [180.0 / std::f64::consts::PI, std::f64::consts::TAU, 360.0];
     if near(1.0) {
         None

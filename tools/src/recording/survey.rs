@@ -120,7 +120,7 @@ impl Survey {
 }
 
 impl Pace {
-    fn of(time: &[f64]) -> Option<Pace> {
+    pub(crate) fn of(time: &[f64]) -> Option<Pace> {
         let mut steps: Vec<f64> = time.windows(2).map(|pair| pair[1] - pair[0]).collect();
         let backward = steps.iter().filter(|step| **step <= 0.0).count();
         let longest = steps.iter().copied().zip(time.iter().copied()).max_by(|a, b| a.0.total_cmp(&b.0))?;

@@ -88,11 +88,19 @@ pub enum EstimateError {
         recording: String,
     },
     /// The gear does not move.
-    #[error("the deflection is the same in every row, or the joint of a joint log stands still: nothing can be fitted")]
-    NoMovement,
+    #[error(
+        "{recording}: the deflection is the same in every row, or the joint of a joint log stands still: nothing can be fitted"
+    )]
+    NoMovement {
+        /// The first recording.
+        recording: String,
+    },
     /// The torque does not change.
-    #[error("the torque is the same in every row: nothing can be fitted")]
-    NoTorqueChange,
+    #[error("{recording}: the torque is the same in every row: nothing can be fitted")]
+    NoTorqueChange {
+        /// The first recording.
+        recording: String,
+    },
     /// Newton-metres and amperes.
     #[error("{first} and {other} hold torque in different units: fit them apart")]
     MixedUnits {
@@ -130,10 +138,10 @@ impl EstimateError {
         let text = match self {
             Self::Implausible(error) => return Some(error.fix()),
             Self::TooFewRows { .. } => "record for longer, or at a higher rate",
-            Self::NoMovement => {
+            Self::NoMovement { .. } => {
                 "check that the column is the right one (--map deflection_rad=COLUMN), and record while the gear is loaded"
             }
-            Self::NoTorqueChange => {
+            Self::NoTorqueChange { .. } => {
                 "check that the sensor is connected and that the column is the right one (--map torque_nm=COLUMN)"
             }
             Self::JointLog { .. } => {
@@ -145,7 +153,14 @@ impl EstimateError {
             Self::OtherZero { .. } => {
                 "check that they are of one gear, in the same units and of the same sign; or fit them apart"
             }
-            Self::Absurd { .. } => "check its unit: --map scales a column, as in deflection_rad=COLUMN*1e-3",
+            Self::Absurd { what, unit, .. } => {
+                let column = match (*what, *unit) {
+                    ("deflection", _) => "deflection_rad",
+                    (_, "A") => "current_a",
+                    _ => "torque_nm",
+                };
+                return Some(format!("check its unit: --map scales a column, as in {column}=COLUMN*1e-3"));
+            }
             Self::HasTerms { .. } => "remove its [[term]] from the file given by --model, or run gmhm diagnose",
             _ => return None,
         };
@@ -186,4 +201,15 @@ pub enum DatasetError {
     /// The model cannot be evaluated.
     #[error(transparent)]
     Predict(#[from] PredictError),
+}
+
+impl DatasetError {
+    /// How to fix it, where there is more to say than the message does.
+    pub fn fix(&self) -> Option<String> {
+        match self {
+            Self::Predict(error) => error.fix(),
+            Self::TooFewRows { .. } => Some("record for longer, or at a higher rate".to_owned()),
+            _ => None,
+        }
+    }
 }

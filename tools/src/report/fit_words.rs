@@ -3,6 +3,7 @@
 use crate::fit::rated::BetterRated;
 use crate::fit::units::DoubtfulUnit;
 use crate::fit::verdict::{Cause, FitVerdict, Grade, Reason};
+use crate::number::{number, trimmed};
 use crate::recording::TorqueUnit;
 
 /// The verdict as files and reports have it.
@@ -43,6 +44,12 @@ pub fn worded(verdict: &FitVerdict, unit: TorqueUnit) -> WordedVerdict {
     WordedVerdict { grade: verdict.grade, sentence, reasons }
 }
 
+/// A number to be typed, no smaller than the one meant: six digits.
+fn rounded_up(value: f64) -> String {
+    let unit = 10_f64.powi(value.abs().log10().floor() as i32 - 5);
+    format!("{:.5e}", (value / unit).ceil() * unit)
+}
+
 /// How parameters that are held where there is an inverse are described.
 pub fn held_invertible(up_to_rated: bool) -> &'static str {
     if up_to_rated {
@@ -57,8 +64,9 @@ pub fn clause(cause: &Cause, torque_unit: TorqueUnit) -> String {
     let unit = torque_unit.symbol();
     match cause {
         Cause::Error { heldout_rms, share } => format!(
-            "the error held out is {heldout_rms:.3} {unit} rms, {:.2} % of the peak {}",
-            100.0 * share,
+            "the error held out is {} {unit} rms, {} % of the peak {}",
+            number(*heldout_rms, 2),
+            number(100.0 * share, 2),
             torque_unit.quantity()
         ),
         Cause::Overfit { ratio } => {
@@ -66,14 +74,19 @@ pub fn clause(cause: &Cause, torque_unit: TorqueUnit) -> String {
         }
         Cause::TorqueFalls => "the torque falls while the deflection rises, so one of them is counted backwards: flip it with --map deflection_rad=-COLUMN".to_owned(),
         Cause::BetterRated(BetterRated { rated_deflection_rad: seen, heldout_rms, given_heldout_rms }) => format!(
-            "a rated deflection of {:.4} mrad, the largest seen, would leave {heldout_rms:.3} instead of {given_heldout_rms:.3} {unit} of rows held out, and e and c1–c3 depend on it: set --rated-deflection {seen:e}",
-            1e3 * seen
+            "a rated deflection of {} mrad, the largest seen, would leave {} instead of {} {unit} of rows held out, and e and c1–c3 depend on it: set --rated-deflection {}",
+            number(1e3 * seen, 5),
+            number(*heldout_rms, 2),
+            number(*given_heldout_rms, 2),
+            rounded_up(*seen)
         ),
         Cause::DoubtfulUnit(DoubtfulUnit { column, size, limit, unit, .. }) => format!(
-            "{column} reaches ±{size:.3} {unit}, strain wave gears at most about {limit} {unit}: check its unit, --map {column}=COLUMN*1e-3 scales it"
+            "{column} reaches ±{} {unit}, strain wave gears at most about {} {unit}: check its unit, --map {column}=COLUMN*1e-3 scales it",
+            number(*size, 4),
+            trimmed(*limit, 2)
         ),
         Cause::Clipped(clipped) => format!("{clipped}: repeat with a larger range, or less load"),
-        Cause::SingleStroke => "the deflection never turns back, so that the hysteresis is only what the law makes of one branch: record a closed cycle".to_owned(),
+        Cause::SingleStroke => "the deflection never turns back, so the hysteresis is extrapolated from one branch: record a closed cycle".to_owned(),
         Cause::InverseRange { share } => format!(
             "feed-forward has an inverse up to {:.0} % of the rated deflection only: beyond, the torque can fall while the deflection rises",
             100.0 * share
@@ -81,16 +94,16 @@ pub fn clause(cause: &Cause, torque_unit: TorqueUnit) -> String {
         Cause::FeedForwardRefused(refusal) => format!("feed-forward: {refusal}"),
         Cause::HeldInvertible { up_to_rated } => format!("the parameters are {}", held_invertible(*up_to_rated)),
         Cause::AtBound { name, value } => format!("{name} is at its bound {value}"),
-        Cause::OneLoadDirection => "only one load direction was recorded, and nothing is known of the other".to_owned(),
+        Cause::OneLoadDirection => "only one load direction was recorded; the other is extrapolated".to_owned(),
         Cause::Reach { share } => format!(
-            "only {:.0} % of the rated deflection was recorded in both load directions, and nothing is known beyond",
+            "only {:.0} % of the rated deflection was recorded in both load directions; the rest is extrapolated",
             100.0 * share
         ),
         Cause::Repeats { share } => format!(
-            "{:.0} % of what is left repeats at the same place and direction, so physics is left out: run gmhm diagnose",
+            "{:.0} % of the residual repeats at the same place and direction, so physics is missing: run gmhm diagnose",
             100.0 * share
         ),
-        Cause::PhysicsLeft => "what is left is physics more than noise, as a fit against it as noise predicts worse: run gmhm diagnose".to_owned(),
+        Cause::PhysicsLeft => "the residual is more physics than noise (taken as noise, it makes predictions worse): run gmhm diagnose".to_owned(),
         Cause::BetterModel { model, ratio } => {
             format!("another model, {model}, predicts with {ratio:.2} times the error")
         }
@@ -98,10 +111,10 @@ pub fn clause(cause: &Cause, torque_unit: TorqueUnit) -> String {
         Cause::Undetermined(names) => {
             let (are, them) = if names.len() == 1 { ("is", "it") } else { ("are", "them") };
             format!(
-                "{} {are} not determined by these recordings: within the motion recorded that does no harm, beyond it do not rely on {them}",
+                "{} {are} not determined by these recordings: predictions of such motions do not need {them}, but do not extrapolate",
                 names.join(", ")
             )
         }
-        Cause::Unfinished => "the search used up its evaluations before it settled".to_owned(),
+        Cause::Unfinished => "the search reached its limit of evaluations before it converged".to_owned(),
     }
 }

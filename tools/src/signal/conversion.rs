@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use crate::model::Model;
+use crate::number::trimmed;
 use crate::recording::{Recording, TorqueUnit};
 
 /// Columns multiplied by a factor.
@@ -45,7 +46,11 @@ impl Channel {
 impl Conversion {
     pub(crate) fn words(self, torque: TorqueUnit) -> String {
         let columns = self.of.columns(torque).join(" and ");
-        if self.factor == -1.0 { format!("{columns} negated") } else { format!("{columns} times {}", self.factor) }
+        if self.factor == -1.0 {
+            format!("{columns} negated")
+        } else {
+            format!("{columns} times {}", trimmed(self.factor, 6))
+        }
     }
 
     pub(crate) fn mistake(self) -> &'static str {
@@ -66,9 +71,13 @@ impl Conversion {
 
     /// The `--map` entries that do it.
     pub(crate) fn map(self, torque: TorqueUnit) -> String {
-        let entry = |column: &&str| match self.factor {
-            -1.0 => format!("{column}=-COLUMN"),
-            factor => format!("{column}=COLUMN*{factor}"),
+        let near = |factor: f64| (self.factor / factor - 1.0).abs() < 1e-9;
+        let entry = |column: &&str| match column.strip_suffix("_rad") {
+            _ if self.factor == -1.0 => format!("{column}=-COLUMN"),
+            Some(stem) if near(DEGREE) => format!("{stem}_deg=COLUMN"),
+            Some(stem) if near(DEGREE / 60.0) => format!("{stem}_arcmin=COLUMN"),
+            Some(stem) if near(1e-3) => format!("{stem}_mrad=COLUMN"),
+            _ => format!("{column}=COLUMN*{}", self.factor),
         };
         self.of.columns(torque).iter().map(entry).collect::<Vec<_>>().join(",")
     }

@@ -15,6 +15,8 @@ mod fleet;
 mod fmu;
 mod fuzz;
 mod golden;
+mod install;
+mod large;
 mod lockstep;
 mod machine;
 mod program;
@@ -107,6 +109,14 @@ enum Command {
         #[arg(long, default_value_t = 1)]
         seed: u64,
     },
+    /// Install the program into a temporary folder and use it, its completions and its manual pages from an empty environment.
+    Install,
+    /// Measure the program on 10 million rows and on 200 files.
+    Large {
+        /// Also measure a release build from nothing.
+        #[arg(long)]
+        build: bool,
+    },
     /// Run one built image in the emulator: the runner of `cargo run`.
     #[command(hide = true)]
     RunImage {
@@ -152,6 +162,8 @@ fn run(arguments: Arguments) -> anyhow::Result<()> {
         Command::EndToEnd { cuts, seed } => end_to_end::run(&shell, cuts, seed),
         Command::Fleet { joints, rows, damaged, timed } => fleet::run(&shell, [joints, rows, damaged], timed),
         Command::Fuzz { executions, seed } => fuzz::run(&shell, executions, seed),
+        Command::Install => install::run(&shell),
+        Command::Large { build } => large::run(&shell, build),
         Command::RunImage { image } => emulate::run_image(&image),
         Command::Structure => structure::run(&shell),
         Command::Python { timed } => python_package::run(&shell, timed),

@@ -4,6 +4,7 @@ use std::fmt;
 use std::str::FromStr;
 
 use crate::kinds;
+use crate::number::number;
 
 /// An effect to be hidden: `KIND=SIZE` or `KIND:SHAPE=SIZE`.
 #[derive(Debug, Clone, PartialEq)]
@@ -51,7 +52,8 @@ pub enum HideError {
     },
     /// It cannot be made so large.
     #[error(
-        "hide {kind}: leaves at most {largest_nm:.3} N·m in this experiment, not {size_nm}: ask for less, or choose another experiment"
+        "hide {kind}: leaves at most {} N·m in this experiment, not {size_nm}: ask for less, or choose another experiment",
+        number(*largest_nm, 3)
     )]
     TooLarge {
         /// The kind.

@@ -32,17 +32,21 @@ pub(super) fn size(model: &Model, draft: &Draft, hide: &Hide, stage: &Stage) -> 
     let refit = Refit::new(model, stage)?;
     let mut factor = hide.size_nm;
     let mut largest_nm = 0.0_f64;
-    for _ in 0..MOST_TRIALS {
+    for trial in 1..=MOST_TRIALS {
         let term = draft.term(factor);
         if !is_finite(term.values.values()) {
             return Err(invisible().into());
         }
         let mut with = model.clone();
         with.terms.push(term.clone());
-        let (before_nm, left_nm) = match stage.record(&with) {
-            Ok(recording) => refit.sizes(&recording)?,
+        let (before_nm, left_nm) = match stage.record(&with).and_then(|recording| refit.sizes(&recording)) {
+            Ok(sizes) => sizes,
             // A factor that the gear does not bear.
             Err(_) if largest_nm > 0.0 => break,
+            Err(_) if trial < MOST_TRIALS => {
+                factor *= 0.1;
+                continue;
+            }
             Err(error) => return Err(error),
         };
         if left_nm <= INVISIBLE * before_nm || before_nm <= 1e-9 * hide.size_nm {

@@ -25,7 +25,7 @@ impl FromStr for Listen {
             ("pty", _) if cfg!(unix) => Ok(Self::Pty),
             ("pty", _) => Err("this system has no pseudo-terminals: use tcp:HOST:PORT".to_owned()),
             (_, Ok(Target::Tcp { address })) => Ok(Self::Tcp { address }),
-            _ => Err("must be tcp:HOST:PORT or pty".to_owned()),
+            _ => Err("must be tcp:HOST:PORT, with a port from 0 to 65535, or pty".to_owned()),
         }
     }
 }

@@ -260,7 +260,9 @@ fn draw_curve<'b>(chart: &mut Chart<'_, 'b>, curve: &Curve, window: &Window) -> 
             }
         }
         Style::Dots => {
-            let radius = if points.len() > 100 { px(2) } else { px(4) };
+            // Wide enough to be seen on both sides of the line of a model.
+            let many = if curve.role == Role::Measured { px(3) } else { px(2) };
+            let radius = if points.len() > 100 { many } else { px(4) };
             let dots = decimate::dots(&points, window);
             chart.draw_series(dots.into_iter().map(|p| Circle::new(p, radius, colour.filled())))?;
         }

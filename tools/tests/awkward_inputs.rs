@@ -1,0 +1,140 @@
+//! Inputs that go wrong at a user's desk: each is refused by name with a fix, or remarked on.
+
+mod common;
+
+use common::{PUBLISHED, WorkDir};
+
+/// A loop of the published gear, as text: time, deflection, torque.
+fn bench() -> WorkDir {
+    let dir = WorkDir::new();
+    dir.write("gear.toml", PUBLISHED);
+    dir.succeed("simulate gear.toml --experiment cycle --cycles 1 --duration 40 --sample-rate 10 -o rec.csv");
+    dir
+}
+
+/// The recording with another column in place of one.
+fn with_column(dir: &WorkDir, name: &str, change: impl Fn(usize, f64) -> f64) -> String {
+    let text = dir.read("rec.csv");
+    let at = text.lines().next().expect("a header").split(',').position(|head| head == name).expect("the column");
+    let lines = text.lines().enumerate().map(|(row, line)| {
+        let mut fields: Vec<String> = line.split(',').map(str::to_owned).collect();
+        if row > 0 {
+            fields[at] = format!("{:e}", change(row - 1, fields[at].parse().expect("a number")));
+        }
+        fields.join(",") + "\n"
+    });
+    lines.collect()
+}
+
+#[test]
+fn damaged_streams_and_empty_files_are_named_as_what_they_are() {
+    let dir = bench();
+    dir.write("cut.csv.gz", b"\x1f\x8b\x08\x00\x00\x00\x00\x00\x00\x03\x4b");
+    dir.refuse("columns cut.csv.gz", &["cut.csv.gz: cannot be read as gzip", "help: export it again"]);
+    dir.write("cut.csv.zst", b"\x28\xb5\x2f\xfd\x24");
+    dir.refuse("columns cut.csv.zst", &["cannot be read as Zstandard", "help: "]);
+    let mut header = b"MATLAB 5.0 MAT-file".to_vec();
+    header.resize(124, b' ');
+    header.extend_from_slice(b"\x00\x01IM");
+    dir.write("empty.mat", header);
+    dir.refuse("columns empty.mat", &["cannot be read as MAT 5: it holds no column of numbers"]);
+    dir.refuse("fit nowhere.csv -o fit.toml", &["nowhere.csv: cannot be read", "help: check the path"]);
+    dir.succeed("pack gear.toml -o params.bin");
+    dir.refuse("columns params.bin", &["is a parameter block", "gmhm inspect"]);
+}
+
+#[test]
+fn files_in_the_wrong_place_are_named_with_the_right_one() {
+    let dir = bench();
+    dir.refuse("fit gear.toml -o fit.toml", &["gear.toml: is a model file", "--model"]);
+    dir.refuse(
+        "predict rec.csv gear.toml -o out.csv",
+        &["rec.csv, line 1: is not TOML", "name it before the recordings"],
+    );
+    dir.refuse(
+        "diagnose rec.csv -o out.toml",
+        &["rec.csv: there is nothing to compare it with", "gmhm diagnose M.toml"],
+    );
+    dir.misuse("diagnose gear.toml -o out.toml", &["no recording was given"]);
+    dir.refuse("columns --files-from rec.csv", &["rec.csv: names no file that exists", "one path a line"]);
+    dir.write("none.txt", "\n\n");
+    dir.refuse("columns --files-from none.txt", &["none.txt: names no recording"]);
+    dir.misuse("fit rec.csv -o fit.toml --report fit.pdf", &["must end in .html"]);
+    dir.refuse("demo --out rec.csv", &["rec.csv: is a file, and a folder is needed", "help: "]);
+    dir.refuse("prove --cases 1 --export rec.csv", &["rec.csv: is a file"]);
+    dir.refuse("prove --cases 1 --answers nowhere", &["nowhere: there is no such folder"]);
+    std::fs::create_dir(dir.path("answers")).expect("a folder");
+    dir.refuse("prove --cases 1 --answers answers", &["answers: holds no answer", "case_0007.json"]);
+}
+
+#[test]
+fn numbers_that_no_gear_has_are_refused_with_the_column() {
+    let dir = bench();
+    dir.write("huge.csv", with_column(&dir, "torque_nm", |_, torque| torque * 1e30));
+    dir.refuse("fit huge.csv -o fit.toml", &["huge.csv: the torque varies by", "torque_nm=COLUMN*1e-3"]);
+    dir.refuse("invert gear.toml huge.csv -o out.csv", &["huge.csv, row ", "beyond anything", "torque_nm=COLUMN"]);
+    dir.write("still.csv", with_column(&dir, "torque_nm", |_, _| 5.0));
+    dir.refuse("adapt gear.toml still.csv -o out.toml", &["still.csv: the torque is the same in every row"]);
+    dir.write("kilo.csv", with_column(&dir, "torque_nm", |_, torque| 1e3 * torque));
+    dir.refuse("adapt gear.toml kilo.csv -o out.toml", &["another unit", "--map torque_nm=COLUMN*0.001"]);
+    dir.write("degrees.csv", with_column(&dir, "deflection_rad", |_, theta| theta.to_degrees()));
+    dir.refuse("diagnose gear.toml degrees.csv -o out.toml", &["degrees", "--map deflection_deg=COLUMN,"]);
+    let hide = "simulate gear.toml --experiment cycle --hide wear=1e9 -o worn.csv";
+    dir.refuse(hide, &["hide wear: leaves at most", "ask for less"]);
+    dir.misuse("simulate gear.toml --experiment cycle --amplitude 2 -o two.csv", &["--amplitude 2: must be"]);
+}
+
+/// Two encoders on a slow motion, whose slope the twist blurs by a part in a thousand.
+#[test]
+fn a_ratio_that_is_off_is_seen_through_the_twist() {
+    let dir = WorkDir::new();
+    let row = |k: u32| {
+        let time = 0.02 * f64::from(k);
+        let (turn, twist) = (0.5 * (0.1 * time).sin(), 1.2e-3 * time.sin());
+        let torque = 2.5e4 * twist + 2.0 * time.cos();
+        format!("{time},{},{},{torque}\n", 100.0 * turn, turn - twist)
+    };
+    let rows: String = (0..1000).map(row).collect();
+    dir.write("two.csv", format!("time_s,theta_in_rad,theta_out_rad,torque_nm\n{rows}"));
+    dir.refuse("fit two.csv -o fit.toml", &["add --ratio N; the angles turn 100 to 1"]);
+    dir.refuse("fit two.csv --ratio -100 -o fit.toml", &["the ratio given is -100", "wrong sign"]);
+    dir.refuse("fit two.csv --ratio 99 -o fit.toml", &["--ratio 100: the ratio is one more or less"]);
+    dir.refuse("fit two.csv --ratio 50 -o fit.toml", &["--ratio 100, or check the units"]);
+    dir.succeed("fit two.csv --ratio 100 -o fit.toml");
+}
+
+#[test]
+fn a_gap_in_time_is_remarked_on() {
+    let dir = bench();
+    dir.write("gap.csv", with_column(&dir, "time_s", |row, time| if row < 200 { time } else { time + 1000.0 }));
+    let done = dir.succeed("fit gap.csv -o fit.toml");
+    assert!(done.stderr.contains("gap.csv: no rows between 19.9 and 1020 s"), "{}", done.stderr);
+    assert!(!dir.succeed("fit rec.csv -o fit.toml").stderr.contains("no rows"));
+}
+
+#[test]
+fn a_check_ends_with_status_3_where_something_is_found() {
+    let dir = bench();
+    let status = |words: &str| dir.gmhm(words).status;
+    assert_eq!(status("fit rec.csv -o fit.toml --check"), Some(0));
+    assert_eq!(status("diagnose gear.toml rec.csv -o out.toml --check"), Some(0));
+    dir.write("flipped.csv", with_column(&dir, "torque_nm", |_, torque| -torque));
+    assert_eq!(status("fit flipped.csv -o fit.toml"), Some(0));
+    assert_eq!(status("fit flipped.csv -o fit.toml --check"), Some(3));
+    assert_eq!(status("fit --each rec.csv flipped.csv --ndjson fits.ndjson --check"), Some(3));
+    assert_eq!(dir.read("fits.ndjson").lines().count(), 2);
+    dir.write("soft.toml", PUBLISHED.replace("1.0e9", "-9.0e9"));
+    dir.succeed("simulate soft.toml --experiment running --hide coulomb_friction=0.5 --duration 20 -o rubs.csv");
+    assert_eq!(status("diagnose gear.toml rubs.csv -o out.toml"), Some(0));
+    assert_eq!(status("diagnose gear.toml rubs.csv -o out.toml --check"), Some(3));
+}
+
+#[test]
+fn zeros_of_their_own_are_fitted_where_asked_for() {
+    let dir = bench();
+    dir.write("other.csv", with_column(&dir, "deflection_rad", |_, theta| theta + 1e-7));
+    let words = "fit rec.csv other.csv -o fit.toml";
+    assert!(!dir.succeed(words).stdout.contains("its own deflection zero"));
+    let told = dir.succeed(&format!("{words} --own-zeros")).stdout;
+    assert!(told.contains("Each recording has its own deflection zero"), "{told}");
+}

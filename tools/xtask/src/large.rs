@@ -1,0 +1,107 @@
+//! What the program takes for many rows, many files, and to be built.
+
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, Result, ensure};
+use xshell::{Shell, cmd};
+
+use crate::program;
+
+/// Between two looks at the memory of a process.
+const EVERY: Duration = Duration::from_millis(20);
+const GIB: f64 = (1_u64 << 30) as f64;
+
+/// What a process took.
+struct Taken {
+    /// By the clock, s.
+    clock_s: f64,
+    /// All cores together, s.
+    cpu_s: f64,
+    /// Most memory, bytes.
+    memory: f64,
+}
+
+/// Measures with the program built in release; with `build` also a release build from nothing.
+pub fn run(shell: &Shell, build: bool) -> Result<()> {
+    let program = program::gmhm(shell, true)?;
+    let folder = tempfile::tempdir()?;
+    let gear = shell.current_dir().join("examples/bench/true_gear.toml");
+    println!("{:<62} {:>8} {:>9} {:>9}  aim", "", "clock", "all cores", "memory");
+
+    let simulate = "simulate GEAR --experiment cycle --cycles 250 --duration 10000 --sample-rate 999.9 -o rows.csv";
+    measured(&program, folder.path(), &simulate.replace("GEAR", &gear.display().to_string()))?;
+    let fit = "fit rows.csv --from 10 --to 9990 --rated-deflection 1.168e-3 -o rows.toml";
+    report("10 million rows: read, cropped, fitted", &measured(&program, folder.path(), fit)?, "60 s, 4 GiB");
+    std::fs::remove_file(folder.path().join("rows.csv"))?;
+
+    for experiment in ["cycle --cycles 2", "amplitudes"] {
+        let mut files = String::new();
+        for seed in 1..=200 {
+            let words = format!(
+                "simulate {} --experiment {experiment} --duration 130 --sample-rate 10 --seed {seed} -o {seed}.csv",
+                gear.display()
+            );
+            measured(&program, folder.path(), &words)?;
+            files += &format!("{seed}.csv ");
+        }
+        let what = format!("200 files of 1301 rows fitted together: {experiment}");
+        let taken = measured(&program, folder.path(), &format!("fit {files} -o files.toml"))?;
+        report(&what, &taken, "10 s of all cores");
+        let each = format!("fit --each {files} --ndjson files_{}.ndjson", experiment.len());
+        report("  each by itself", &measured(&program, folder.path(), &each)?, "10 s of all cores");
+    }
+    if build {
+        let target = folder.path().join("target");
+        let before = (Instant::now(), children_s()?);
+        cmd!(shell, "cargo build --quiet --release --locked --package gmhm-tools --bin gmhm --target-dir {target}")
+            .run()
+            .context("the program does not build")?;
+        let taken = Taken { clock_s: before.0.elapsed().as_secs_f64(), cpu_s: children_s()? - before.1, memory: 0.0 };
+        report("a release build from nothing", &taken, "240 s on two cores");
+    }
+    Ok(())
+}
+
+fn report(what: &str, taken: &Taken, aim: &str) {
+    let memory = if taken.memory > 0.0 { format!("{:.2} GiB", taken.memory / GIB) } else { String::new() };
+    println!("{what:<62} {:>6.1} s {:>7.1} s {memory:>9}  {aim}", taken.clock_s, taken.cpu_s);
+}
+
+/// Runs the program and measures it.
+fn measured(program: &Path, folder: &Path, words: &str) -> Result<Taken> {
+    let (began, before) = (Instant::now(), children_s()?);
+    let mut child = Command::new(program)
+        .args(words.split_whitespace())
+        .arg("--quiet")
+        .current_dir(folder)
+        .stdin(Stdio::null())
+        .spawn()
+        .context("the program does not start")?;
+    let mut memory = 0.0_f64;
+    let status = loop {
+        memory = memory.max(peak(child.id()).unwrap_or(0.0));
+        if let Some(status) = child.try_wait()? {
+            break status;
+        }
+        std::thread::sleep(EVERY);
+    };
+    ensure!(status.success(), "`gmhm {words}` fails");
+    Ok(Taken { clock_s: began.elapsed().as_secs_f64(), cpu_s: children_s()? - before, memory })
+}
+
+/// Most memory that a process has held, bytes; Linux only.
+fn peak(process: u32) -> Option<f64> {
+    let status = std::fs::read_to_string(format!("/proc/{process}/status")).ok()?;
+    let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;
+    line.split_whitespace().nth(1)?.parse::<f64>().ok().map(|kib| 1024.0 * kib)
+}
+
+/// What all children that have ended have computed, s; Linux only.
+fn children_s() -> Result<f64> {
+    let stat = std::fs::read_to_string("/proc/self/stat").context("the times of processes are read on Linux only")?;
+    let fields: Vec<&str> = stat.rsplit(')').next().unwrap_or_default().split_whitespace().collect();
+    let ticks = |at: usize| fields.get(at).and_then(|field| field.parse::<f64>().ok()).unwrap_or(0.0);
+    Ok((ticks(13) + ticks(14)) / 100.0)
+}
