@@ -90,7 +90,8 @@ fn a_ratio_that_is_off_is_seen_through_the_twist() {
     let dir = WorkDir::new();
     let row = |k: u32| {
         let time = 0.02 * f64::from(k);
-        let (turn, twist) = (0.5 * (0.1 * time).sin(), 1.2e-3 * time.sin());
+        let turn = 0.5 * (0.3 * time).sin();
+        let twist = 1.2e-3 * time.sin() + 1.6e-3 * turn;
         let torque = 2.5e4 * twist + 2.0 * time.cos();
         format!("{time},{},{},{torque}\n", 100.0 * turn, turn - twist)
     };

@@ -88,7 +88,7 @@ fn a_recording_is_never_written_over() {
         "predict gear.toml demo/recording.csv -o demo/../demo/recording.csv",
         "invert gear.toml demo/recording.csv -o demo/recording.csv",
         "compare demo/recording.csv --plot demo/recording.csv",
-        "health demo/recording.csv demo/recording.csv --report demo/recording.csv",
+        "health demo/recording.csv demo/recording.csv --json demo/recording.csv",
         "diagnose gear.toml demo/recording.csv -o demo/recording.csv",
     ] {
         dir.refuse(command, &["recording.csv", "not written over", "another file"]);

@@ -135,7 +135,8 @@ impl FileError {
             Self::Block { error: BlockError::Version(_), .. } => {
                 "use the gmhm that packed it, or a newer one".to_owned()
             }
-            Self::Unreadable { .. } | Self::Block { .. } => return None,
+            Self::Unreadable { .. } => "check the path, and that the file may be read".to_owned(),
+            Self::Block { .. } => return None,
         })
     }
 }

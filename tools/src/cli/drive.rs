@@ -166,7 +166,8 @@ impl DriveArgs {
                 let bytes = trial::in_force(&mut drive)?;
                 let mut outputs = Outputs::new();
                 outputs.add(output, |out| -> Result<(), Failure> { Ok(out.write_all(&bytes)?) })?;
-                Ok(outputs.commit()?)
+                outputs.commit()?;
+                session.written(&[("Block in force", Some(output))])
             }
             Action::Adaptation { json, output, commit } => {
                 self.adaptation(drive, json.as_deref(), output.as_deref(), *commit, session)
