@@ -46,5 +46,5 @@ fn a_seed_is_a_recording() {
 fn a_folder_that_cannot_be_is_refused() {
     let dir = WorkDir::new();
     dir.write("taken", "");
-    dir.refuse("demo --out taken", &["taken", "cannot be written"]);
+    dir.refuse("demo --out taken", &["taken", "is a file"]);
 }
