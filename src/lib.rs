@@ -28,7 +28,7 @@
 //! | `fixed` | fixed point | `fixed` |
 //! | `adapt` | [`adapt`] | |
 //! | `terms` | [`terms`], [`registry`] | |
-//! | `block` | [`block`], `terms`, `fixed` | `crc` |
+//! | `block` | [`block`], `terms`, `fixed` | |
 //! | `store` | [`store`], `block` | `embedded-storage` |
 //! | `link` | [`link`], `drive::lockstep`, `store` | `cobs` |
 //! | `lock` | access by key in [`link`] | `hmac`, `sha2` |

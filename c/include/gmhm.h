@@ -1,17 +1,26 @@
 /*
- * Hysteresis torque of a harmonic drive and its inverse, from a parameter block.
+ * Hysteresis torque of a harmonic drive, its inverse and its feed-forward, from a parameter block; a store for blocks in flash and the serial link to a host.
  *
- * One gmhm_joint is one gear. It lives wherever you put it (statically, as a rule); nothing is allocated, nothing locks, and no call
- * keeps a pointer. Calls for one joint must not run at the same time: call from one task or interrupt, or mask. No call panics or fails to return,
- * whatever it is given; NULL is answered by GMHM_NULL or GMHM_FLAG_NOT_LOADED. gmhm_init and gmhm_load take up to 7.5 KiB of stack, the others less than half.
+ * | type              | what                                                                  |
+ * | gmhm_joint        | from deflection to torque and back, with terms                        |
+ * | gmhm_law          | feed-forward of law `masing` without terms: small                     |
+ * | gmhm_feed_forward | feed-forward of every law, with terms                                 |
+ * | gmhm_store        | two slots in flash for blocks: one is whole at any moment             |
+ * | gmhm_link         | the serial link over a store: read, try, store, go back               |
+ *
+ * Each lives wherever you put it (statically, as a rule); nothing is allocated and nothing locks. Calls for one of them must not run at the same time: call from one task or interrupt, or
+ * mask. No call keeps a pointer, but gmhm_store_init and gmhm_link_init, which copy gmhm_flash with its functions and its context. No call panics or fails to return, whatever it is given; NULL
+ * is answered by GMHM_NULL or GMHM_FLAG_NOT_LOADED. gmhm_init, gmhm_feed_forward_init and their loads take up to 8 KiB of stack, the others less than half.
  *
  *     static gmhm_joint joint;
  *
  *     if (gmhm_init(&joint, block, sizeof block) != GMHM_OK) { ... }          // once, before anything else
  *
  *     gmhm_sample sample = { .deflection_rad = q_motor / ratio - q_output };  // each control period
- *     gmhm_output now = gmhm_step(&joint, &sample);                           // torque, N*m
- *     gmhm_solution aim = gmhm_invert(&joint, torque_reference);              // deflection for a torque, rad
+ *     gmhm_output now;
+ *     gmhm_step(&joint, &sample, &now);                                       // now.torque_nm, N*m
+ *     gmhm_solution aim;
+ *     gmhm_invert(&joint, torque_reference, &sample, &aim);                   // aim.deflection_rad for a torque
  *
  * Make blocks with `gmhm pack model.toml -o params.h` (or .bin, .hex). docs/block.md specifies them.
  * A block that counts torques in amperes of motor current is loaded by gmhm_load_amperes alone, after gmhm_init has answered GMHM_UNIT: read A for N*m everywhere then.
@@ -40,11 +49,19 @@ typedef struct gmhm_joint {
     uint64_t opaque[GMHM_JOINT_WORDS];
 } gmhm_joint;
 
-/* Codes of gmhm_init, gmhm_load and gmhm_set_largest_step. Refused blocks: 0x0101 to 0x0111, listed in docs/block.md. */
+/* Codes. Refused blocks: 0x0101 to 0x0111, listed in docs/block.md. */
 #define GMHM_OK 0x0000u
 #define GMHM_NULL 0x0001u
 #define GMHM_VALUE 0x0002u /* a number that is none, or out of its range: nothing changed */
 #define GMHM_UNIT 0x0003u  /* the block counts torques in the other unit: nothing changed */
+#define GMHM_FLASH 0x0004u      /* a function of gmhm_flash failed: what is in force stays whole */
+#define GMHM_NO_BLOCK 0x0005u   /* nothing is stored, or nothing before the newest block */
+#define GMHM_NOT_NEWER 0x0006u  /* its sequence number is not above that of the newest stored block */
+#define GMHM_NO_SPACE 0x0007u   /* the block is longer than the slot or the buffer */
+#define GMHM_READ_BACK 0x0008u  /* the flash does not read back what was written */
+#define GMHM_PLACE 0x0009u      /* the slots of gmhm_flash are no whole sectors, overlap or lie beyond its end, a function is missing, or the sizes do not go together */
+#define GMHM_PERIOD 0x000Au     /* law `time`: the block was made for another control period, see gmhm pack --period */
+#define GMHM_NO_INVERSE 0x000Bu /* the block has no inverse: it cannot be fed forward */
 #define GMHM_ERROR_LENGTH 0x0101u
 #define GMHM_ERROR_MAGIC 0x0102u
 #define GMHM_ERROR_VERSION 0x0103u
@@ -191,20 +208,23 @@ uint16_t gmhm_set_largest_step(gmhm_joint *joint, float largest_step_rad);
 /* Forgets the path: the next sample is a start. */
 void gmhm_restart(gmhm_joint *joint);
 
-/* Moves to the next sample, one control period after the last. The first one is the start: the hysteresis memory is empty there. */
-gmhm_output gmhm_step(gmhm_joint *joint, const gmhm_sample *sample);
+/* Moves to the next sample, one control period after the last. The first one is the start: the hysteresis memory is empty there. Returns the flags, which are in `to` as well. */
+uint32_t gmhm_step(gmhm_joint *joint, const gmhm_sample *sample, gmhm_output *to);
 
 /*
  * The same from the raw counts of both encoders, each from 0 to one below a turn: ratio, zero and rated deflection of the block are applied, in integers until the difference is
  * taken. Deflection and angles of the sample are not read. Between two calls either shaft moves by less than half a turn of its own.
  */
-gmhm_output gmhm_step_counts(gmhm_joint *joint, uint32_t motor, uint32_t output, const gmhm_sample *sample);
+uint32_t gmhm_step_counts(gmhm_joint *joint, uint32_t motor, uint32_t output, const gmhm_sample *sample, gmhm_output *to);
 
-/* The deflection at which the next sample of the base model gives this torque. Nothing moves. Subtract the torque of terms first. */
-gmhm_solution gmhm_invert(const gmhm_joint *joint, float torque_nm);
+/*
+ * The deflection at which the next sample gives this torque, terms included, at the angles, speeds and temperature of `sample`, whose deflection is not read. Nothing moves.
+ * Without a sample (NULL), and before the first step, it is that of the base model alone.
+ */
+uint32_t gmhm_invert(const gmhm_joint *joint, float torque_nm, const gmhm_sample *sample, gmhm_solution *to);
 
 /* What is in force. */
-gmhm_status gmhm_get_status(const gmhm_joint *joint);
+uint32_t gmhm_get_status(const gmhm_joint *joint, gmhm_status *to);
 
 /* What went wrong so far: GMHM_OK, or GMHM_NULL. */
 uint16_t gmhm_get_diagnostics(const gmhm_joint *joint, gmhm_diagnostics *to);
@@ -262,6 +282,8 @@ typedef struct gmhm_contribution {
     float certainty;           /* 0 at a start without a past, 1 once the past is known */
     float model_torque_nm;     /* of the gear as the memory has it, whole */
     float model_hysteresis_nm;
+    float gear_terms_nm;       /* gmhm_feed_forward: the share of the terms of the gear, which the offset has already */
+    float joint_terms_nm;      /* gmhm_feed_forward: friction, ripple, gravity: add to the torque of the motor where the torque is taken on its side; else the offset has it */
 } gmhm_contribution;
 
 /* Makes a law of bytes that hold anything, and loads a block. Call once, first. A refused block leaves a law without parameters, which is safe to use. */
@@ -275,6 +297,122 @@ uint16_t gmhm_law_restart(gmhm_law *law, float deflection_rad);
 
 /* One control period: GMHM_FLAG_... REFUSED means that the input was none, and the last good contribution fades. */
 uint32_t gmhm_law_step(gmhm_law *law, const gmhm_demand *demand, gmhm_contribution *to);
+
+/*
+ * Feed-forward of every law with the terms of the block: friction, ripple, gravity and temperature act on what is fed forward. Blocks in newton metres, with an inverse.
+ * In law `time` limits->period_s must be the period that the block was made for (GMHM_PERIOD).
+ *
+ *     static gmhm_feed_forward feed;
+ *     if (gmhm_feed_forward_init(&feed, block, sizeof block, &limits) != GMHM_OK) { ... }
+ *
+ *     gmhm_sample sample = { .temperature_c = housing, .velocity_rad_per_s = v, ... };   // what gmhm_feed_forward_needs asks for
+ *     gmhm_feed_forward_step(&feed, &demand, &sample, &now);                             // each control period
+ */
+#define GMHM_FEED_FORWARD_WORDS 448
+
+typedef struct gmhm_feed_forward {
+    uint64_t opaque[GMHM_FEED_FORWARD_WORDS];
+} gmhm_feed_forward;
+
+/* As gmhm_law_init. */
+uint16_t gmhm_feed_forward_init(gmhm_feed_forward *feed, const uint8_t *block, uint32_t length, const gmhm_limits *limits);
+
+/* As gmhm_law_load: terms of the same kind go on, what all terms add fades over within the ramp. */
+uint16_t gmhm_feed_forward_load(gmhm_feed_forward *feed, const uint8_t *block, uint32_t length, const gmhm_limits *limits);
+
+/* As gmhm_law_restart; the terms go on. */
+uint16_t gmhm_feed_forward_restart(gmhm_feed_forward *feed, float deflection_rad);
+
+/* The signals of a sample that the terms in force need: GMHM_NEEDS_... */
+uint32_t gmhm_feed_forward_needs(const gmhm_feed_forward *feed);
+
+/* One control period. The first sample is the start: its deflection is where the encoders show the gear. Later ones need none. Returns flags as gmhm_law_step. */
+uint32_t gmhm_feed_forward_step(gmhm_feed_forward *feed, const gmhm_demand *demand, const gmhm_sample *sample, gmhm_contribution *to);
+
+/*
+ * A flash and the two slots in it, each a run of whole erase sectors of its own. The functions return 0 when it is done; addresses count from the beginning of the flash. Reads are of any length;
+ * writes are aligned runs of 64 bytes into erased sectors, each byte once; erase covers whole sectors from the first address up to the second.
+ */
+typedef struct gmhm_flash {
+    void *context;        /* handed to each function */
+    uint32_t capacity;    /* bytes */
+    uint32_t erase_size;  /* bytes of an erase sector, a multiple of 64 */
+    uint32_t write_size;  /* bytes of the smallest write, a divisor of 64 */
+    uint32_t first_slot;  /* address */
+    uint32_t second_slot; /* address */
+    uint32_t slot_size;   /* bytes */
+    uint32_t (*read)(void *context, uint32_t address, uint8_t *to, uint32_t length);
+    uint32_t (*write)(void *context, uint32_t address, const uint8_t *from, uint32_t length);
+    uint32_t (*erase)(void *context, uint32_t first, uint32_t end);
+} gmhm_flash;
+
+/* Gives a block another sequence number, and the CRC-32 that goes with it: a store takes what is above the newest, and gmhm pack writes 0. */
+uint16_t gmhm_stamp(uint8_t *block, uint32_t length, uint32_t sequence);
+
+/* Blocks in two slots: a power cut at any moment leaves the old block or the new one whole. */
+#define GMHM_STORE_WORDS 24
+
+typedef struct gmhm_store {
+    uint64_t opaque[GMHM_STORE_WORDS];
+} gmhm_store;
+
+/* Makes a store of bytes that hold anything. GMHM_PLACE where the slots cannot be. Nothing is read or written yet. */
+uint16_t gmhm_store_init(gmhm_store *store, const gmhm_flash *flash);
+
+/* Copies the newest whole block, for gmhm_init or gmhm_load. */
+uint16_t gmhm_store_read(gmhm_store *store, uint8_t *to, uint32_t room, uint32_t *length);
+
+/* Stores a block beside the one in force, reads it back, and makes it the newest. Takes as long as the flash takes to erase a slot. */
+uint16_t gmhm_store_write(gmhm_store *store, const uint8_t *block, uint32_t length);
+
+/* Erases the newest block: the one before it is the newest again. */
+uint16_t gmhm_store_roll_back(gmhm_store *store);
+
+/* What a drive measures and computes, for a host that watches. */
+typedef struct gmhm_live {
+    float deflection_rad;
+    float torque_nm;
+    float hysteresis_nm;
+    float contribution_nm; /* what the compensation adds to the command */
+    uint32_t flags;        /* of the last step */
+    uint32_t ticks;        /* control periods so far; wraps */
+    uint32_t loop_cost;    /* what the last one took, in counts of the drive's own clock */
+} gmhm_live;
+
+/* The drive behind a link. The functions are called from within the calls of gmhm_link; any but send and adopt may be NULL. */
+typedef struct gmhm_drive {
+    void *context; /* handed to each function */
+    /* Sends bytes to the host. */
+    void (*send)(void *context, const uint8_t *bytes, uint32_t length);
+    /* Puts a block in force, by gmhm_load, gmhm_feed_forward_load or both with the control interrupt masked; none where block is NULL. What is not GMHM_OK refuses it: what was in force stays. */
+    uint16_t (*adopt)(void *context, const uint8_t *block, uint32_t length);
+    /* 1 while the power stage is on: nothing is stored then. A drive without this function counts as enabled. */
+    uint32_t (*is_enabled)(void *context);
+    /* Switches the compensation: gmhm_demand.on and .gain_ratio. */
+    void (*set_compensation)(void *context, uint32_t on, float gain_ratio);
+    void (*get_live)(void *context, gmhm_live *to);
+    void (*get_diagnostics)(void *context, gmhm_diagnostics *to);
+    void (*clear_diagnostics)(void *context);
+} gmhm_drive;
+
+/* The drive's end of the serial link (docs/link.md) over a store, with room for a block of 2048 bytes. Call it outside the control interrupt. */
+#define GMHM_LINK_WORDS 352
+
+typedef struct gmhm_link {
+    uint64_t opaque[GMHM_LINK_WORDS];
+} gmhm_link;
+
+/* Makes a link of bytes that hold anything. `nonce` should differ from one power-up to the next: it tells sessions apart. */
+uint16_t gmhm_link_init(gmhm_link *link, const gmhm_flash *flash, uint32_t nonce);
+
+/* Puts the newest stored block in force that the drive adopts. GMHM_NO_BLOCK where nothing is stored, else why the newest one was refused. */
+uint16_t gmhm_link_boot(gmhm_link *link, const gmhm_drive *drive);
+
+/* Takes bytes from the line and sends the answers. */
+uint16_t gmhm_link_receive(gmhm_link *link, const gmhm_drive *drive, const uint8_t *bytes, uint32_t length);
+
+/* Says that time has passed, some times a second: a trial whose host is gone ends, a silent session may be taken over. */
+uint16_t gmhm_link_elapse(gmhm_link *link, const gmhm_drive *drive, uint32_t ms);
 
 #ifdef __cplusplus
 }

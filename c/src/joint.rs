@@ -6,14 +6,14 @@ use gmhm::drive::{EncoderPair, Mounting, Reading};
 use gmhm::memory::AnyLaw;
 use gmhm::terms::compensated::{Compensated, CompensatedState, Total};
 use gmhm::terms::{Sample, Setting, Stack};
-use gmhm::{Gear, Inverse, Output, State, Status};
+use gmhm::{Gear, Inverse, Output, Solution, State, Status};
 
 use crate::types::{DiagnosticsC, EncodersC, OutputC, SampleC, SolutionC, StatusC, flag, need};
 
 /// Turning points that a joint remembers.
-const DEPTH: usize = 16;
+pub(crate) const DEPTH: usize = 16;
 /// Terms that it has room for.
-const TERMS: usize = 8;
+pub(crate) const TERMS: usize = 8;
 
 /// Base model and terms.
 type Model = Compensated<f32, AnyLaw<f32>, TERMS>;
@@ -116,37 +116,24 @@ impl Path {
 
 impl Force {
     fn sample(&self, sample: &SampleC) -> Sample<f32> {
-        Sample {
-            time: sample.time_s,
-            period: self.period_s,
-            motor_angle: sample.motor_angle_rad,
-            output_angle: sample.output_angle_rad,
-            deflection: sample.deflection_rad,
-            deflection_rate: sample.deflection_rate_rad_per_s,
-            velocity: sample.velocity_rad_per_s,
-            acceleration: sample.acceleration_rad_per_s2,
-            temperature: sample.temperature_c,
-            motor_velocity: sample.motor_velocity_rad_per_s,
-            output_velocity: sample.output_velocity_rad_per_s,
-            ..Sample::default()
-        }
+        sample.after(self.period_s)
     }
 }
 
 /// The parameters of a good block, but for its terms. A frame of its own, gone before the terms are set up: firmware has little stack.
 #[inline(never)]
-fn check(block: &Block<'_>) -> Result<Parameters<f32, AnyLaw<f32>, CheckedTerms<TERMS>>, BlockError> {
+pub(crate) fn check(block: &Block<'_>) -> Result<Parameters<f32, AnyLaw<f32>, CheckedTerms<TERMS>>, BlockError> {
     Parameters::of_block(block, DEPTH)
 }
 
 /// The terms of a good block, in their place. A frame of its own, as above.
 #[inline(never)]
-fn plant(model: &mut Model, terms: &CheckedTerms<TERMS>, block: &Block<'_>) {
-    terms.plant_into(&mut model.stack, block);
+pub(crate) fn plant(stack: &mut Stack<f32, TERMS>, terms: &CheckedTerms<TERMS>, block: &Block<'_>) {
+    terms.plant_into(stack, block);
 }
 
 /// Of a stack that terms are planted into.
-const NO_SETTING: Setting<f32> = Setting { sigma: 0.0, c1: 0.0, rated_deflection: 0.0 };
+pub(crate) const NO_SETTING: Setting<f32> = Setting { sigma: 0.0, c1: 0.0, rated_deflection: 0.0 };
 
 impl Joint {
     /// No parameters in force.
@@ -190,7 +177,7 @@ impl Joint {
             (parameters.header.sequence, parameters.crc, parameters.header.period_s);
         (force.gear, force.joint, force.unit) = (label, joint, unit);
         (force.inverse, force.compensated.gear) = (parameters.inverse, gear);
-        plant(&mut force.compensated, &parameters.terms, &block);
+        plant(&mut force.compensated.stack, &parameters.terms, &block);
         if let Some(before) = &before {
             self.path.take_over(before, &force.compensated);
         }
@@ -303,26 +290,26 @@ impl Joint {
         self.diagnostics.clear();
     }
 
-    pub(crate) fn invert(&self, torque_nm: f32) -> SolutionC {
+    pub(crate) fn invert(&self, torque_nm: f32, sample: Option<&SampleC>) -> SolutionC {
         let none = |flags| SolutionC { deflection_rad: 0.0, flags };
         let Some(force) = &self.force else { return none(flag::NOT_LOADED) };
         let Some(inverse) = &force.inverse else { return none(flag::NO_INVERSE) };
-        let solution = match self.path.base() {
-            Some(state) => inverse.peek(state, torque_nm),
-            None => inverse.start::<DEPTH>(torque_nm).1,
+        let base = match (&self.path, sample) {
+            (Path::WithTerms(state), Some(sample)) => {
+                let solved = state.solve(inverse, &force.compensated.stack, torque_nm, &force.sample(sample));
+                let solution = solution(&solved.gear, solved.converged);
+                return SolutionC { deflection_rad: solved.measured, ..solution };
+            }
+            (Path::New, _) => inverse.start::<DEPTH>(torque_nm).1,
+            (Path::Base(state), _) => inverse.peek(state, torque_nm),
+            (Path::WithTerms(state), None) => inverse.peek(state.gear(), torque_nm),
         };
-        let flags = [
-            (solution.refused, flag::REFUSED),
-            (solution.saturated, flag::SATURATED),
-            (!solution.converged, flag::NOT_CONVERGED),
-        ];
-        SolutionC { deflection_rad: solution.theta, flags: sum(&flags) }
+        solution(&base, true)
     }
 
     pub(crate) fn status(&self) -> StatusC {
         let Some(force) = &self.force else { return StatusC { flags: flag::NOT_LOADED, ..StatusC::default() } };
         let Compensated { gear, stack } = &force.compensated;
-        let needs = need::ALL.iter().enumerate().filter(|(_, need)| stack.needs(**need));
         let at_rest = gear.start::<DEPTH>(0.0);
         let state = self.path.base().unwrap_or(&at_rest);
         StatusC {
@@ -333,7 +320,7 @@ impl Joint {
             range_rad: force.inverse.as_ref().map_or(0.0, Inverse::range),
             start_uncertainty_nm: gear.start_uncertainty(state),
             merged_pairs: gear.merged_pairs(state),
-            needs: needs.fold(0, |bits, (bit, _)| bits | 1 << bit),
+            needs: need::bits(stack),
             flags: self.flags,
             gear: force.gear,
             ratio: force.joint.ratio.unwrap_or(0.0) as f32,
@@ -344,8 +331,17 @@ impl Joint {
     }
 }
 
-fn sum(flags: &[(bool, u32)]) -> u32 {
+pub(crate) fn sum(flags: &[(bool, u32)]) -> u32 {
     flags.iter().filter(|(set, _)| *set).fold(0, |sum, (_, flag)| sum | flag)
+}
+
+fn solution(solution: &Solution<f32>, converged: bool) -> SolutionC {
+    let flags = [
+        (solution.refused, flag::REFUSED),
+        (solution.saturated, flag::SATURATED),
+        (!solution.converged || !converged, flag::NOT_CONVERGED),
+    ];
+    SolutionC { deflection_rad: solution.theta, flags: sum(&flags) }
 }
 
 fn base_output(output: Output<f32>, state: &State<f32, DEPTH>) -> OutputC {

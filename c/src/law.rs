@@ -3,7 +3,7 @@
 use core::mem::MaybeUninit;
 
 use gmhm::block::{BlockError, Prepared, TorqueUnit};
-use gmhm::feedforward::{Controls, Demand, FeedForward, FeedForwardState, Limits, Source};
+use gmhm::feedforward::{FeedForward, FeedForwardState};
 use gmhm::memory::masing::Masing;
 
 use crate::types::{ContributionC, DemandC, LimitsC, flag};
@@ -39,9 +39,7 @@ fn prepare(block: &[u8], limits: &LimitsC) -> Result<Feed, u16> {
     if prepared.header.torque_unit != TorqueUnit::NewtonMetre {
         return Err(UNIT);
     }
-    let LimitsC { period_s, ramp_s, offset_slew_rad_per_s, torque_slew_nm_per_s, largest_rate_rad_per_s } = *limits;
-    let limits = Limits { period_s, ramp_s, offset_slew_rad_per_s, torque_slew_nm_per_s, largest_rate_rad_per_s };
-    FeedForward::of_inverse(&prepared.inverse, &limits).map_err(|_| VALUE)
+    FeedForward::of_inverse(&prepared.inverse, &limits.limits()).map_err(|_| VALUE)
 }
 
 /// See `gmhm.h`.
@@ -120,9 +118,7 @@ pub extern "C" fn gmhm_law_step(
     let to = to.write(ContributionC::default());
     let (Some(law), Some(demand)) = (law, demand) else { return flag::NOT_LOADED };
     let Some((feed, state)) = &mut law.force else { return flag::NOT_LOADED };
-    let source = if demand.along_measurement == 0 { Source::Reference } else { Source::Measurement };
-    let controls = Controls { on: demand.on != 0, source, ratio: demand.gain_ratio };
-    let now = feed.step(state, &controls, &Demand { torque: demand.torque_nm, deflection: demand.deflection_rad });
+    let now = feed.step(state, &demand.controls(), &demand.demand());
     let output = feed.inverse().gear().output(state.gear());
     let status = state.gear().status();
     *to = ContributionC {
@@ -133,6 +129,7 @@ pub extern "C" fn gmhm_law_step(
         certainty: now.certainty,
         model_torque_nm: output.torque,
         model_hysteresis_nm: output.hysteresis,
+        ..ContributionC::default()
     };
     [
         (now.refused, flag::REFUSED),

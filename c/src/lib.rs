@@ -9,8 +9,11 @@
 #[cfg(not(target_os = "none"))]
 extern crate std;
 
+mod feed_forward;
+mod flash;
 mod joint;
 mod law;
+mod link;
 mod types;
 
 use core::mem::MaybeUninit;
@@ -19,10 +22,20 @@ use gmhm::block::{TorqueUnit, sdo_abort};
 
 use crate::joint::LoadError;
 
+pub use feed_forward::{
+    FEED_FORWARD_WORDS, FeedForwardC, gmhm_feed_forward_init, gmhm_feed_forward_load, gmhm_feed_forward_needs,
+    gmhm_feed_forward_restart, gmhm_feed_forward_step,
+};
+pub use flash::{
+    FlashC, STORE_WORDS, StoreC, gmhm_stamp, gmhm_store_init, gmhm_store_read, gmhm_store_roll_back, gmhm_store_write,
+};
 pub use joint::Joint;
 pub use law::{LAW_WORDS, Law, gmhm_law_init, gmhm_law_load, gmhm_law_restart, gmhm_law_step};
+pub use link::{
+    DriveC, LINK_ROOM, LINK_WORDS, LinkC, gmhm_link_boot, gmhm_link_elapse, gmhm_link_init, gmhm_link_receive,
+};
 pub use types::{
-    ContributionC, DemandC, DiagnosticsC, EncodersC, LimitsC, OutputC, SampleC, SolutionC, StatusC, flag, need,
+    ContributionC, DemandC, DiagnosticsC, EncodersC, LimitsC, LiveC, OutputC, SampleC, SolutionC, StatusC, flag, need,
 };
 
 /// `GMHM_OK`.
@@ -33,6 +46,22 @@ pub const NULL: u16 = 1;
 pub const VALUE: u16 = 2;
 /// `GMHM_UNIT`.
 pub const UNIT: u16 = 3;
+/// `GMHM_FLASH`.
+pub const FLASH: u16 = 4;
+/// `GMHM_NO_BLOCK`.
+pub const NO_BLOCK: u16 = 5;
+/// `GMHM_NOT_NEWER`.
+pub const NOT_NEWER: u16 = 6;
+/// `GMHM_NO_SPACE`.
+pub const NO_SPACE: u16 = 7;
+/// `GMHM_READ_BACK`.
+pub const READ_BACK: u16 = 8;
+/// `GMHM_PLACE`.
+pub const PLACE: u16 = 9;
+/// `GMHM_PERIOD`.
+pub const PERIOD: u16 = 10;
+/// `GMHM_NO_INVERSE`.
+pub const NO_INVERSE: u16 = 11;
 
 /// 64-bit words of `gmhm_joint`.
 pub const JOINT_WORDS: usize = 448;
@@ -115,11 +144,14 @@ pub extern "C" fn gmhm_step_counts(
     motor: u32,
     output: u32,
     sample: Option<&SampleC>,
-) -> OutputC {
-    match (joint, sample) {
-        (Some(joint), Some(sample)) => joint.step_counts(motor, output, sample),
-        _ => OutputC { flags: flag::NOT_LOADED, ..OutputC::default() },
+    to: Option<&mut MaybeUninit<OutputC>>,
+) -> u32 {
+    let Some(to) = to else { return flag::NOT_LOADED };
+    let to = to.write(OutputC { flags: flag::NOT_LOADED, ..OutputC::default() });
+    if let (Some(joint), Some(sample)) = (joint, sample) {
+        *to = joint.step_counts(motor, output, sample);
     }
+    to.flags
 }
 
 /// See `gmhm.h`.
@@ -150,25 +182,42 @@ pub extern "C" fn gmhm_set_largest_step(joint: Option<&mut Joint>, largest_step_
 /// See `gmhm.h`.
 // SAFETY: as for `gmhm_init`.
 #[unsafe(no_mangle)]
-pub extern "C" fn gmhm_step(joint: Option<&mut Joint>, sample: Option<&SampleC>) -> OutputC {
-    match (joint, sample) {
-        (Some(joint), Some(sample)) => joint.step(sample),
-        _ => OutputC { flags: flag::NOT_LOADED, ..OutputC::default() },
+pub extern "C" fn gmhm_step(
+    joint: Option<&mut Joint>,
+    sample: Option<&SampleC>,
+    to: Option<&mut MaybeUninit<OutputC>>,
+) -> u32 {
+    let Some(to) = to else { return flag::NOT_LOADED };
+    let to = to.write(OutputC { flags: flag::NOT_LOADED, ..OutputC::default() });
+    if let (Some(joint), Some(sample)) = (joint, sample) {
+        *to = joint.step(sample);
     }
+    to.flags
 }
 
 /// See `gmhm.h`.
 // SAFETY: as for `gmhm_init`.
 #[unsafe(no_mangle)]
-pub extern "C" fn gmhm_invert(joint: Option<&Joint>, torque_nm: f32) -> SolutionC {
-    joint.map_or(SolutionC { deflection_rad: 0.0, flags: flag::NOT_LOADED }, |joint| joint.invert(torque_nm))
+pub extern "C" fn gmhm_invert(
+    joint: Option<&Joint>,
+    torque_nm: f32,
+    sample: Option<&SampleC>,
+    to: Option<&mut MaybeUninit<SolutionC>>,
+) -> u32 {
+    let Some(to) = to else { return flag::NOT_LOADED };
+    let to = to.write(SolutionC { flags: flag::NOT_LOADED, ..SolutionC::default() });
+    if let Some(joint) = joint {
+        *to = joint.invert(torque_nm, sample);
+    }
+    to.flags
 }
 
 /// See `gmhm.h`.
 // SAFETY: as for `gmhm_init`.
 #[unsafe(no_mangle)]
-pub extern "C" fn gmhm_get_status(joint: Option<&Joint>) -> StatusC {
-    joint.map_or(StatusC { flags: flag::NOT_LOADED, ..StatusC::default() }, Joint::status)
+pub extern "C" fn gmhm_get_status(joint: Option<&Joint>, to: Option<&mut MaybeUninit<StatusC>>) -> u32 {
+    let Some(to) = to else { return flag::NOT_LOADED };
+    to.write(joint.map_or(StatusC { flags: flag::NOT_LOADED, ..StatusC::default() }, Joint::status)).flags
 }
 
 /// See `gmhm.h`.

@@ -1,5 +1,8 @@
 //! The structures of `gmhm.h`, field by field.
 
+use gmhm::feedforward::{Controls, Demand, Limits, Source};
+use gmhm::terms::Sample;
+
 /// `gmhm_sample`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[repr(C)]
@@ -24,6 +27,26 @@ pub struct SampleC {
     pub motor_velocity_rad_per_s: f32,
     /// q̇_o.
     pub output_velocity_rad_per_s: f32,
+}
+
+impl SampleC {
+    /// The core's sample, `period_s` after the last.
+    pub(crate) fn after(&self, period_s: f32) -> Sample<f32> {
+        Sample {
+            time: self.time_s,
+            period: period_s,
+            motor_angle: self.motor_angle_rad,
+            output_angle: self.output_angle_rad,
+            deflection: self.deflection_rad,
+            deflection_rate: self.deflection_rate_rad_per_s,
+            velocity: self.velocity_rad_per_s,
+            acceleration: self.acceleration_rad_per_s2,
+            temperature: self.temperature_c,
+            motor_velocity: self.motor_velocity_rad_per_s,
+            output_velocity: self.output_velocity_rad_per_s,
+            ..Sample::default()
+        }
+    }
 }
 
 /// `gmhm_output`.
@@ -104,6 +127,13 @@ pub struct LimitsC {
     pub largest_rate_rad_per_s: f32,
 }
 
+impl LimitsC {
+    pub(crate) fn limits(&self) -> Limits<f32> {
+        let Self { period_s, ramp_s, offset_slew_rad_per_s, torque_slew_nm_per_s, largest_rate_rad_per_s } = *self;
+        Limits { period_s, ramp_s, offset_slew_rad_per_s, torque_slew_nm_per_s, largest_rate_rad_per_s }
+    }
+}
+
 /// `gmhm_demand`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[repr(C)]
@@ -118,6 +148,17 @@ pub struct DemandC {
     pub on: u32,
     /// Whether the memory follows the measured deflection.
     pub along_measurement: u32,
+}
+
+impl DemandC {
+    pub(crate) fn controls(&self) -> Controls<f32> {
+        let source = if self.along_measurement == 0 { Source::Reference } else { Source::Measurement };
+        Controls { on: self.on != 0, source, ratio: self.gain_ratio }
+    }
+
+    pub(crate) fn demand(&self) -> Demand<f32> {
+        Demand { torque: self.torque_nm, deflection: self.deflection_rad }
+    }
 }
 
 /// `gmhm_contribution`.
@@ -138,6 +179,30 @@ pub struct ContributionC {
     pub model_torque_nm: f32,
     /// z at the state.
     pub model_hysteresis_nm: f32,
+    /// The share of the terms of the gear.
+    pub gear_terms_nm: f32,
+    /// The share of the terms of the joint.
+    pub joint_terms_nm: f32,
+}
+
+/// `gmhm_live`.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[repr(C)]
+pub struct LiveC {
+    /// θ.
+    pub deflection_rad: f32,
+    /// T.
+    pub torque_nm: f32,
+    /// z.
+    pub hysteresis_nm: f32,
+    /// What the compensation adds to the command.
+    pub contribution_nm: f32,
+    /// [`flag`]s of the last step.
+    pub flags: u32,
+    /// Control periods so far.
+    pub ticks: u32,
+    /// What the last one took, in counts of the drive's own clock.
+    pub loop_cost: u32,
 }
 
 /// `gmhm_encoders`.
@@ -198,7 +263,13 @@ pub mod flag {
 
 /// Bits of the signals that terms need, in the order of this list.
 pub mod need {
-    use gmhm::terms::Need;
+    use gmhm::terms::{Need, Stack};
+
+    /// The bits of what terms need.
+    pub(crate) fn bits<const K: usize>(stack: &Stack<f32, K>) -> u32 {
+        let needs = ALL.iter().enumerate().filter(|(_, need)| stack.needs(**need));
+        needs.fold(0, |bits, (bit, _)| bits | 1 << bit)
+    }
 
     /// Bit k stands for the k-th.
     pub const ALL: [Need; 8] = [

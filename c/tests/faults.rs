@@ -6,13 +6,12 @@ mod common;
 
 use std::mem::MaybeUninit;
 
-use common::{A, at, block, block_of, joint};
+use common::{A, at, block, block_of, gmhm_get_status, gmhm_invert, gmhm_step, gmhm_step_counts, joint};
 use gmhm::block::{Joint as JointOfGear, TorqueUnit};
 use gmhm::diagnostics::Fault;
 use gmhm_c::{
     DiagnosticsC, EncodersC, Joint, NULL, OK, SampleC, UNIT, VALUE, flag, gmhm_clear_diagnostics, gmhm_get_diagnostics,
-    gmhm_get_status, gmhm_init, gmhm_invert, gmhm_load, gmhm_load_amperes, gmhm_restart, gmhm_set_encoders,
-    gmhm_set_largest_step, gmhm_step, gmhm_step_counts,
+    gmhm_init, gmhm_load, gmhm_load_amperes, gmhm_restart, gmhm_set_encoders, gmhm_set_largest_step,
 };
 
 const EXECUTIONS: u64 = 100_000;
@@ -150,7 +149,7 @@ fn fuzzed_samples_are_answered() {
             // Samples that agreed may have been taken for a new place.
             assert!(good < 4 || output.flags == 0, "{k}: {:x}", output.flags);
             let torque = if next() % 8 == 0 { f32::from_bits(next()) } else { output.torque_nm };
-            let solution = gmhm_invert(Some(&joint), torque);
+            let solution = gmhm_invert(Some(&joint), torque, None);
             assert!(solution.deflection_rad.abs() <= 1.01e5 * A, "{solution:?} for {torque}");
             if next() % 10_000 == 0 {
                 gmhm_restart(Some(&mut joint));

@@ -8,9 +8,15 @@ use std::process::Command;
 
 use common::Small;
 use gmhm::block::{Header, Identity, Joint, Parameters, ScalarKind, Writer};
+use gmhm::feedforward::{Controls, Demand, Limits};
+use gmhm::link::{Answer, Origin, Receiver, Request, Tag};
+use gmhm::terms::feedforward::CompensatedFeedForward;
 use gmhm::terms::{KINDS, Sample, Side, kind};
-use gmhm::{Elastic, Gear, Memory, Params};
-use gmhm_c::{JOINT_WORDS, LAW_WORDS, StatusC, flag};
+use gmhm::{Elastic, Gear, Memory, Params, Solution};
+use gmhm_c::{
+    FEED_FORWARD_WORDS, FLASH, JOINT_WORDS, LAW_WORDS, LINK_WORDS, NO_BLOCK, NO_INVERSE, NO_SPACE, NOT_NEWER, NULL,
+    PERIOD, PLACE, READ_BACK, STORE_WORDS, StatusC, UNIT, VALUE, flag,
+};
 
 const PERIOD_S: f64 = 1e-3;
 const HEADER: &str = include_str!("../include/gmhm.h");
@@ -77,6 +83,17 @@ fn expected(block: &[u8]) -> Vec<String> {
     let compensated = parameters.compensated().expect("a gear");
     let (gear, inverse) = (&compensated.gear, parameters.inverse.expect("an inverse"));
     let mut lines = Vec::new();
+    let limits = Limits {
+        period_s: PERIOD_S as f32,
+        ramp_s: 0.125,
+        offset_slew_rad_per_s: 0.5,
+        torque_slew_nm_per_s: 400.0,
+        largest_rate_rad_per_s: f32::INFINITY,
+    };
+    let feed_forward = parameters.feed_forward(&limits).expect("an inverse");
+    let feed = CompensatedFeedForward::new(feed_forward, &parameters.terms);
+    let controls = Controls { on: true, ..Controls::default() };
+    let mut fed = None;
     let mut base = gear.start::<16>(0.0);
     let mut whole = None;
     for k in 0..2000_u32 {
@@ -88,6 +105,7 @@ fn expected(block: &[u8]) -> Vec<String> {
             velocity: if phase < 128 { 0.5 } else { -0.5 },
             motor_velocity: if phase < 128 { 2.0 } else { -2.0 },
             time: k as f32 / 1024.0,
+            temperature: 20.0 + k as f32 / 128.0,
             period: PERIOD_S as f32,
             ..Sample::default()
         };
@@ -106,7 +124,8 @@ fn expected(block: &[u8]) -> Vec<String> {
             let total = if k == 0 { *state.last() } else { compensated.step(state, &sample) };
             out = total.base;
             (torque, terms, theta) = (total.torque, total.terms, total.deflection);
-            solution = inverse.peek(state.gear(), 0.5 * torque);
+            let solved = state.solve(&inverse, &compensated.stack, 0.5 * torque, &sample);
+            solution = Solution { theta: solved.measured, ..solved.gear };
         }
         let flags = if theta.abs() > gear.frame().rated() { flag::OUT_OF_RANGE } else { 0 };
         let mut line = String::new();
@@ -116,8 +135,34 @@ fn expected(block: &[u8]) -> Vec<String> {
         lines.push(format!("{line}{flags:x}"));
         let saturated = if solution.saturated { flag::SATURATED } else { 0 };
         lines.push(format!("{:08x} {saturated:x}", solution.theta.to_bits()));
+        let state = fed.get_or_insert_with(|| feed.start::<16>(&sample));
+        let demand = Demand { torque: 0.75 * torque, deflection: 0.0 };
+        let now = feed.step(state, &controls, &demand, &sample);
+        let flags = if state.gear().status().out_of_range { flag::OUT_OF_RANGE } else { 0 };
+        let saturated = if now.base.saturated { flag::SATURATED } else { 0 };
+        let [offset, hysteresis, joint] = [now.offset, now.base.hysteresis, now.joint_torque].map(f32::to_bits);
+        lines.push(format!("{offset:08x} {hysteresis:08x} {joint:08x} {:x}", flags | saturated));
     }
     lines
+}
+
+/// Origin and sequence number in the status of a frame, and that the drive counts as enabled.
+fn status_of(frame: &str) -> (Origin, u32, bool) {
+    let byte = |at: usize| u8::from_str_radix(&frame[at..at + 2], 16).expect("hexadecimal digits");
+    let mut receiver = Receiver::new();
+    let bodies = (0..frame.len()).step_by(2).filter_map(|at| receiver.feed(byte(at)).map(<[u8]>::to_vec));
+    let body = bodies.last().expect("a frame");
+    match Answer::decode(&body) {
+        Some((_, _, Answer::Status(status))) => (status.origin, status.sequence, status.enabled),
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn the_frame_of_the_program_asks_for_the_status() {
+    let frame = Request::Status.encode(Tag::default());
+    let written = frame.iter().map(|byte| format!("{byte:#04x}")).collect::<Vec<_>>().join(", ");
+    assert!(include_str!("program.c").contains(&written), "{written}");
 }
 
 #[test]
@@ -126,17 +171,22 @@ fn a_c_program_computes_the_bits_of_rust() {
     let program = compile(folder.path());
     let other = folder.path().join("other.bin");
     std::fs::write(&other, block(&params(1.1), &[])).expect("written");
-    for terms in [&[][..], &["kinematic_error", "coulomb_friction", "ripple_resonance", "sensor_drift"]] {
+    for terms in
+        [&[][..], &["kinematic_error", "coulomb_friction", "ripple_resonance", "thermal_friction", "sensor_drift"]]
+    {
         let bytes = block(&params(1.0), terms);
         let file = folder.path().join("block.bin");
         std::fs::write(&file, &bytes).expect("written");
         let output = run(Command::new(&program).arg(&file).arg(&other));
         let mut lines = output.lines();
         let status: Vec<&str> = lines.next().expect("a status").rsplitn(6, ' ').collect();
-        let needs = if terms.is_empty() { "0" } else { "45" };
+        let needs = if terms.is_empty() { "0" } else { "65" };
         assert_eq!((status[0], status[5]), (needs, "joint 3"));
         assert_eq!(status[2], format!("{:08x}", (1.168e-3_f32).to_bits()));
-        let lines: Vec<&str> = lines.collect();
+        assert_eq!(lines.next(), Some(format!("0 {needs}").as_str()), "the feed-forward is loaded");
+        let mut lines: Vec<&str> = lines.collect();
+        let answer = lines.pop().expect("the answer of the link");
+        assert_eq!(status_of(answer), (Origin::Stored, 1, true), "{answer}");
         // A sensor's drift is in the block, and nothing of it in what is fed forward.
         let plant: Vec<&str> = terms.iter().copied().filter(|name| *name != "sensor_drift").collect();
         let expected = expected(&block(&params(1.0), &plant));
@@ -163,6 +213,25 @@ fn defined(name: &str) -> u32 {
 fn the_header_says_what_the_library_does() {
     assert_eq!(defined("GMHM_JOINT_WORDS") as usize, JOINT_WORDS);
     assert_eq!(defined("GMHM_LAW_WORDS") as usize, LAW_WORDS);
+    assert_eq!(defined("GMHM_FEED_FORWARD_WORDS") as usize, FEED_FORWARD_WORDS);
+    assert_eq!(defined("GMHM_STORE_WORDS") as usize, STORE_WORDS);
+    assert_eq!(defined("GMHM_LINK_WORDS") as usize, LINK_WORDS);
+    let codes = [
+        ("NULL", NULL),
+        ("VALUE", VALUE),
+        ("UNIT", UNIT),
+        ("FLASH", FLASH),
+        ("NO_BLOCK", NO_BLOCK),
+        ("NOT_NEWER", NOT_NEWER),
+        ("NO_SPACE", NO_SPACE),
+        ("READ_BACK", READ_BACK),
+        ("PLACE", PLACE),
+        ("PERIOD", PERIOD),
+        ("NO_INVERSE", NO_INVERSE),
+    ];
+    for (name, code) in codes {
+        assert_eq!(defined(&format!("GMHM_{name}")), u32::from(code));
+    }
     let flags = [
         ("NOT_LOADED", flag::NOT_LOADED),
         ("REFUSED", flag::REFUSED),

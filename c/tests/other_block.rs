@@ -2,8 +2,8 @@
 
 mod common;
 
-use common::{A, at, block, block_with, joint};
-use gmhm_c::{Joint, OK, OutputC, gmhm_load, gmhm_restart, gmhm_step};
+use common::{A, at, block, block_with, gmhm_step, joint};
+use gmhm_c::{Joint, OK, OutputC, gmhm_load, gmhm_restart};
 
 /// Loads, unloads and loads again, so that two turning points are remembered.
 fn walk(joint: &mut Joint) -> OutputC {

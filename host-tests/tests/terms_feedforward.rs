@@ -226,3 +226,73 @@ fn a_warm_gear_is_wound_up_further() {
     // 4 % of c1 θ, over a slope of about c1.
     assert!((warm / cold - 1.0 - 0.04).abs() < 0.01, "{}", warm / cold);
 }
+
+/// Other terms and another spring with the loop running: nothing jumps, and after the ramp the contribution is that of a feed-forward that had them all along.
+#[test]
+fn other_terms_come_into_force_without_a_step() {
+    const RAMP_S: f64 = 0.2;
+    let params = published();
+    let softer = {
+        let elastic = Elastic { c1_nm_per_rad: 2.2e4, ..params.elastic() };
+        Params::new(RATED, elastic, params.memory()).unwrap()
+    };
+    let settings = Settings { period_s: PERIOD_S, ramp_s: RAMP_S, ..Settings::default() };
+    let on = Controls { on: true, source: Follows::Reference, ratio: 1.0 };
+    let make = |params: &Params, kinds: &[(&str, usize)]| {
+        let feed_forward = FeedForward::<f64>::new(params, &settings).unwrap();
+        CompensatedFeedForward::new(feed_forward, &stack::<f64>(1.0, kinds))
+    };
+    let before = make(&params, &[("coulomb_friction", 0)]);
+    let after = make(&softer, &[("thermal_friction", 0), ("coulomb_friction", 0), ("kinematic_error", 0)]);
+    // Everything stands, so that whatever changes is the change of parameters.
+    let (still, demand) = (sample(700), Demand { torque: 12.0, deflection: 0.0 });
+    let mut state = before.start::<16>(&still);
+    let mut last = *state.last();
+    for _ in 0..1000 {
+        last = before.step(&mut state, &on, &demand, &still);
+    }
+    let old = last;
+    after.take_over(&before.feed_forward, &mut state);
+    let (mut offset, mut torque) = (0.0_f64, 0.0_f64);
+    for _ in 0..400 {
+        let now = after.step(&mut state, &on, &demand, &still);
+        offset = offset.max((now.offset - last.offset).abs());
+        torque = torque.max((now.joint_torque - last.joint_torque).abs());
+        last = now;
+    }
+    let share = 1.01 * PERIOD_S / RAMP_S;
+    let (moved, turned) = ((last.offset - old.offset).abs(), (last.joint_torque - old.joint_torque).abs());
+    assert!(moved > 1e-5 && turned > 1e-3, "the change is one: {moved:e} rad, {turned} N·m");
+    assert!(
+        offset <= share * moved && torque <= share * turned,
+        "{offset:e} of {moved:e} rad, {torque} of {turned} N·m"
+    );
+
+    // A restart of the memory makes no step either.
+    after.restart(&mut state, 0.0);
+    let first = after.step(&mut state, &on, &demand, &still);
+    assert!((first.offset - last.offset).abs() <= share * RATED);
+    assert_eq!(first.joint_torque, last.joint_torque);
+}
+
+/// What a running joint answers, its own gear gives back at the next sample.
+#[test]
+fn a_running_gear_is_solved_with_its_terms() {
+    let params = published();
+    let kinds = [("coulomb_friction", 0), ("soft_windup", 0), ("kinematic_error", 0), ("thermal_stiffness", 0)];
+    let inverse = Inverse::<f64>::new(&params).unwrap();
+    let joint = Compensated { gear: *inverse.gear(), stack: stack::<f64>(-1.0, &kinds) };
+    let mut state = joint.start::<16>(&Sample { period: PERIOD_S, ..sample(0) });
+    for row in 1..2000 {
+        let sample = Sample { period: PERIOD_S, ..sample(row) };
+        let asked = torque_at(row);
+        let solved = state.solve(&inverse, &joint.stack, asked, &sample);
+        assert!(solved.converged && !solved.gear.refused, "{row}");
+        let theta = solved.gear.theta;
+        let rate = (theta - state.gear().theta()) / PERIOD_S;
+        let moved = joint.step(&mut state, &Sample { deflection: solved.measured, deflection_rate: rate, ..sample });
+        assert!(solved.gear.saturated || (moved.torque - asked).abs() < 1e-6, "{row}: {} for {asked}", moved.torque);
+    }
+    let none = state.solve(&inverse, &joint.stack, f64::NAN, &sample(2000));
+    assert!(none.gear.refused && none.measured == state.gear().theta());
+}

@@ -2,8 +2,8 @@
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 mod hash;
-mod journey;
 mod platform;
+mod test_path;
 mod typical;
 
 use gmhm::inverse::Invertible;
@@ -13,8 +13,8 @@ use gmhm::scalar::{Fixed, Scalar};
 use gmhm::terms::{Compensated, Sample, Setting, Stack};
 use gmhm::{Gate, Gear, Inverse, InverseError, Kernel, Law, Output, Params, Solution, State};
 use hash::Hash;
-use journey::Journey;
 use platform::gears;
+use test_path::TestPath;
 
 const SAMPLES: u32 = 100_000;
 const CHECKPOINT: u32 = 20_000;
@@ -87,8 +87,8 @@ fn varying(name: &'static str, (kernel, gate): Kind) {
     let Ok(inverse) = Inverse::<f32>::with_period(&params, 4.0 * f64::from(PERIOD_S)) else {
         return say!("{}: no inverse", name);
     };
-    walk(name, &inverse, |state, theta, load, journey| {
-        let period_s = PERIOD_S * journey.uneven();
+    walk(name, &inverse, |state, theta, load, path| {
+        let period_s = PERIOD_S * path.uneven();
         (inverse.peek_after(state, load, period_s), inverse.gear().step_after(state, theta, period_s))
     });
 }
@@ -119,17 +119,17 @@ fn constant<S: Word, L: Invertible<S>>(name: &'static str, inverse: &Inverse<S, 
 fn walk<S: Word, L: Invertible<S>>(
     name: &'static str,
     inverse: &Inverse<S, L>,
-    mut turn: impl FnMut(&mut State<S, 16, L>, S, S, &mut Journey) -> (Solution<S>, Output<S>),
+    mut turn: impl FnMut(&mut State<S, 16, L>, S, S, &mut TestPath) -> (Solution<S>, Output<S>),
 ) {
     let gear = inverse.gear();
     let mut state = gear.start::<16>(S::ZERO);
-    let mut journey = Journey::new(gears::RATED_RAD);
-    let mut loads = Journey::new(gears::RATED_NM);
+    let mut path = TestPath::new(gears::RATED_RAD);
+    let mut loads = TestPath::new(gears::RATED_NM);
     let mut hash = Hash::new();
     for k in 1..=SAMPLES {
-        let theta = S::input(journey.next_deflection(), gears::RATED_RAD);
+        let theta = S::input(path.next_deflection(), gears::RATED_RAD);
         let load = S::input(loads.next_deflection(), gears::RATED_NM);
-        let (solution, out) = turn(&mut state, theta, load, &mut journey);
+        let (solution, out) = turn(&mut state, theta, load, &mut path);
         hash.add(solution.theta.word());
         hash.add(
             u32::from(solution.saturated)
@@ -171,8 +171,8 @@ fn terms() {
         }
         let joint = Compensated { gear: Gear::with_law(&params, Masing::new(&params)), stack };
         let mut state = joint.start::<16>(&Sample::default());
-        let mut deflection = Journey::new(gears::RATED_RAD);
-        let mut motion = Journey::new(1.0);
+        let mut deflection = TestPath::new(gears::RATED_RAD);
+        let mut motion = TestPath::new(1.0);
         let mut hash = Hash::new();
         for k in 1..=TERM_SAMPLES {
             let [output_angle, deflection_rate, velocity] = core::array::from_fn(|_| motion.next_deflection());

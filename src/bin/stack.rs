@@ -3,8 +3,8 @@
 #![no_std]
 #![no_main]
 
-mod journey;
 mod platform;
+mod test_path;
 mod typical;
 
 use core::hint::black_box;
@@ -17,8 +17,8 @@ use gmhm::memory::time::Time;
 use gmhm::terms::compensated::CompensatedState;
 use gmhm::terms::{Compensated, Sample, Setting, Stack};
 use gmhm::{Gate, Gear, Inverse, Kernel, Law, Params, State};
-use journey::Journey;
 use platform::gears::{self, RATED_NM, RATED_RAD};
+use test_path::TestPath;
 
 const SAMPLES: u32 = 5_000;
 const TERM_SAMPLES: u32 = 200;
@@ -91,7 +91,7 @@ fn load(block: &[u8]) -> bool {
 #[inline(never)]
 fn law<L: Invertible<f32>>((step_name, peek_name): (&'static str, &'static str), inverse: &Inverse<f32, L>) {
     let mut state = inverse.gear().start::<16>(0.0);
-    let (mut path, mut loads) = (Journey::new(RATED_RAD), Journey::new(RATED_NM));
+    let (mut path, mut loads) = (TestPath::new(RATED_RAD), TestPath::new(RATED_NM));
     let (mut deepest_step, mut deepest_peek) = (0, 0);
     for _ in 0..SAMPLES {
         let (theta, load) = (path.next_deflection(), loads.next_deflection());
@@ -116,7 +116,7 @@ fn peek<L: Invertible<f32>>(inverse: &Inverse<f32, L>, state: &State<f32, 16, L>
 #[inline(never)]
 fn compensated(joint: &Compensated<f32, Masing<f32>, 1>) -> usize {
     let mut state = joint.start::<16>(&Sample::default());
-    let mut path = Journey::new(RATED_RAD);
+    let mut path = TestPath::new(RATED_RAD);
     let mut deepest = 0;
     for k in 0..TERM_SAMPLES {
         let deflection = path.next_deflection();

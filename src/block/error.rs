@@ -59,11 +59,16 @@ pub enum BlockError {
     SelfTest,
     /// More bytes than a block may have, or than the buffer of its writer has.
     NoRoom,
+    /// The firmware around this crate refused it, by a code of its own.
+    Firmware(u16),
 }
 
 impl BlockError {
-    /// The number of the reason on the link, in logs and in C: 0x0101 to 0x0111.
+    /// The number of the reason on the link, in logs and in C: 0x0101 to 0x0111, or the firmware's own.
     pub const fn code(&self) -> u16 {
+        if let Self::Firmware(code) = self {
+            return *code;
+        }
         0x0100
             + match self {
                 Self::Length { .. } => 1,
@@ -83,6 +88,7 @@ impl BlockError {
                 Self::NoRoom => 15,
                 Self::TermsNotComputed(_) => 16,
                 Self::SelfTest => 17,
+                Self::Firmware(_) => 0,
             }
     }
 
@@ -159,6 +165,7 @@ impl fmt::Display for BlockError {
                 write!(f, "the golden samples come out otherwise here: do not use this drive's arithmetic")
             }
             Self::NoRoom => write!(f, "the block is longer than there is room for"),
+            Self::Firmware(code) => write!(f, "the firmware refused it by its code {code:#06x}"),
         }
     }
 }

@@ -3,7 +3,8 @@
 use core::fmt;
 
 use super::error::BlockError;
-use super::{CRC, ScalarKind};
+use super::utf8::is_padded_utf8;
+use super::{ScalarKind, crc32};
 
 /// The first four bytes.
 pub const MAGIC: [u8; 4] = *b"GMHM";
@@ -42,7 +43,7 @@ impl Identity {
             length -= 1;
         }
         let shown = name.get(..length).unwrap_or_default().bytes().map(|byte| if byte == 0 { b' ' } else { byte });
-        let crc = CRC.checksum(name.as_bytes());
+        let crc = crc32(name.as_bytes());
         let digits = (0..8).rev().map(|digit| {
             let value = (crc >> (4 * digit)) as u8 & 0xf;
             if value < 10 { b'0' + value } else { b'a' + value - 10 }
@@ -54,10 +55,7 @@ impl Identity {
 
     /// The identity of 16 bytes; `None` where they are no zero-padded UTF-8.
     pub fn of_bytes(bytes: [u8; 16]) -> Option<Self> {
-        let length = bytes.iter().position(|b| *b == 0).unwrap_or(16);
-        let (label, padding) = bytes.split_at_checked(length)?;
-        let padded = padding.iter().all(|b| *b == 0);
-        (padded && core::str::from_utf8(label).is_ok()).then_some(Self(bytes))
+        is_padded_utf8(&bytes).then_some(Self(bytes))
     }
 
     /// Its bytes.
@@ -113,11 +111,6 @@ pub struct Header {
     pub torque_unit: TorqueUnit,
 }
 
-/// The little-endian bytes at an offset.
-fn at<const N: usize>(bytes: &[u8], offset: usize) -> Option<[u8; N]> {
-    bytes.get(offset..)?.first_chunk().copied()
-}
-
 impl Header {
     /// The header of a block to be written: no sequence, 16 turning points, no control period, torques in N·m.
     pub const fn new(identity: Identity, scalar: ScalarKind) -> Self {
@@ -161,36 +154,38 @@ impl Header {
     /// [`BlockError`]: too short, another magic or version, a field that cannot be.
     pub fn decode(bytes: &[u8]) -> Result<Self, BlockError> {
         let short = BlockError::Length { found: bytes.len(), expected: HEADER_BYTES };
-        let u16_at = |offset| at(bytes, offset).map(u16::from_le_bytes).ok_or(short);
-        let u32_at = |offset| at(bytes, offset).map(u32::from_le_bytes).ok_or(short);
-        if at(bytes, 0).ok_or(short)? != MAGIC {
+        let bytes: &[u8; HEADER_BYTES] = bytes.first_chunk().ok_or(short)?;
+        let u16_at = |at: usize| u16::from_le_bytes([bytes[at], bytes[at + 1]]);
+        let u32_at = |at: usize| u32::from(u16_at(at)) | u32::from(u16_at(at + 2)) << 16;
+        if u32_at(0) != u32::from_le_bytes(MAGIC) {
             return Err(BlockError::Magic);
         }
-        let version = u16_at(4)?;
+        let version = u16_at(4);
         if version != FORMAT_VERSION {
             return Err(BlockError::Version(version));
         }
-        let scalar = at(bytes, 32).ok_or(short)?;
+        let scalar = [bytes[32], bytes[33]];
+        let identity = bytes[16..].first_chunk().copied().and_then(Identity::of_bytes);
         let header = Self {
-            length: u32_at(8)?,
-            sequence: u32_at(SEQUENCE_AT)?,
-            identity: Identity::of_bytes(at(bytes, 16).ok_or(short)?).ok_or(BlockError::Header("identity"))?,
+            length: u32_at(8),
+            sequence: u32_at(SEQUENCE_AT),
+            identity: identity.ok_or(BlockError::Header("identity"))?,
             scalar: ScalarKind::of(scalar).ok_or(BlockError::Scalar(scalar))?,
-            stack_depth: u16_at(34)?,
-            period_s: f32::from_bits(u32_at(36)?),
-            records: u16_at(40)?,
-            torque_unit: match u16_at(42)? {
+            stack_depth: u16_at(34),
+            period_s: f32::from_bits(u32_at(36)),
+            records: u16_at(40),
+            torque_unit: match u16_at(42) {
                 0 => TorqueUnit::NewtonMetre,
                 1 => TorqueUnit::Ampere,
                 _ => return Err(BlockError::Header("torque unit")),
             },
         };
         let checks = [
-            ("own length", usize::from(u16_at(6)?) == HEADER_BYTES),
+            ("own length", usize::from(u16_at(6)) == HEADER_BYTES),
             ("stack depth", header.stack_depth >= 4 && header.stack_depth.is_multiple_of(2)),
             // A NaN is in no range.
             ("control period", (0.0..=crate::gear::LONGEST_PERIOD_S as f32).contains(&header.period_s)),
-            ("reserved word", u32_at(44)? == 0),
+            ("reserved word", u32_at(44) == 0),
         ];
         match checks.iter().find(|(_, holds)| !holds) {
             Some((field, _)) => Err(BlockError::Header(field)),

@@ -39,6 +39,7 @@
 //! # Ok::<(), Box<dyn core::error::Error>>(())
 //! ```
 
+mod crc;
 mod error;
 mod header;
 mod law;
@@ -48,9 +49,13 @@ pub mod prepared;
 pub(crate) mod record;
 pub mod self_test;
 mod term;
+mod utf8;
 mod word;
 mod write;
 
+#[cfg(feature = "store")]
+pub(crate) use crc::Digest;
+pub use crc::crc32;
 pub use error::{BlockError, sdo_abort};
 pub use header::{FORMAT_VERSION, HEADER_BYTES, Header, Identity, MAGIC, TorqueUnit};
 pub use law::{BlockLaw, LawWords};
@@ -64,14 +69,3 @@ pub use record::{Block, FieldValues, MOST_BYTES, Record, Records, verify, verify
 pub use term::TermRecord;
 pub use word::{ScalarKind, Word};
 pub use write::{Writer, stamp};
-
-pub(crate) const CRC: crc::Crc<u32, crc::NoTable> = crc::Crc::<u32, crc::NoTable>::new(&crc::CRC_32_ISO_HDLC);
-
-/// The check of blocks and of the link's frames: CRC-32/ISO-HDLC (polynomial 0x04C11DB7, reflected, initially and finally inverted).
-///
-/// ```
-/// assert_eq!(gmhm::block::crc32(b"123456789"), 0xCBF4_3926);
-/// ```
-pub const fn crc32(bytes: &[u8]) -> u32 {
-    CRC.checksum(bytes)
-}

@@ -13,10 +13,12 @@ use super::term::TermRecord;
 use crate::diagnostics::SelfTest;
 use crate::drive::{Mounting, Setup, SetupError};
 use crate::elastic::{Elastic, ElasticTorque, Polynomial};
+use crate::feedforward::{FeedForward, FeedForwardError, Limits};
 use crate::gear::Gear;
 use crate::inverse::{Inverse, Monotony};
 use crate::memory::{AnyLaw, Frame};
 use crate::params::{Memory, Params};
+use crate::scalar::Float;
 use crate::terms::{Compensated, Setting, Side, Stack, TermError};
 
 /// The joint that the gear sits in.
@@ -210,6 +212,22 @@ impl<S: Word, L: BlockLaw<S>, T: TermStack> Parameters<S, L, T> {
     pub fn in_unit(self, unit: TorqueUnit) -> Result<Self, TorqueUnitError> {
         let found = self.header.torque_unit;
         if found == unit { Ok(self) } else { Err(TorqueUnitError { found }) }
+    }
+
+    /// The feed-forward of the gear in force, computed in the scalar alone from what the block holds.
+    ///
+    /// # Errors
+    /// [`FeedForwardError`]: limits that cannot be, no inverse, a law `time` for another control period than [`Limits::period_s`].
+    pub fn feed_forward(&self, limits: &Limits<S>) -> Result<FeedForward<S, L>, FeedForwardError>
+    where
+        S: Float,
+    {
+        let inverse = self.inverse.as_ref().ok_or(FeedForwardError::NoInverse)?;
+        let stored_s = self.header.period_s;
+        if inverse.gear().law().knows_time() && limits.period_s.word() != stored_s.word() {
+            return Err(FeedForwardError::Period { stored_s });
+        }
+        FeedForward::of_inverse(inverse, limits)
     }
 
     /// The encoders of the joint, the block's ratio, zero and rated deflection applied.

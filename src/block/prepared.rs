@@ -93,7 +93,12 @@ impl<S: Word> Prepared<S> {
         let inverse = Inverse::of_words(&words);
         let mut self_test = SelfTest::NotRun;
         if let (Some(expected), true) = (expected, IS_COMPARED) {
-            if !expected.words().eq(samples(inverse.gear(), Some(&inverse))) {
+            let found = samples(inverse.gear(), Some(&inverse));
+            let mut differs = expected.payload.len() != 4 * found.len();
+            for (expected, found) in expected.words().zip(found) {
+                differs |= expected != found;
+            }
+            if differs {
                 return Err(BlockError::SelfTest);
             }
             self_test = SelfTest::Passed;

@@ -5,7 +5,7 @@ use heapless::Vec;
 use super::error::BlockError;
 use super::header::{HEADER_BYTES, Header};
 use super::layout::{Coding, FieldInfo, NAME, RecordInfo};
-use super::{CRC, ScalarKind, Word};
+use super::{ScalarKind, Word, crc32};
 use crate::scalar::Fixed;
 
 /// The most bytes of a block.
@@ -38,7 +38,7 @@ pub fn verify(bytes: &[u8]) -> Result<Block<'_>, BlockError> {
     }
     let (checked, crc) = bytes.split_last_chunk().ok_or(BlockError::Checksum)?;
     let crc = u32::from_le_bytes(*crc);
-    if CRC.checksum(checked) != crc {
+    if crc32(checked) != crc {
         return Err(BlockError::Checksum);
     }
     let body = checked.get(HEADER_BYTES..).ok_or(BlockError::Records)?;
@@ -138,7 +138,7 @@ impl<'a> Iterator for Records<'a> {
 impl<'a> Record<'a> {
     /// Its words.
     pub fn words(&self) -> impl Iterator<Item = u32> + 'a {
-        self.payload.chunks_exact(4).filter_map(|word| word.first_chunk().copied()).map(u32::from_le_bytes)
+        self.payload.as_chunks().0.iter().map(|word| u32::from_le_bytes(*word))
     }
 
     /// Its words against the ranges of its fields, `N` of them.

@@ -9,7 +9,7 @@ use super::layout::{FIRST_TERM, GEAR, INVERSE, JOINT, NAME, PREPARED, RecordInfo
 use super::parameters::Joint;
 use super::record::{MOST_BYTES, check, double_words, verify};
 use super::self_test::samples;
-use super::{CRC, Word, term};
+use super::{Word, crc32, term};
 use crate::elastic::Polynomial;
 use crate::gear::Gear;
 use crate::inverse::words::WORDS;
@@ -161,7 +161,7 @@ impl<'a> Writer<'a> {
         let block = self.buffer.get_mut(..length).ok_or(BlockError::NoRoom)?;
         let (checked, crc) = block.split_last_chunk_mut().ok_or(BlockError::NoRoom)?;
         checked.get_mut(..HEADER_BYTES).ok_or(BlockError::NoRoom)?.copy_from_slice(&header);
-        *crc = CRC.checksum(checked).to_le_bytes();
+        *crc = crc32(checked).to_le_bytes();
         Ok(length)
     }
 }
@@ -176,7 +176,7 @@ pub fn stamp(block: &mut [u8], sequence: u32) -> Result<(), BlockError> {
         place.copy_from_slice(&sequence.to_le_bytes());
     }
     if let Some((checked, crc)) = block.split_last_chunk_mut::<4>() {
-        *crc = CRC.checksum(checked).to_le_bytes();
+        *crc = crc32(checked).to_le_bytes();
     }
     Ok(())
 }

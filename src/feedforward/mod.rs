@@ -198,6 +198,12 @@ impl<S: Scalar, L: Invertible<S>> FeedForward<S, L> {
         Ok(Self { inverse: *inverse, steps, unknown, compliance: frame.rated().over(frame.torque_scale()) })
     }
 
+    /// By how much the gain may change in a period.
+    #[cfg(feature = "terms")]
+    pub(crate) fn gain_step(&self) -> S {
+        self.steps.gain
+    }
+
     /// The inverse that it rests on.
     pub fn inverse(&self) -> &Inverse<S, L> {
         &self.inverse

@@ -117,6 +117,13 @@ pub enum FeedForwardError {
     },
     /// The parameters have no inverse.
     Inverse(InverseError),
+    /// The stored block has no inverse.
+    NoInverse,
+    /// The stored block was made for another control period, which its law `time` depends on.
+    Period {
+        /// That of the block, s; 0 where it states none.
+        stored_s: f32,
+    },
 }
 
 impl From<InverseError> for FeedForwardError {
@@ -137,6 +144,12 @@ impl fmt::Display for FeedForwardError {
                 write!(f, "{setting} must be greater than zero{finite}")
             }
             Self::Inverse(error) => error.fmt(f),
+            Self::NoInverse => {
+                f.write_str("the stored block has no inverse: make it by gmhm pack of a model that can be inverted")
+            }
+            Self::Period { stored_s } => {
+                write!(f, "the stored block was made for a control period of {stored_s} s: set --period of gmhm pack")
+            }
         }
     }
 }
@@ -145,7 +158,7 @@ impl core::error::Error for FeedForwardError {
     fn source(&self) -> Option<&(dyn core::error::Error + 'static)> {
         match self {
             Self::Inverse(error) => Some(error),
-            Self::Setting { .. } | Self::Limit { .. } => None,
+            Self::Setting { .. } | Self::Limit { .. } | Self::NoInverse | Self::Period { .. } => None,
         }
     }
 }

@@ -3,7 +3,7 @@
 use cobs::{CobsEncoder, DecodeResult, DecoderState};
 use heapless::Vec;
 
-use crate::block::CRC;
+use crate::block::crc32;
 
 /// The most bytes of a body.
 pub const MOST_BODY: usize = 164;
@@ -24,9 +24,8 @@ pub fn encode(body: &[u8]) -> Frame {
     let mut frame = Frame::new();
     let mut encoded = [0; MOST_FRAME - 2];
     let mut encoder = CobsEncoder::new(&mut encoded);
-    let fits = body.len() <= MOST_BODY
-        && encoder.push(body).is_ok()
-        && encoder.push(&CRC.checksum(body).to_le_bytes()).is_ok();
+    let fits =
+        body.len() <= MOST_BODY && encoder.push(body).is_ok() && encoder.push(&crc32(body).to_le_bytes()).is_ok();
     let length = encoder.finalize();
     if let (true, Some(encoded)) = (fits, encoded.get(..length)) {
         // There is room: a body of less than 254 bytes has one byte of overhead.
@@ -80,7 +79,7 @@ impl Receiver {
             Ok(DecodeResult::DataComplete) if !self.overrun => {
                 let whole = self.bytes.split_last_chunk::<CRC_BYTES>();
                 let body = whole.and_then(|(body, crc)| {
-                    let right = CRC.checksum(body) == u32::from_le_bytes(*crc);
+                    let right = crc32(body) == u32::from_le_bytes(*crc);
                     right.then_some(body)
                 });
                 let counter = if body.is_some() { &mut self.counts.frames } else { &mut self.counts.bad_checksums };

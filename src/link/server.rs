@@ -11,7 +11,7 @@ use super::message::{
 use super::rating::Rating;
 use super::refusal::{Refusal, Refused};
 use crate::block::{BlockError, FORMAT_VERSION, Header, Identity, verify};
-use crate::store::{Entry, Store, StoreError, is_newer};
+use crate::store::{Entry, Store, StoreError, copy_bytes, is_newer};
 
 /// How far parameters may be from those in force when they come on trial on an enabled drive, as a share of the torque at the rated deflection.
 pub const DEFAULT_BOUND: f32 = 0.3;
@@ -357,7 +357,7 @@ impl<F: NorFlash, const ROOM: usize> Server<F, ROOM> {
                 self.store.read(&entry, offset, bytes).map_err(refusal)
             }
             InForce::Trial { header, .. } if end <= header.length as usize => {
-                bytes.copy_from_slice(self.stage.get(offset as usize..end).ok_or(Refusal::Offset)?);
+                copy_bytes(bytes, self.stage.get(offset as usize..end).ok_or(Refusal::Offset)?);
                 Ok(())
             }
             _ => Err(Refusal::Offset),
@@ -385,7 +385,7 @@ impl<F: NorFlash, const ROOM: usize> Server<F, ROOM> {
         if offset as usize != staged.received || end > staged.length {
             return Err(Refusal::Offset);
         }
-        self.stage.get_mut(staged.received..end).ok_or(Refusal::Offset)?.copy_from_slice(bytes);
+        copy_bytes(self.stage.get_mut(staged.received..end).ok_or(Refusal::Offset)?, bytes);
         staged.received = end;
         Ok(())
     }

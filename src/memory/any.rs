@@ -120,6 +120,10 @@ impl<S: Float> MemoryLaw<S> for AnyLaw<S> {
         if let Self::Time(law) = self { law.has_period() } else { true }
     }
 
+    fn knows_time(&self) -> bool {
+        matches!(self, Self::Time(_))
+    }
+
     fn merged_pairs<const N: usize>(&self, state: &AnyMemory<S, N>) -> u32 {
         dispatch!(self, state, 0, |law, state| law.merged_pairs::<N>(state))
     }

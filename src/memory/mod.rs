@@ -81,6 +81,11 @@ pub trait MemoryLaw<S: Scalar>: Copy + crate::sealed::Sealed {
         true
     }
 
+    /// Whether [`step`](Self::step) depends on the sample period that the law was set up for.
+    fn knows_time(&self) -> bool {
+        false
+    }
+
     /// Pairs of turning points given up so far because the stack was full.
     fn merged_pairs<const N: usize>(&self, _state: &Self::State<N>) -> u32 {
         0

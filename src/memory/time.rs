@@ -285,6 +285,10 @@ impl<S: Scalar> MemoryLaw<S> for Time<S> {
         TimeState { memory, uncertainty, carry: S::Carry::default(), ..*state }
     }
 
+    fn knows_time(&self) -> bool {
+        true
+    }
+
     fn has_period(&self) -> bool {
         self.has_period
     }

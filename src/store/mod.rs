@@ -29,10 +29,12 @@ use core::ops::Range;
 
 use embedded_storage::nor_flash::NorFlash;
 
-use crate::block::{Block, CRC, HEADER_BYTES, Header};
+use crate::block::{Block, Digest, HEADER_BYTES, Header};
 pub use error::{PlaceError, StoreError};
 pub use ram::RamFlash;
-use window::{WINDOW_BYTES, Window};
+#[cfg(feature = "link")]
+pub(crate) use window::copy as copy_bytes;
+use window::{WINDOW_BYTES, Window, copy};
 
 /// How often a slot is read before it counts as no block.
 pub const ATTEMPTS: u32 = 3;
@@ -175,7 +177,7 @@ impl<F: NorFlash> Store<F> {
         let mut rest = bytes;
         self.windows(at..end, |_, found| {
             if let Some((head, tail)) = core::mem::take(&mut rest).split_at_mut_checked(found.len()) {
-                head.copy_from_slice(found);
+                copy(head, found);
                 rest = tail;
             }
         })
@@ -257,7 +259,7 @@ impl<F: NorFlash> Store<F> {
         self.windows(place.start..head_end, |at, found| {
             let from = at.saturating_sub(place.start) as usize;
             if let Some(to) = head.get_mut(from..from.saturating_add(found.len())) {
-                to.copy_from_slice(found);
+                copy(to, found);
             }
         })?;
         let Ok(header) = Header::decode(&head) else { return Ok(None) };
@@ -267,7 +269,7 @@ impl<F: NorFlash> Store<F> {
             return Ok(None);
         }
         let body_end = place.start.saturating_add(checked);
-        let mut digest = CRC.digest();
+        let mut digest = Digest::new();
         let mut same = true;
         self.windows(place.start..body_end, |at, found| {
             digest.update(found);

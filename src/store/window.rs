@@ -16,7 +16,7 @@ impl Window {
     /// At most 64 bytes, the rest as erased.
     pub(super) fn padded(bytes: &[u8]) -> Self {
         let mut window = Self::default();
-        window.0.iter_mut().zip(bytes).for_each(|(to, from)| *to = *from);
+        copy(&mut window.0, bytes);
         window
     }
 
@@ -31,4 +31,9 @@ impl Window {
     pub(super) fn between(&self, from: usize, to: usize) -> &[u8] {
         self.0.get(from..to).unwrap_or(&[])
     }
+}
+
+/// Copies as many bytes as both have. No panic is left in it, as one is in `copy_from_slice` where the compiler cannot tell that the lengths agree.
+pub(crate) fn copy(to: &mut [u8], from: &[u8]) {
+    to.iter_mut().zip(from).for_each(|(to, from)| *to = *from);
 }

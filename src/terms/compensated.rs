@@ -135,4 +135,9 @@ impl<S: Float<Carry = S>, const N: usize, L: VaryingPeriod<S>, const K: usize> C
     pub fn gear(&self) -> &State<S, N, L> {
         &self.gear
     }
+
+    /// What the terms remember.
+    pub(super) fn stack(&self) -> &StackState<S, K> {
+        &self.stack
+    }
 }

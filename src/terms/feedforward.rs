@@ -16,11 +16,12 @@
 //! G is found by a secant search from its last value, of at most [`MOST_TRIALS`] inverses; one does where no term follows the deflection or T_base. Backlash is not fed forward: it would be a
 //! step of the motor by the whole gap at each reversal of the torque. The temperature is [`Sample::temperature`].
 
+use super::compensated::CompensatedState;
 use super::{Sample, Stack, StackState};
-use crate::feedforward::{Contribution, Controls, Demand, FeedForward, FeedForwardState};
+use crate::feedforward::{Contribution, Controls, Demand, FeedForward, FeedForwardState, towards};
 use crate::gear::{Gear, State};
 use crate::inverse::{Inverse, Invertible, Solution};
-use crate::memory::{AnyLaw, MemoryLaw};
+use crate::memory::{AnyLaw, MemoryLaw, VaryingPeriod};
 use crate::scalar::Float;
 
 /// The most inverses of the gear for one sample.
@@ -102,7 +103,7 @@ enum Asked {
 /// Finds the torque that the gear carries when T* is asked for. Nothing of a state moves.
 fn balance<S: Float<Carry = S>, L: Invertible<S>, const N: usize, const K: usize>(
     (inverse, stack): (&Inverse<S, L>, &Stack<S, K>),
-    (gear, terms): (&State<S, N, L>, &TermsState<S, K>),
+    (gear, terms, last): (&State<S, N, L>, &StackState<S, K>, &Parts<S>),
     (torque, asked): (S, Asked),
     sample: &Sample<S>,
 ) -> Balance<S, K> {
@@ -110,13 +111,13 @@ fn balance<S: Float<Carry = S>, L: Invertible<S>, const N: usize, const K: usize
     let at = |carried: S| {
         let theta = if searches { inverse.peek(gear, carried).theta } else { gear.theta() };
         let rate = if sample.period > S::ZERO { (theta - gear.theta()).over(sample.period) } else { S::ZERO };
-        let mut state = terms.stack.clone();
+        let mut state = terms.clone();
         let parts = stack
             .parts(&mut state, &Sample { deflection: theta, deflection_rate: rate, base_torque: carried, ..*sample });
         (parts, state)
     };
     let of = |parts: &Parts<S>| total(parts, asked);
-    let mut taken = of(&terms.last);
+    let mut taken = of(last);
     let tolerance = S::from_f64(4.0 * S::TOLERANCE) * inverse.gear().frame().torque_scale();
     let mut before: Option<(S, S)> = None;
     let (mut parts, mut state) = at(torque - taken);
@@ -189,7 +190,7 @@ impl<S: Float<Carry = S>, L: Invertible<S>, const K: usize> CompensatedInverse<S
             return refused(state);
         }
         let both = (&self.inverse, &self.stack);
-        let found = balance(both, (&state.gear, &state.terms), (torque, Asked::Total), sample);
+        let found = balance(both, (&state.gear, &state.terms.stack, &state.terms.last), (torque, Asked::Total), sample);
         let error = deflection_error(&self.stack, sample);
         if !found.carried.is_finite() || !error.is_finite() {
             return refused(state);
@@ -209,11 +210,47 @@ impl<S: Float<Carry = S>, L: Invertible<S>, const K: usize> CompensatedInverse<S
     }
 }
 
+impl<S: Float<Carry = S>, const N: usize, L: Invertible<S> + VaryingPeriod<S>, const K: usize>
+    CompensatedState<S, N, L, K>
+{
+    /// The deflection of the encoders at which the next sample of gear and terms gives a torque, at the speeds, angles and temperature of a sample; its deflection is not read, and
+    /// nothing moves. A torque or a sample that is refused gives the present deflection of the gear.
+    pub fn solve(
+        &self,
+        inverse: &Inverse<S, L>,
+        stack: &Stack<S, K>,
+        torque: S,
+        sample: &Sample<S>,
+    ) -> CompensatedSolution<S> {
+        let base_torque = inverse.gear().output(self.gear()).torque;
+        let none = Parts::default();
+        if torque.is_finite() && sample.is_finite() {
+            let found = balance((inverse, stack), (self.gear(), self.stack(), &none), (torque, Asked::Total), sample);
+            let error = deflection_error(stack, sample);
+            if found.carried.is_finite() && error.is_finite() {
+                let gear = inverse.peek(self.gear(), found.carried);
+                let (terms, converged) = (found.parts, found.converged);
+                return CompensatedSolution {
+                    measured: gear.theta + error,
+                    gear,
+                    base_torque: found.carried,
+                    terms,
+                    converged,
+                };
+            }
+        }
+        let gear = Solution { refused: true, theta: self.gear().theta(), ..inverse.peek(self.gear(), S::ZERO) };
+        CompensatedSolution { measured: gear.theta, gear, base_torque, terms: none, converged: true }
+    }
+}
+
 /// The feed-forward of a gear with its plant terms.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CompensatedFeedForward<S: Float, L = AnyLaw<S>, const K: usize = 8> {
-    feed_forward: FeedForward<S, L>,
-    stack: Stack<S, K>,
+    /// That of the base model.
+    pub feed_forward: FeedForward<S, L>,
+    /// The plant terms.
+    pub stack: Stack<S, K>,
 }
 
 /// What the feed-forward of one joint remembers.
@@ -226,7 +263,14 @@ pub struct CompensatedFeedForwardState<
 > {
     feed_forward: FeedForwardState<S, N, L>,
     terms: TermsState<S, K>,
+    /// What the terms take off the deflection.
     error: S,
+    /// Error, G and J as they were fed forward last, before the gain; what they lost when the terms changed, and how much of that is still made up for.
+    given: [S; 3],
+    gap: [S; 3],
+    bridge: S,
+    /// The terms are others than in the period before.
+    renewed: bool,
     last: Compensation<S>,
 }
 
@@ -262,8 +306,30 @@ impl<S: Float<Carry = S>, L: Invertible<S>, const K: usize> CompensatedFeedForwa
             feed_forward: self.feed_forward.start(gear.theta()),
             terms,
             error: S::ZERO,
+            given: [S::ZERO; 3],
+            gap: [S::ZERO; 3],
+            bridge: S::ZERO,
+            renewed: false,
             last: Compensation::default(),
         }
+    }
+
+    /// Goes on with a state that the feed-forward `before` had: other parameters or terms with the loop running. Terms go on with what one of their kind remembers, new ones start at
+    /// rest; what they add fades over to the new values within [`Settings::ramp_s`](crate::feedforward::Settings::ramp_s).
+    pub fn take_over<const N: usize>(
+        &self,
+        before: &FeedForward<S, L>,
+        state: &mut CompensatedFeedForwardState<S, N, L, K>,
+    ) {
+        self.feed_forward.take_over(before, &mut state.feed_forward);
+        self.stack.take_over(&mut state.terms.stack);
+        state.renewed = true;
+    }
+
+    /// Starts the memory of the gear anew where the encoders show it, its past unknown, with the loop running. The contribution does not jump.
+    pub fn restart<const N: usize>(&self, state: &mut CompensatedFeedForwardState<S, N, L, K>, deflection: S) {
+        self.feed_forward.restart(&mut state.feed_forward, deflection - state.error);
+        state.renewed = true;
     }
 
     /// One control period. The sample holds the reference's angles, speeds and acceleration (or the measured ones) and the temperature; its deflection is not read.
@@ -279,7 +345,8 @@ impl<S: Float<Carry = S>, L: Invertible<S>, const K: usize> CompensatedFeedForwa
         let mut refused = true;
         if demand.torque.is_finite() && sample.is_finite() {
             let both = (self.feed_forward.inverse(), &self.stack);
-            let found = balance(both, (state.feed_forward.gear(), &state.terms), (demand.torque, asked), sample);
+            let TermsState { stack, last } = &state.terms;
+            let found = balance(both, (state.feed_forward.gear(), stack, last), (demand.torque, asked), sample);
             let error = deflection_error(&self.stack, sample);
             if found.carried.is_finite() && error.is_finite() {
                 (carried, refused) = (found.carried, false);
@@ -289,8 +356,9 @@ impl<S: Float<Carry = S>, L: Invertible<S>, const K: usize> CompensatedFeedForwa
         }
         let demand = Demand { torque: carried, deflection: demand.deflection - state.error };
         let base = self.feed_forward.step(&mut state.feed_forward, controls, &demand);
-        let offset = base.offset + base.gain * state.error;
         let Parts { gear, joint } = state.terms.last;
+        let [error, gear, joint] = state.give([state.error, gear, joint], self.feed_forward.gain_step());
+        let offset = base.offset + base.gain * error;
         state.last = Compensation {
             base,
             offset,
@@ -311,5 +379,23 @@ impl<S: Float<Carry = S>, const N: usize, L: MemoryLaw<S>, const K: usize> Compe
     /// What was fed forward last.
     pub fn last(&self) -> &Compensation<S> {
         &self.last
+    }
+
+    /// The gear as the feed-forward believes it to be.
+    pub fn gear(&self) -> &State<S, N, L> {
+        self.feed_forward.gear()
+    }
+
+    /// What the terms add; behind other terms the gap between the two fades away by `step` a period.
+    fn give(&mut self, wanted: [S; 3], step: S) -> [S; 3] {
+        if self.renewed {
+            let [error, gear, joint] = self.given;
+            self.gap = [error - wanted[0], gear - wanted[1], joint - wanted[2]];
+            (self.bridge, self.renewed) = (S::ONE, false);
+        }
+        self.bridge = towards(self.bridge, S::ZERO, step);
+        let [error, gear, joint] = self.gap.map(|gap| gap * self.bridge);
+        self.given = [wanted[0] + error, wanted[1] + gear, wanted[2] + joint];
+        self.given
     }
 }

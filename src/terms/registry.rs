@@ -318,7 +318,7 @@ pub struct KindInfo {
     pub keys: &'static [KeyInfo],
     /// Kinds and parameters that it hides behind.
     pub hides_behind: &'static str,
-    /// Instructions that its dearest shape adds to a sample in `f32` on a Cortex-M4F, with lists of two: counted and kept by `cargo xtask cost`.
+    /// Instructions that its most expensive shape adds to a sample in `f32` on a Cortex-M4F, with lists of two: counted and kept by `cargo xtask cost`.
     pub instructions: u32,
 }
 

@@ -6,7 +6,32 @@ use std::mem::MaybeUninit;
 use gmhm::block::{Header, Identity, Joint as JointOfGear, ScalarKind, TorqueUnit, Writer};
 use gmhm::terms::{Form, KeyInfo, Source, Value};
 use gmhm::{Elastic, Gear, Memory, Params};
-use gmhm_c::{Joint, OK, SampleC, gmhm_init};
+use gmhm_c::{Joint, OK, OutputC, SampleC, SolutionC, StatusC};
+
+/// The functions of `gmhm.h`, their results as values.
+pub fn gmhm_step(joint: Option<&mut Joint>, sample: Option<&SampleC>) -> OutputC {
+    out(|to| gmhm_c::gmhm_step(joint, sample, to))
+}
+
+pub fn gmhm_step_counts(joint: Option<&mut Joint>, motor: u32, output: u32, sample: Option<&SampleC>) -> OutputC {
+    out(|to| gmhm_c::gmhm_step_counts(joint, motor, output, sample, to))
+}
+
+pub fn gmhm_invert(joint: Option<&Joint>, torque_nm: f32, sample: Option<&SampleC>) -> SolutionC {
+    out(|to| gmhm_c::gmhm_invert(joint, torque_nm, sample, to))
+}
+
+pub fn gmhm_get_status(joint: Option<&Joint>) -> StatusC {
+    out(|to| gmhm_c::gmhm_get_status(joint, to))
+}
+
+/// What a call writes.
+fn out<T>(call: impl FnOnce(Option<&mut MaybeUninit<T>>) -> u32) -> T {
+    let mut to = MaybeUninit::uninit();
+    call(Some(&mut to));
+    // SAFETY: the call has written it.
+    unsafe { to.assume_init() }
+}
 
 pub const A: f32 = 1.168e-3;
 pub fn block() -> Vec<u8> {
@@ -43,7 +68,7 @@ fn write(stiffness: f64, terms: &[&str], joint: &JointOfGear, torque_unit: Torqu
 pub fn joint() -> Box<Joint> {
     let (mut joint, block) = (Box::new(MaybeUninit::uninit()), block());
     // SAFETY: the block outlives the call.
-    let code = unsafe { gmhm_init(Some(&mut joint), block.as_ptr(), block.len() as u32) };
+    let code = unsafe { gmhm_c::gmhm_init(Some(&mut joint), block.as_ptr(), block.len() as u32) };
     assert_eq!(code, OK);
     // SAFETY: gmhm_init has written it.
     unsafe { joint.assume_init() }

@@ -5,11 +5,11 @@
 #[path = "../../../src/bin/node/arithmetic.rs"]
 mod arithmetic;
 mod emulator;
-#[path = "../../../src/bin/journey/mod.rs"]
-#[allow(dead_code, reason = "the path at a constant period")]
-mod journey;
 mod node;
 mod power;
+#[path = "../../../src/bin/test_path/mod.rs"]
+#[allow(dead_code, reason = "the path at a constant period")]
+mod test_path;
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};

@@ -7,8 +7,8 @@ use gmhm::memory::time::Time;
 use gmhm::scalar::{Float, Scalar};
 use gmhm::{Gate, Gear, Inverse, Kernel, Law, Params, State};
 
-use crate::dearest::{POINTS, dearest, peek, step};
 use crate::platform::gears::{self, RATED_NM, RATED_RAD};
+use crate::worst_case::{POINTS, peek, step, worst_case};
 use crate::{CALLS, report, report_from, say, ticks};
 
 const PERIOD_S: f64 = 1e-4;
@@ -70,15 +70,15 @@ fn invert_sine<S: Scalar, L: Invertible<S>>(name: &'static str, inverse: &Invers
     say!("{} {} {}", both.saturating_sub(steps), CALLS, name);
 }
 
-/// The dearest call of the inverse among many.
+/// The worst call of the inverse among many.
 #[inline(never)]
 fn invert_worst<S: Scalar, L: Invertible<S>>(name: &'static str, inverse: &Inverse<S, L>) {
-    let (state, torque) = dearest(inverse, after(inverse.gear(), [1.0, -1.0, 0.0]), JOURNEY, load);
+    let (state, torque) = worst_case(inverse, after(inverse.gear(), [1.0, -1.0, 0.0]), TORQUES, load);
     report(name, &[torque], |torque| peek(inverse, &state, torque));
 }
 
-/// Torques among which the dearest is sought here.
-const JOURNEY: u32 = 5000;
+/// Torques among which the worst case is searched here.
+const TORQUES: u32 = 5000;
 
 /// Away from a reversal: a thousand samples from −0.99 A to 0.99 A.
 #[inline(never)]
@@ -122,7 +122,7 @@ fn masing<S: Scalar>() -> Option<()> {
     let inverse = Inverse::of(&params, *gear.law(), 0.0).ok()?;
     invert_sine("inverse of law `masing`, mean of a sine", &inverse, 0.95);
     report("inverse of law `masing`, across a full stack", &[load(-0.97)], |torque| peek(&inverse, &full, torque));
-    invert_worst("inverse of law `masing`, the dearest of 5000", &inverse);
+    invert_worst("inverse of law `masing`, worst of 5000", &inverse);
     Some(())
 }
 

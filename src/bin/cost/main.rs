@@ -4,10 +4,6 @@
 #![no_main]
 
 mod counter;
-mod dearest;
-#[path = "../journey/mod.rs"]
-#[allow(dead_code, reason = "every period here is the same")]
-mod journey;
 mod laws;
 #[path = "../platform/mod.rs"]
 mod platform;
@@ -17,9 +13,13 @@ mod rivals;
 mod servo;
 #[cfg(target_abi = "eabihf")]
 mod terms;
+#[path = "../test_path/mod.rs"]
+#[allow(dead_code, reason = "every period here is the same")]
+mod test_path;
 #[cfg(target_abi = "eabihf")]
 #[path = "../typical/mod.rs"]
 mod typical;
+mod worst_case;
 #[cfg(target_abi = "eabihf")]
 mod yardsticks;
 

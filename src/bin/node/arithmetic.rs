@@ -3,18 +3,18 @@
 use gmhm::Status;
 use gmhm::block::{Scales, Word};
 
-use crate::journey::Journey;
+use crate::test_path::TestPath;
 
 /// The next deflection of the path, in input units.
-pub fn next_deflection<S: Word>(path: &mut Journey, scales: &Scales) -> S {
+pub fn next_deflection<S: Word>(path: &mut TestPath, scales: &Scales) -> S {
     let fraction = path.next_deflection();
     let deflection = if S::SI { fraction * scales.rated_deflection_rad as f32 } else { fraction };
     S::from_f64(f64::from(deflection))
 }
 
 /// A path in fractions of the rated deflection.
-pub fn path() -> Journey {
-    Journey::new(1.0)
+pub fn path() -> TestPath {
+    TestPath::new(1.0)
 }
 
 /// A deflection in rad.

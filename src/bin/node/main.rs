@@ -8,9 +8,9 @@ mod arithmetic;
 #[cfg_attr(target_abi = "eabihf", path = "mps2.rs")]
 #[cfg_attr(not(target_abi = "eabihf"), path = "microbit.rs")]
 mod board;
-#[path = "../journey/mod.rs"]
+#[path = "../test_path/mod.rs"]
 #[allow(dead_code, reason = "this image walks at a constant period")]
-mod journey;
+mod test_path;
 
 use board::{Board, Law, Number, ROOM};
 use cortex_m::peripheral::SYST;
@@ -25,7 +25,7 @@ use gmhm::diagnostics::{Diagnostics, SelfTest};
 use gmhm::link::{CompensationSetting, Drive, Live, Port};
 use gmhm::store::Store;
 use gmhm::{Gear, Output, State};
-use journey::Journey;
+use test_path::TestPath;
 
 /// Turning points that it has room for.
 const DEPTH: usize = 16;
@@ -73,7 +73,7 @@ struct Running {
     state: State<Number, DEPTH, Law>,
     scales: Scales,
     output: Output<Number>,
-    path: Journey,
+    path: TestPath,
 }
 
 impl Running {

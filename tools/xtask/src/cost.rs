@@ -17,7 +17,7 @@ const TABLE: &str = "docs/cost.md";
 /// Counts that differ by less are the same: the code generator may place a constant differently.
 pub const TOLERANCE: f64 = 1.0;
 
-/// Nor is a change by this share one: which call is the dearest of many depends on the ticks of the timer.
+/// Nor is a change by this share one: which call is the worst of many depends on the ticks of the timer.
 const SHARE: f64 = 0.01;
 
 /// The share by which an estimate may differ where the count does not.
@@ -33,7 +33,7 @@ struct Image {
 }
 
 /// The image whose one line is of a call among too many to be traced: no cycles are estimated for it.
-const DEAREST: &str = "dearest";
+const WORST_CASE: &str = "worst_case";
 
 /// The image of the adaptation, in floats; none are estimated for it either.
 const ADAPTATION: &str = "adapt_cost";
@@ -51,8 +51,8 @@ const LIMITS: [(&str, f64); 14] = [
     ("law `masing`, reversal that wipes out a full stack", 280.0),
     ("inverse of law `masing`, mean of a sine", 320.0),
     ("inverse of law `masing`, across a full stack", 700.0),
-    ("inverse of law `masing`, the dearest of 5000", 700.0),
-    ("inverse of law `masing`, the dearest of 300 000", 700.0),
+    ("inverse of law `masing`, worst of 5000", 700.0),
+    ("inverse of law `masing`, worst of 300 000", 700.0),
     ("law `phase`, away from a reversal", 250.0),
     ("law `phase`, reversal by a large step", 265.0),
     ("law `time`, kernel `deflection`, gate `cycle`", 75.0),
@@ -66,8 +66,8 @@ const FIXED_LIMITS: [(&str, f64); 7] = [
     ("law `masing`, full stack wiped out", 1100.0),
     ("law `masing`, reversal that wipes out a full stack", 1100.0),
     ("inverse of law `masing`, across a full stack", 5000.0),
-    ("inverse of law `masing`, the dearest of 5000", 5000.0),
-    ("inverse of law `masing`, the dearest of 300 000", 5000.0),
+    ("inverse of law `masing`, worst of 5000", 5000.0),
+    ("inverse of law `masing`, worst of 300 000", 5000.0),
 ];
 
 /// What law `masing` must beat, however it is computed.
@@ -138,9 +138,9 @@ fn count(shell: &Shell, machine: Machine, place: &str) -> Result<Vec<Call>> {
         })
     };
     let mut calls = counted.lines().map(|line| call(line, estimated.next())).collect::<Result<Vec<_>>>()?;
-    let dearest = emulator::lines(&machine.build(shell, DEAREST)?, machine, Clock::Instructions)?;
-    let after = calls.iter().rposition(|call| call.name.contains("the dearest of")).map_or(calls.len(), |at| at + 1);
-    calls.insert(after, call(dearest.trim_end(), None)?);
+    let worst = emulator::lines(&machine.build(shell, WORST_CASE)?, machine, Clock::Instructions)?;
+    let after = calls.iter().rposition(|call| call.name.contains("worst of")).map_or(calls.len(), |at| at + 1);
+    calls.insert(after, call(worst.trim_end(), None)?);
     if machine.has_floats() {
         let adaptation = emulator::lines(&machine.build(shell, ADAPTATION)?, machine, Clock::Instructions)?;
         for line in adaptation.lines() {
@@ -171,9 +171,9 @@ fn table(calls: &[Call], accuracy: &Accuracy) -> Result<String> {
          a model, whatever its call: every call of law `masing`, forward or inverse, has the 0.1 N·m of its first row. An inverse by operators errs as its model does.\n\
          The closed form is that of one steady cycle: on the recording's other paths it stands on that cycle's curves. No error is stated for what `gmhm compare`\n\
          does not fit: laws `phase` and `time`, which it fits only where the recording asks for them, and terms, which that gear has not.\n\n\
-         The dearest of 300 000 inverses is sought along a journey of strokes of all sizes, nested loops that fill the stack and merge, jumps across it, and torques beyond\n\
+         The worst of 300 000 inverses is searched along a test path with strokes of all sizes, nested loops that fill the stack and merge, jumps across it, and torques beyond\n\
          the range. No bound is proved: a call evaluates the torque at most four times to find its branch (of the eight that sixteen turning points leave), and the steps\n\
-         of the root beyond the second are rare, not impossible. Of three million calls along the same journey the dearest takes 675 in `f32` and 5163 in fixed point.\n",
+         of the root beyond the second are rare, not impossible. Of three million calls along the same test path the worst takes 675 in `f32` and 5163 in fixed point.\n",
     );
     let (mut place, mut estimated) = ("", false);
     for call in calls {

@@ -13,13 +13,13 @@ const KINDS: &str = "src/terms";
 /// The field of a kind's entry in the registry.
 const FIELD: &str = "        instructions: ";
 
-/// Compares what the registry says of each kind with its dearest shape, or writes that there.
+/// Compares what the registry says of each kind with its most expensive shape, or writes that there.
 pub fn check(shell: &Shell, calls: &[Call], overwrite: bool) -> Result<()> {
     let mut counted = BTreeMap::<&str, f64>::new();
     for call in calls {
         if let Some((kind, _)) = call.name.strip_prefix("term `").and_then(|rest| rest.split_once('`')) {
-            let dearest = counted.entry(kind).or_default();
-            *dearest = dearest.max(call.instructions);
+            let most = counted.entry(kind).or_default();
+            *most = most.max(call.instructions);
         }
     }
     for path in shell.read_dir(KINDS)? {

@@ -1,4 +1,4 @@
-//! The dearest call of the inverse along a journey that leaves nothing out.
+//! The worst call of the inverse along the test path.
 
 use gmhm::inverse::Invertible;
 use gmhm::memory::MemoryLaw;
@@ -6,12 +6,12 @@ use gmhm::scalar::Scalar;
 use gmhm::{Gear, Inverse, State};
 
 use crate::counter;
-use crate::journey::Journey;
+use crate::test_path::TestPath;
 
 /// Turning points of a joint.
 pub const POINTS: usize = 16;
 
-/// Calls of a torque that may be the dearest: enough that a tick of the counter is less than an instruction of each.
+/// Calls of a torque that may be the worst: enough that a tick of the counter is less than an instruction of each.
 const REPETITIONS: u32 = 100;
 
 /// By how much the reading of a single call may be short, ticks.
@@ -29,19 +29,19 @@ pub fn peek<S: Scalar, L: Invertible<S>>(inverse: &Inverse<S, L>, state: &State<
     inverse.peek(state, torque).theta
 }
 
-/// The state and the torque of the dearest of so many calls from a state on: torques of all sizes, nested loops, jumps across a full stack, the range exceeded.
+/// The state and the torque of worst of so many calls from a state on: torques of all sizes, nested loops, jumps across a full stack, the range exceeded.
 /// `load` gives the torque for a share of the rated one.
 #[inline(never)]
-pub fn dearest<S: Scalar, L: Invertible<S>>(
+pub fn worst_case<S: Scalar, L: Invertible<S>>(
     inverse: &Inverse<S, L>,
     mut state: State<S, POINTS, L>,
     calls: u32,
     load: impl Fn(f64) -> S,
 ) -> (State<S, POINTS, L>, S) {
     let mut worst = (0, state.clone(), S::ZERO);
-    let mut journey = Journey::new(1.0);
+    let mut path = TestPath::new(1.0);
     for _ in 0..calls {
-        let share = journey.next_deflection();
+        let share = path.next_deflection();
         let torque = if share.abs() < 2.0 { load(f64::from(share)) } else { S::ZERO };
         let taken = |calls| counter::ticks(calls, &[torque], |torque| peek(inverse, &state, torque));
         if REPETITIONS * (taken(1) + BLUR) > worst.0 {

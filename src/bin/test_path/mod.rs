@@ -2,7 +2,7 @@
 //! deflection, samples that are no numbers. Only sums, products and quotients of `f32`, so that it is the same everywhere.
 
 /// The path.
-pub struct Journey {
+pub struct TestPath {
     rated: f32,
     random: u32,
     theta: f32,
@@ -12,7 +12,7 @@ pub struct Journey {
     swing: f32,
 }
 
-impl Journey {
+impl TestPath {
     /// A path within a little more than ±rated.
     pub fn new(rated: f32) -> Self {
         Self { rated, random: 2_463_534_242, theta: 0.0, step: 0.0, left: 0, swing: 0.0 }

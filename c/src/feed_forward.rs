@@ -1,0 +1,167 @@
+//! Feed-forward of every law with its terms, from a block.
+
+use core::mem::MaybeUninit;
+
+use gmhm::block::{TorqueUnit, verify_first};
+use gmhm::feedforward::FeedForwardError;
+use gmhm::memory::AnyLaw;
+use gmhm::terms::Stack;
+use gmhm::terms::feedforward::{CompensatedFeedForward, CompensatedFeedForwardState};
+
+use crate::joint::{DEPTH, NO_SETTING, TERMS, check, plant, sum};
+use crate::types::{ContributionC, DemandC, LimitsC, SampleC, flag, need};
+use crate::{NO_INVERSE, NULL, OK, PERIOD, UNIT, VALUE, bytes};
+
+/// 64-bit words of `gmhm_feed_forward`.
+pub const FEED_FORWARD_WORDS: usize = 448;
+
+const _: () = assert!(
+    size_of::<FeedForwardC>() <= 8 * FEED_FORWARD_WORDS && align_of::<FeedForwardC>() <= align_of::<u64>(),
+    "a feed-forward does not fit into GMHM_FEED_FORWARD_WORDS of gmhm.h"
+);
+
+type Feed = CompensatedFeedForward<f32, AnyLaw<f32>, TERMS>;
+type State = CompensatedFeedForwardState<f32, DEPTH, AnyLaw<f32>, TERMS>;
+
+/// `gmhm_feed_forward`.
+pub struct FeedForwardC {
+    force: Option<Force>,
+}
+
+struct Force {
+    feed: Feed,
+    /// Begins with the first sample.
+    state: Option<State>,
+    period_s: f32,
+}
+
+impl core::fmt::Debug for FeedForwardC {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("FeedForwardC").field("is_loaded", &self.force.is_some()).finish()
+    }
+}
+
+impl FeedForwardC {
+    fn load(&mut self, block: &[u8], limits: &LimitsC) -> Result<(), u16> {
+        let block = verify_first(block).map_err(|error| error.code())?;
+        let parameters = check(&block).map_err(|error| error.code())?;
+        if parameters.header.torque_unit != TorqueUnit::NewtonMetre {
+            return Err(UNIT);
+        }
+        let feed_forward = parameters.feed_forward(&limits.limits()).map_err(|error| match error {
+            FeedForwardError::NoInverse => NO_INVERSE,
+            FeedForwardError::Period { .. } => PERIOD,
+            _ => VALUE,
+        })?;
+        let force = self.force.get_or_insert_with(|| Force {
+            feed: CompensatedFeedForward { feed_forward, stack: Stack::of_gear(NO_SETTING) },
+            state: None,
+            period_s: limits.period_s,
+        });
+        let before = core::mem::replace(&mut force.feed.feed_forward, feed_forward);
+        force.period_s = limits.period_s;
+        plant(&mut force.feed.stack, &parameters.terms, &block);
+        if let Some(state) = &mut force.state {
+            force.feed.take_over(&before, state);
+        }
+        Ok(())
+    }
+
+    fn step(&mut self, demand: &DemandC, sample: &SampleC) -> Option<(ContributionC, u32)> {
+        let Force { feed, state, period_s } = self.force.as_mut()?;
+        let sample = sample.after(*period_s);
+        let state = state.get_or_insert_with(|| feed.start(&sample));
+        let now = feed.step(state, &demand.controls(), &demand.demand(), &sample);
+        let gear = feed.feed_forward.inverse().gear();
+        let (output, status) = (gear.output(state.gear()), state.gear().status());
+        let contribution = ContributionC {
+            offset_rad: now.offset,
+            change_rad: now.change,
+            hysteresis_nm: now.base.hysteresis,
+            gain: now.base.gain,
+            certainty: now.base.certainty,
+            model_torque_nm: output.torque,
+            model_hysteresis_nm: output.hysteresis,
+            gear_terms_nm: now.gear_torque,
+            joint_terms_nm: now.joint_torque,
+        };
+        let flags = [
+            (now.refused, flag::REFUSED),
+            (now.base.saturated, flag::SATURATED),
+            (status.out_of_range, flag::OUT_OF_RANGE),
+            (status.quarantined, flag::QUARANTINED),
+            (status.restarted, flag::RESTARTED),
+        ];
+        Some((contribution, sum(&flags)))
+    }
+}
+
+/// See `gmhm.h`.
+///
+/// # Safety
+/// The pointers are null or point to as much as `gmhm.h` says.
+// SAFETY: no other symbol of the program has this name; gmhm.h reserves the prefix.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn gmhm_feed_forward_init(
+    feed: Option<&mut MaybeUninit<FeedForwardC>>,
+    block: *const u8,
+    length: u32,
+    limits: Option<&LimitsC>,
+) -> u16 {
+    let Some(feed) = feed else { return NULL };
+    let feed = feed.write(FeedForwardC { force: None });
+    // SAFETY: the caller's, as above.
+    unsafe { gmhm_feed_forward_load(Some(feed), block, length, limits) }
+}
+
+/// See `gmhm.h`.
+///
+/// # Safety
+/// The pointers are null or point to as much as `gmhm.h` says.
+// SAFETY: as for `gmhm_feed_forward_init`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn gmhm_feed_forward_load(
+    feed: Option<&mut FeedForwardC>,
+    block: *const u8,
+    length: u32,
+    limits: Option<&LimitsC>,
+) -> u16 {
+    // SAFETY: the caller's, as above.
+    let (Some(feed), Some(block), Some(limits)) = (feed, unsafe { bytes(block, length) }, limits) else { return NULL };
+    feed.load(block, limits).err().unwrap_or(OK)
+}
+
+/// See `gmhm.h`.
+// SAFETY: as for `gmhm_feed_forward_init`.
+#[unsafe(no_mangle)]
+pub extern "C" fn gmhm_feed_forward_restart(feed: Option<&mut FeedForwardC>, deflection_rad: f32) -> u16 {
+    let Some(feed) = feed else { return NULL };
+    if let Some(Force { feed, state: Some(state), .. }) = &mut feed.force {
+        feed.restart(state, deflection_rad);
+    }
+    OK
+}
+
+/// See `gmhm.h`.
+// SAFETY: as for `gmhm_feed_forward_init`.
+#[unsafe(no_mangle)]
+pub extern "C" fn gmhm_feed_forward_needs(feed: Option<&FeedForwardC>) -> u32 {
+    feed.and_then(|feed| feed.force.as_ref()).map_or(0, |force| need::bits(&force.feed.stack))
+}
+
+/// See `gmhm.h`.
+// SAFETY: as for `gmhm_feed_forward_init`.
+#[unsafe(no_mangle)]
+pub extern "C" fn gmhm_feed_forward_step(
+    feed: Option<&mut FeedForwardC>,
+    demand: Option<&DemandC>,
+    sample: Option<&SampleC>,
+    to: Option<&mut MaybeUninit<ContributionC>>,
+) -> u32 {
+    let Some(to) = to else { return flag::NOT_LOADED };
+    let to = to.write(ContributionC::default());
+    let (Some(feed), Some(demand), Some(sample)) = (feed, demand, sample) else { return flag::NOT_LOADED };
+    let Some((now, flags)) = feed.step(demand, sample) else { return flag::NOT_LOADED };
+    *to = now;
+    flags
+}

@@ -1,0 +1,240 @@
+//! The link of `gmhm.h` over a flash of C functions: a block goes from the line into a joint and into flash, and is there after the next power-up.
+
+mod common;
+
+use std::cell::RefCell;
+use std::ffi::c_void;
+use std::mem::MaybeUninit;
+
+use common::{block, block_with, gmhm_get_status, joint};
+use gmhm::block::{stamp, verify};
+use gmhm::link::message::SAVE;
+use gmhm::link::{Answer, Origin, Receiver, Refusal, Request, Tag};
+use gmhm_c::{
+    DriveC, FLASH, FlashC, Joint, LinkC, NO_BLOCK, OK, PLACE, gmhm_link_boot, gmhm_link_elapse, gmhm_link_init,
+    gmhm_link_receive, gmhm_load,
+};
+
+const SECTOR: u32 = 1024;
+
+/// What the functions of C know.
+struct Bench {
+    cells: RefCell<Vec<u8>>,
+    broken: RefCell<bool>,
+    enabled: RefCell<bool>,
+    joint: RefCell<Box<Joint>>,
+    sent: RefCell<Vec<u8>>,
+    compensation: RefCell<(u32, f32)>,
+}
+
+/// # Safety
+/// `context` is that of [`flash`] and [`drive`].
+unsafe fn bench<'a>(context: *mut c_void) -> &'a Bench {
+    // SAFETY: the caller's.
+    unsafe { &*context.cast::<Bench>() }
+}
+
+unsafe extern "C" fn read(context: *mut c_void, address: u32, to: *mut u8, length: u32) -> u32 {
+    // SAFETY: the library hands over what it was given, and its own buffer.
+    let (bench, to) = unsafe { (bench(context), std::slice::from_raw_parts_mut(to, length as usize)) };
+    to.copy_from_slice(&bench.cells.borrow()[address as usize..][..to.len()]);
+    0
+}
+
+unsafe extern "C" fn write(context: *mut c_void, address: u32, from: *const u8, length: u32) -> u32 {
+    // SAFETY: as above.
+    let (bench, from) = unsafe { (bench(context), std::slice::from_raw_parts(from, length as usize)) };
+    assert!(address % 64 == 0 && length % 64 == 0);
+    let cells = &mut bench.cells.borrow_mut()[address as usize..][..from.len()];
+    assert!(cells.iter().all(|cell| *cell == 0xFF), "each byte is written once");
+    cells.copy_from_slice(from);
+    u32::from(*bench.broken.borrow())
+}
+
+unsafe extern "C" fn erase(context: *mut c_void, first: u32, end: u32) -> u32 {
+    // SAFETY: as above.
+    let bench = unsafe { bench(context) };
+    bench.cells.borrow_mut()[first as usize..end as usize].fill(0xFF);
+    0
+}
+
+unsafe extern "C" fn send(context: *mut c_void, bytes: *const u8, length: u32) {
+    // SAFETY: as above.
+    let (bench, bytes) = unsafe { (bench(context), std::slice::from_raw_parts(bytes, length as usize)) };
+    bench.sent.borrow_mut().extend(bytes);
+}
+
+unsafe extern "C" fn adopt(context: *mut c_void, block: *const u8, length: u32) -> u16 {
+    if block.is_null() {
+        return OK;
+    }
+    // SAFETY: as above.
+    unsafe { gmhm_load(Some(&mut bench(context).joint.borrow_mut()), block, length) }
+}
+
+unsafe extern "C" fn is_enabled(context: *mut c_void) -> u32 {
+    // SAFETY: as above.
+    u32::from(*unsafe { bench(context) }.enabled.borrow())
+}
+
+unsafe extern "C" fn set_compensation(context: *mut c_void, on: u32, gain_ratio: f32) {
+    // SAFETY: as above.
+    *unsafe { bench(context) }.compensation.borrow_mut() = (on, gain_ratio);
+}
+
+impl Bench {
+    fn new() -> Self {
+        Self {
+            cells: RefCell::new(vec![0xFF; 4 * SECTOR as usize]),
+            broken: RefCell::new(false),
+            enabled: RefCell::new(false),
+            joint: RefCell::new(joint()),
+            sent: RefCell::default(),
+            compensation: RefCell::default(),
+        }
+    }
+
+    fn context(&self) -> *mut c_void {
+        std::ptr::from_ref(self).cast_mut().cast()
+    }
+
+    fn flash(&self) -> FlashC {
+        FlashC {
+            context: self.context(),
+            capacity: 4 * SECTOR,
+            erase_size: SECTOR,
+            write_size: 8,
+            first_slot: 0,
+            second_slot: 2 * SECTOR,
+            slot_size: 2 * SECTOR,
+            read: Some(read),
+            write: Some(write),
+            erase: Some(erase),
+        }
+    }
+
+    fn drive(&self) -> DriveC {
+        DriveC {
+            context: self.context(),
+            send: Some(send),
+            adopt: Some(adopt),
+            is_enabled: Some(is_enabled),
+            set_compensation: Some(set_compensation),
+            get_live: None,
+            get_diagnostics: None,
+            clear_diagnostics: None,
+        }
+    }
+
+    fn power_up(&self) -> (Box<LinkC>, u16) {
+        let mut link = Box::new(MaybeUninit::uninit());
+        assert_eq!(gmhm_link_init(Some(&mut link), Some(&self.flash()), 7), OK);
+        // SAFETY: gmhm_link_init has written it.
+        let mut link = unsafe { link.assume_init() };
+        let code = gmhm_link_boot(Some(&mut link), Some(&self.drive()));
+        (link, code)
+    }
+
+    /// The body of the answer.
+    fn ask(&self, link: &mut LinkC, request: Request<'_>, tag: Tag) -> Vec<u8> {
+        let frame = request.encode(tag);
+        self.sent.borrow_mut().clear();
+        // SAFETY: the frame outlives the call.
+        let code = unsafe { gmhm_link_receive(Some(link), Some(&self.drive()), frame.as_ptr(), frame.len() as u32) };
+        assert_eq!(code, OK);
+        let mut receiver = Receiver::new();
+        let sent = self.sent.borrow();
+        sent.iter().filter_map(|byte| receiver.feed(*byte).map(<[u8]>::to_vec)).last().expect("an answer")
+    }
+
+    /// Stages a block and puts it on trial: the session and its next turn.
+    fn try_out(&self, link: &mut LinkC, block: &[u8]) -> Tag {
+        let body = self.ask(link, Request::Identify, Tag::default());
+        let Some((_, _, Answer::Identified(it))) = Answer::decode(&body) else { panic!("{body:?}") };
+        let mut tag = Tag { session: it.session, turn: 0 };
+        let crc = verify(block).expect("a block").crc();
+        let data = block.chunks(96).enumerate().map(|(k, bytes)| Request::Data { offset: 96 * k as u32, bytes });
+        let stage = Request::Stage { length: block.len() as u32, crc };
+        for request in [stage].into_iter().chain(data).chain([Request::Try]) {
+            let body = self.ask(link, request, tag);
+            assert!(matches!(Answer::decode(&body), Some((_, _, Answer::Done))), "{request:?}");
+            tag.turn += 1;
+        }
+        tag
+    }
+}
+
+fn stamped(mut bytes: Vec<u8>, sequence: u32) -> Vec<u8> {
+    stamp(&mut bytes, sequence).expect("a block");
+    bytes
+}
+
+#[test]
+fn a_block_goes_over_the_line_into_the_joint_and_into_flash() {
+    let bench = Bench::new();
+    let (mut link, code) = bench.power_up();
+    assert_eq!(code, NO_BLOCK);
+    let stiffer = stamped(block_with(1.1, &["coulomb_friction"]), 1);
+    let crc = verify(&stiffer).expect("a block").crc();
+    let tag = bench.try_out(&mut link, &stiffer);
+    assert_eq!(gmhm_get_status(Some(&bench.joint.borrow())).crc32, crc, "on trial");
+    // An enabled drive stores nothing.
+    *bench.enabled.borrow_mut() = true;
+    let commit = Request::Commit { signature: SAVE, crc };
+    let body = bench.ask(&mut link, commit, tag);
+    let Some((_, _, Answer::Refused(refused))) = Answer::decode(&body) else { panic!("{body:?}") };
+    assert_eq!(refused.refusal, Refusal::Enabled);
+    *bench.enabled.borrow_mut() = false;
+    let body = bench.ask(&mut link, commit, Tag { turn: tag.turn + 1, ..tag });
+    assert!(matches!(Answer::decode(&body), Some((_, _, Answer::Stored { sequence: 1, .. }))), "{body:?}");
+    let on = bench.ask(&mut link, Request::Compensate { on: true }, Tag { turn: tag.turn + 2, ..tag });
+    assert!(matches!(Answer::decode(&on), Some((_, _, Answer::Done))));
+    assert_eq!(*bench.compensation.borrow(), (1, 1.0));
+
+    *bench.joint.borrow_mut() = joint();
+    let (mut link, code) = bench.power_up();
+    assert_eq!(code, OK);
+    assert_eq!(gmhm_get_status(Some(&bench.joint.borrow())).crc32, crc, "boot finds it");
+    let body = bench.ask(&mut link, Request::Status, Tag::default());
+    let Some((_, _, Answer::Status(status))) = Answer::decode(&body) else { panic!("{body:?}") };
+    assert_eq!((status.origin, status.sequence), (Origin::Stored, 1));
+}
+
+#[test]
+fn a_trial_whose_host_is_gone_ends() {
+    let bench = Bench::new();
+    let (mut link, _) = bench.power_up();
+    let first = stamped(block(), 1);
+    let tag = bench.try_out(&mut link, &first);
+    let crc = verify(&first).expect("a block").crc();
+    bench.ask(&mut link, Request::Commit { signature: SAVE, crc }, tag);
+    bench.try_out(&mut link, &stamped(block_with(1.1, &[]), 2));
+    for _ in 0..1000 {
+        assert_eq!(gmhm_link_elapse(Some(&mut link), Some(&bench.drive()), 100), OK);
+    }
+    assert_eq!(gmhm_get_status(Some(&bench.joint.borrow())).crc32, crc, "the stored block is in force again");
+}
+
+#[test]
+fn a_flash_that_fails_or_cannot_be_is_refused() {
+    let bench = Bench::new();
+    for change in [
+        |flash: &mut FlashC| flash.erase_size = 0,
+        |flash: &mut FlashC| flash.write_size = 48,
+        |flash: &mut FlashC| flash.second_slot = SECTOR,
+        |flash: &mut FlashC| flash.slot_size = 4 * SECTOR,
+        |flash: &mut FlashC| flash.slot_size = u32::MAX - SECTOR + 1,
+        |flash: &mut FlashC| flash.write = None,
+    ] {
+        let mut flash = bench.flash();
+        change(&mut flash);
+        assert_eq!(gmhm_link_init(Some(&mut MaybeUninit::uninit()), Some(&flash), 1), PLACE);
+    }
+    *bench.broken.borrow_mut() = true;
+    let mut store = MaybeUninit::uninit();
+    assert_eq!(gmhm_c::gmhm_store_init(Some(&mut store), Some(&bench.flash())), OK);
+    let block = stamped(block(), 1);
+    // SAFETY: gmhm_store_init has written the store, and the block outlives the call.
+    let code = unsafe { gmhm_c::gmhm_store_write(Some(store.assume_init_mut()), block.as_ptr(), block.len() as u32) };
+    assert_eq!(code, FLASH);
+}
