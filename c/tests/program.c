@@ -182,8 +182,7 @@ int main(int count, char **words)
     }
 
     /* A refusal leaves what is in force; a good block replaces it. */
-    again.flags = 0;
-    if (gmhm_load(&joint, damaged, length) != GMHM_ERROR_CHECKSUM || gmhm_get_status(&joint, &status) != GMHM_FLAG_REFUSED) {
+    if (gmhm_load(&joint, damaged, length) != GMHM_ERROR_CHECKSUM || !(gmhm_get_status(&joint, &status) & GMHM_FLAG_REFUSED)) {
         return failed("a refused block changes nothing");
     }
     found = status.crc32;
