@@ -44,7 +44,7 @@ unsafe extern "C" fn read(context: *mut c_void, address: u32, to: *mut u8, lengt
 unsafe extern "C" fn write(context: *mut c_void, address: u32, from: *const u8, length: u32) -> u32 {
     // SAFETY: as above.
     let (bench, from) = unsafe { (bench(context), std::slice::from_raw_parts(from, length as usize)) };
-    assert!(address % 64 == 0 && length % 64 == 0);
+    assert!(address.is_multiple_of(64) && length.is_multiple_of(64));
     let cells = &mut bench.cells.borrow_mut()[address as usize..][..from.len()];
     assert!(cells.iter().all(|cell| *cell == 0xFF), "each byte is written once");
     cells.copy_from_slice(from);
