@@ -23,6 +23,8 @@ mod program;
 mod python;
 mod python_package;
 mod registry;
+mod rtos;
+mod semver;
 mod setup;
 mod size;
 mod structure;
@@ -76,6 +78,10 @@ enum Command {
     },
     /// Read and write the object dictionary of a simulated drive over a virtual CAN bus, by python canopen.
     Canopen,
+    /// Build the examples under RTIC, under embassy and with a shared interrupt, and run them in the emulator.
+    Rtos,
+    /// Compare the core's interface with that of the last tagged version, by cargo-semver-checks.
+    Semver,
     /// Fit, pack and flash into emulated drives, compare their torques with the host's, cut their power while they store.
     EndToEnd {
         /// Power cuts in the middle of a write, at least.
@@ -159,6 +165,8 @@ fn run(arguments: Arguments) -> anyhow::Result<()> {
         Command::C { archive: Some(folder), target } => c_archive::write(&shell, target.as_deref(), &folder),
         Command::C { archive: None, .. } => c::run(&shell),
         Command::Canopen => canopen::run(&shell),
+        Command::Rtos => rtos::run(&shell),
+        Command::Semver => semver::run(&shell),
         Command::EndToEnd { cuts, seed } => end_to_end::run(&shell, cuts, seed),
         Command::Fleet { joints, rows, damaged, timed } => fleet::run(&shell, [joints, rows, damaged], timed),
         Command::Fuzz { executions, seed } => fuzz::run(&shell, executions, seed),

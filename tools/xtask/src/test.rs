@@ -6,7 +6,9 @@ use std::process::{Child, Command, Stdio};
 use anyhow::{Context, Result, bail, ensure};
 use xshell::{Shell, cmd};
 
-use crate::{c, canopen, cost, emulate, end_to_end, export, fleet, fuzz, python_package, setup, size, structure};
+use crate::{
+    c, canopen, cost, emulate, end_to_end, export, fleet, fuzz, python_package, rtos, semver, setup, size, structure,
+};
 
 /// Sets up what is missing, then runs everything.
 pub fn run(shell: &Shell) -> Result<()> {
@@ -31,6 +33,8 @@ pub fn run(shell: &Shell) -> Result<()> {
     fleet::run(shell, fleet::IN_TESTS, false)?;
     python_package::run(shell, false)?;
     canopen::run(shell)?;
+    rtos::run(shell)?;
+    semver::run(shell)?;
     packages(shell)?;
     end_to_end::run(shell, end_to_end::CUTS, end_to_end::SEED)?;
     fuzz::run(shell, fuzz::IN_TESTS, 1)?;
