@@ -23,8 +23,8 @@ pub fn run(shell: &Shell) -> Result<()> {
     cmd!(shell, "cargo install --quiet --locked --no-track --path tools --root {root}")
         .run()
         .context("`cargo install --path tools` fails")?;
+    shell.create_dir(&home)?;
     let _folder = shell.push_dir(&home);
-    shell.create_dir(".")?;
     let program = Program { shell, home: &home, path: format!("{}:{SYSTEM}", root.join("bin").display()) };
 
     let version = program.run("gmhm --version")?;
