@@ -122,6 +122,10 @@ fn columns(
     if let Some((name, step)) = kind.growth(term, ranges) {
         let key = info.key(name)?;
         let mut column = dataset.change(evaluations, &kind.grown(term, key, step)).ok()?;
+        if kind.grows_both_ways() {
+            let other = dataset.change(evaluations, &kind.grown(term, key, -step)).ok()?;
+            column.iter_mut().zip(other).for_each(|(x, other)| *x = 0.5 * (*x - other));
+        }
         column.iter_mut().for_each(|x| *x /= step);
         return Some((vec![(key, None)], vec![column]));
     }

@@ -6,10 +6,10 @@ use rayon::prelude::*;
 use crate::diagnose::DiagnoseError;
 use crate::diagnose::candidates;
 use crate::diagnose::candidates::Proposal;
-use crate::model::{Model, TermValue};
+use crate::model::{Model, Term, TermValue};
 use crate::numerics::autoregression::Noise;
 use crate::numerics::basis::Basis;
-use crate::numerics::qr::dot;
+use crate::numerics::vector::dot;
 use crate::regression::dataset::Dataset;
 use crate::regression::fit::Fitted;
 use crate::regression::parameters::FreeParameter;
@@ -71,6 +71,11 @@ const RICH: f64 = 0.2;
 /// A gain of the deviance that is always near.
 const NEAR: f64 = 60.0;
 
+/// Whether a term shifts the torque in time.
+pub fn is_delay(term: &Term) -> bool {
+    term.info().is_some_and(|info| info.domain == Domain::Delay)
+}
+
 impl Dataset<'_> {
     /// The free numbers of a model in a search.
     pub fn places(&self, model: &Model, search: Search<'_>) -> Vec<FreeParameter> {
@@ -130,24 +135,40 @@ impl Dataset<'_> {
 
     /// What a delay gains beside a fitted model by smoothing the model's own noise between samples, not by being late: the gain of the mean of both signs of it.
     pub fn smoothing_gain(&self, fit: &Fitted, delayed: &Model) -> f64 {
-        let Some(term) = delayed.terms.iter().find(|t| t.info().is_some_and(|info| info.domain == Domain::Delay))
-        else {
-            return 0.0;
-        };
-        let Some(TermValue::Number(delay)) = term.values.get("delay_s") else { return 0.0 };
-        let at = |delay: f64| {
-            let mut model = fit.model.clone();
-            let mut term = term.clone();
-            term.values.insert("delay_s".to_owned(), TermValue::Number(delay));
-            model.terms.push(term);
-            self.total(&model)
-        };
-        let (Ok(late), Ok(early), Ok(now)) = (at(*delay), at(-delay), self.total(&fit.model)) else { return 0.0 };
+        let Some(term) = delayed.terms.iter().find(|t| is_delay(t)) else { return 0.0 };
+        let mut model = fit.model.clone();
+        model.terms.push(term.clone());
+        let Some([now, late, early]) = self.about_delay(&model, model.terms.len() - 1) else { return 0.0 };
         let smoothed: Vec<f64> =
             (0..now.len()).map(|i| fit.residual[i] - 0.5 * (late[i] + early[i]) + now[i]).collect();
         let base = fit.of_places();
         let profile = self.layout().best_profile(&base, &smoothed, &fit.noise);
         fit.minus_two_log_likelihood - profile.minus_two_log_likelihood
+    }
+
+    /// Whether a fit has a delay that saves as much by smoothing the model's own noise between samples as by being late.
+    pub fn only_smooths(&self, fit: &Fitted) -> bool {
+        let Some(at) = fit.model.terms.iter().position(is_delay) else { return false };
+        let Some([now, late, early]) = self.about_delay(&fit.model, at) else { return false };
+        let squares = |torque: &dyn Fn(usize) -> f64| {
+            let left: Vec<f64> = (0..late.len()).map(|i| fit.residual[i] + late[i] - torque(i)).collect();
+            let left = self.layout().masked(&left);
+            dot(&left, &left)
+        };
+        let without = squares(&|i| now[i]);
+        let smoothed = without - squares(&|i| 0.5 * (late[i] + early[i]));
+        smoothed > 0.5 * (without - squares(&|i| late[i]))
+    }
+
+    /// The torque of a model without its delay, with it, and with its opposite.
+    fn about_delay(&self, model: &Model, at: usize) -> Option<[Vec<f64>; 3]> {
+        let TermValue::Number(delay) = *model.terms[at].values.get("delay_s")? else { return None };
+        let with = |delay: f64| {
+            let mut model = model.clone();
+            model.terms[at].values.insert("delay_s".to_owned(), TermValue::Number(delay));
+            self.total(&model).ok()
+        };
+        Some([with(0.0)?, with(delay)?, with(-delay)?])
     }
 
     /// The best of each kind on the grid.

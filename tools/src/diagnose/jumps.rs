@@ -1,6 +1,6 @@
 //! Jumps: rows from which on the torque is another by a constant. An autoregression follows a jump at the price of one row, which stands out of what it brings anew.
 
-use crate::numerics::qr::dot;
+use crate::numerics::vector::dot;
 use crate::regression::dataset::Dataset;
 use crate::regression::fit::Fitted;
 

@@ -10,7 +10,7 @@ use crate::diagnose::nonparametric::{Coordinates, Explained as Curve};
 use crate::diagnose::search::{Outcome, part};
 use crate::kinds;
 use crate::model::{Model, Term, TermValue};
-use crate::numerics::qr::dot;
+use crate::numerics::vector::dot;
 use crate::regression::dataset::Dataset;
 use crate::regression::fit::Fitted;
 use crate::regression::predictive::{predictive, usual};

@@ -10,7 +10,7 @@ use crate::diagnose::naming::DiagnosisVerdict;
 use crate::kinds;
 use crate::kinds::experiment::Experiment;
 use crate::numerics::basis::Basis;
-use crate::numerics::qr::dot;
+use crate::numerics::vector::dot;
 use crate::regression::dataset::Dataset;
 
 /// An effect whose plausible size leaves fewer squared deviations of noise than this could not have been seen.

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use crate::diagnose::jumps;
 use crate::diagnose::tones::tones;
 use crate::numerics::autoregression::Noise;
-use crate::numerics::qr::dot;
+use crate::numerics::vector::dot;
 use crate::numerics::spectrum;
 use crate::physics::Evaluation;
 use crate::regression::dataset::Dataset;

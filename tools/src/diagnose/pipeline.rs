@@ -19,7 +19,7 @@ use crate::kinds;
 use crate::model::{Base, Model, Term, TermValue};
 use crate::numerics::autoregression::mark_outliers;
 use crate::numerics::mark::Mark;
-use crate::numerics::qr::dot;
+use crate::numerics::vector::dot;
 use crate::progress::Progress;
 use crate::recording::{Recording, TorqueUnit};
 use crate::regression::dataset::Dataset;

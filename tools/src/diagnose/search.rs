@@ -5,7 +5,7 @@ use gmhm::terms::{Domain, KINDS};
 use crate::diagnose::DiagnoseError;
 use crate::diagnose::explain::{Alternative, Search};
 use crate::kinds;
-use crate::numerics::qr::dot;
+use crate::numerics::vector::dot;
 use crate::regression::dataset::Dataset;
 use crate::regression::fit::Fitted;
 use crate::regression::predictive::predictive;

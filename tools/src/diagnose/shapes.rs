@@ -12,7 +12,7 @@ use crate::model::Term;
 use crate::numerics::autoregression::Noise;
 use crate::numerics::basis::Basis;
 use crate::numerics::particle_swarm::{SwarmOptions, minimise};
-use crate::numerics::qr::dot;
+use crate::numerics::vector::dot;
 use crate::physics::columns::{get, set};
 use crate::physics::{Evaluation, PredictError};
 use crate::regression::dataset::Dataset;

@@ -4,7 +4,7 @@ use crate::diagnose::DiagnoseError;
 use crate::diagnose::naming::EffectVerdict;
 use crate::model::Model;
 use crate::numerics::basis::Basis;
-use crate::numerics::qr::dot;
+use crate::numerics::vector::dot;
 use crate::regression::dataset::Dataset;
 use crate::regression::fit::Fitted;
 

@@ -13,7 +13,7 @@ use crate::model::Model;
 use crate::numerics::autoregression::mark_outliers;
 use crate::numerics::mark::Mark;
 use crate::numerics::particle_swarm::Stop;
-use crate::numerics::qr::dot;
+use crate::numerics::vector::dot;
 use crate::physics::PredictError;
 use crate::progress::Progress;
 use crate::recording::Recording;

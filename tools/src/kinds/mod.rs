@@ -153,6 +153,11 @@ pub trait Kind: Sync {
         None
     }
 
+    /// Whether that number may be negative as well: its derivative is then taken from both sides.
+    fn grows_both_ways(&self) -> bool {
+        false
+    }
+
     /// A term whose growing number is `weight`.
     fn grown(&self, term: &Term, key: &'static KeyInfo, weight: f64) -> Term {
         set(term, key, None, weight)

@@ -43,4 +43,9 @@ impl Kind for TimeSkew {
     fn growth(&self, _term: &Term, ranges: &Ranges) -> Option<(&'static str, f64)> {
         Some((DELAY, 0.25 * ranges.period_s))
     }
+
+    /// From one side, interpolation between rows would smooth the noise of the angles, and look like a gain.
+    fn grows_both_ways(&self) -> bool {
+        true
+    }
 }

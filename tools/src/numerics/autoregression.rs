@@ -7,6 +7,7 @@
 //! likelihood. Outliers are isolated rows that Hampel's identifier finds in the residual (Hampel 1974; Pearson 2002); they do not count.
 
 use crate::numerics::mark::Mark;
+use crate::numerics::vector::{dot, lattice};
 
 /// An autoregressive noise model of one recording.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -195,28 +196,32 @@ fn burg(residual: &[f64], runs: &[std::ops::Range<usize>], variance: f64, highes
         left -= count;
         residual[run.start..run.start + count].to_vec()
     };
-    let mut forward: Vec<Vec<f64>> = runs.iter().map(&mut take).collect();
-    let mut backward = forward.clone();
+    // Errors of prediction of each run, later rows from earlier ones and earlier from later; those of one index belong together.
+    let mut errors: Vec<(Vec<f64>, Vec<f64>)> = runs
+        .iter()
+        .map(&mut take)
+        .map(|run| (run.get(1..).unwrap_or_default().to_vec(), run[..run.len().saturating_sub(1)].to_vec()))
+        .collect();
     let mut error = variance;
     let mut steps = Vec::with_capacity(highest);
     for order in 1..=highest {
+        // A higher order has a row less: the earliest of those predicted, the latest of those that predict.
+        let lost = order - 1;
         let (mut cross, mut power) = (0.0, 0.0);
-        for (f, b) in forward.iter().zip(&backward) {
-            for t in order..f.len() {
-                cross += f[t] * b[t - 1];
-                power += f[t] * f[t] + b[t - 1] * b[t - 1];
-            }
+        for (f, b) in &errors {
+            let count = f.len().saturating_sub(lost);
+            let (f, b) = (&f[f.len() - count..], &b[..count]);
+            cross += dot(f, b);
+            power += dot(f, f) + dot(b, b);
         }
         if power <= 0.0 {
             break;
         }
         let reflection = 2.0 * cross / power;
-        for (f, b) in forward.iter_mut().zip(&mut backward) {
-            for t in (order..f.len()).rev() {
-                let (ahead, behind) = (f[t], b[t - 1]);
-                f[t] = ahead - reflection * behind;
-                b[t] = behind - reflection * ahead;
-            }
+        for (f, b) in &mut errors {
+            let count = f.len().saturating_sub(lost);
+            let from = f.len() - count;
+            lattice(reflection, &mut f[from..], &mut b[..count]);
         }
         error *= 1.0 - reflection * reflection;
         if error <= 1e-12 * variance {

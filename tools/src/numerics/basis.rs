@@ -1,6 +1,6 @@
 //! An orthonormal basis of columns, to which many others are compared.
 
-use crate::numerics::qr::dot;
+use crate::numerics::vector::{axpy, dot};
 
 /// An orthonormal basis of whitened columns; at first the span of nothing.
 #[derive(Default)]
@@ -31,8 +31,7 @@ impl Basis {
     /// Takes the span out of a column.
     pub fn reduce(&self, column: &mut [f64]) {
         for q in &self.columns {
-            let share = dot(q, column);
-            column.iter_mut().zip(q).for_each(|(x, q)| *x -= share * q);
+            axpy(-dot(q, column), q, column);
         }
     }
 

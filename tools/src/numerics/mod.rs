@@ -2,6 +2,7 @@
 //!
 //! | file | what |
 //! |---|---|
+//! | [`vector`] | sums and updates of long columns |
 //! | [`qr`], [`basis`], [`svd`] | streaming triangular factor, orthonormal basis, singular directions |
 //! | [`block_gram`] | held-out errors of any subset of columns |
 //! | [`bounded`] | least squares with bounds |
@@ -21,4 +22,5 @@ pub mod qr;
 pub(crate) mod smoothing;
 pub mod spectrum;
 pub mod svd;
+pub mod vector;
 pub(crate) mod whitening;

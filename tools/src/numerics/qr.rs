@@ -5,6 +5,10 @@
 //! one block, and R is as accurate as the QR of the whole matrix; the normal equations, which square the condition number, are never
 //! formed. The right-hand side is the last column, so the last diagonal element is the norm of the residual.
 
+use pulp::{Simd, WithSimd};
+
+use crate::numerics::vector::{axpy_within, dot, dot_within, wide};
+
 /// Some rows of a matrix, column after column.
 #[derive(Debug, Clone)]
 pub struct Block {
@@ -46,12 +50,6 @@ impl Block {
     /// Column `j`, the rows in use.
     pub fn column_mut(&mut self, j: usize) -> &mut [f64] {
         &mut self.data[j * self.capacity..][..self.rows]
-    }
-
-    /// Column `i` read-only beside the later column `j`.
-    fn pair(&mut self, i: usize, j: usize) -> (&[f64], &mut [f64]) {
-        let (left, right) = self.data.split_at_mut(j * self.capacity);
-        (&left[i * self.capacity..][..self.rows], &mut right[..self.rows])
     }
 }
 
@@ -125,27 +123,7 @@ impl Triangle {
     /// Adds the rows of a block. The block is used up.
     pub fn absorb(&mut self, block: &mut Block) {
         debug_assert_eq!(block.columns(), self.columns);
-        for j in 0..self.columns {
-            let column = block.column(j);
-            let below = dot(column, column);
-            // What is left of a dependent column may be too small to be squared and divided by.
-            if below < NOTHING {
-                continue;
-            }
-            let head = self.get(j, j);
-            let norm = (head * head + below).sqrt();
-            let diagonal = if head > 0.0 { -norm } else { norm };
-            let first = head - diagonal;
-            let scale = 2.0 / (first * first + below);
-            for l in j + 1..self.columns {
-                let top = self.get(j, l);
-                let (reflector, column) = block.pair(j, l);
-                let amount = scale * (first * top + dot(reflector, column));
-                axpy(-amount, reflector, column);
-                self.set(j, l, top - amount * first);
-            }
-            self.set(j, j, diagonal);
-        }
+        wide(Reflect { r: &mut self.r, columns: self.columns, block });
     }
 
     /// Adds the rows of another factor of the same columns.
@@ -214,22 +192,42 @@ impl Triangle {
     }
 }
 
-/// Σ a·b in four partial sums, which the compiler can keep in vector registers.
-pub fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut sums = [0.0; 4];
-    let (a4, b4) = (a.chunks_exact(4), b.chunks_exact(4));
-    let rest: f64 = a4.remainder().iter().zip(b4.remainder()).map(|(x, y)| x * y).sum();
-    for (x, y) in a4.zip(b4) {
-        for k in 0..4 {
-            sums[k] += x[k] * y[k];
-        }
-    }
-    (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
+/// Householder reflections of \[R; block\], column by column.
+struct Reflect<'a> {
+    r: &'a mut [f64],
+    columns: usize,
+    block: &'a mut Block,
 }
 
-fn axpy(factor: f64, x: &[f64], y: &mut [f64]) {
-    for (y, x) in y.iter_mut().zip(x) {
-        *y += factor * x;
+impl WithSimd for Reflect<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { r, columns, block } = self;
+        let (capacity, rows) = (block.capacity, block.rows);
+        for j in 0..columns {
+            let (left, right) = block.data.split_at_mut((j + 1) * capacity);
+            let reflector = &left[j * capacity..][..rows];
+            let below = dot_within(simd, reflector, reflector);
+            // What is left of a dependent column may be too small to be squared and divided by.
+            if below < NOTHING {
+                continue;
+            }
+            let head = r[j * columns + j];
+            let norm = (head * head + below).sqrt();
+            let diagonal = if head > 0.0 { -norm } else { norm };
+            let first = head - diagonal;
+            let scale = 2.0 / (first * first + below);
+            for l in j + 1..columns {
+                let top = r[l * columns + j];
+                let column = &mut right[(l - j - 1) * capacity..][..rows];
+                let amount = scale * (first * top + dot_within(simd, reflector, column));
+                axpy_within(simd, -amount, reflector, column);
+                r[l * columns + j] = top - amount * first;
+            }
+            r[j * columns + j] = diagonal;
+        }
     }
 }
 

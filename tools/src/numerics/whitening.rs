@@ -5,6 +5,7 @@
 
 use crate::numerics::autoregression::Noise;
 use crate::numerics::mark::Mark;
+use crate::numerics::vector::axpy;
 
 /// The way of the noise filter along a recording.
 #[derive(Debug, Clone, Copy)]
@@ -52,7 +53,7 @@ impl Noise {
         for (i, phi) in self.coefficients.iter().enumerate() {
             let first = (i + 1).saturating_sub(history).min(count);
             let lagged = &from[history + first - (i + 1).min(history + first)..];
-            to[first..].iter_mut().zip(lagged).for_each(|(y, x)| *y -= phi * x);
+            axpy(-phi, lagged, &mut to[first..]);
         }
         if self.weight != 1.0 {
             to.iter_mut().for_each(|y| *y *= self.weight);

@@ -5,7 +5,7 @@
 use crate::model::Model;
 use crate::numerics::autoregression::Noise;
 use crate::numerics::levenberg_marquardt::descend;
-use crate::numerics::qr::dot;
+use crate::numerics::vector::dot;
 use crate::physics::PredictError;
 use crate::regression::dataset::Dataset;
 use crate::regression::error::DatasetError;

@@ -12,7 +12,7 @@ use crate::numerics::autoregression::{Noise, runs};
 use crate::numerics::bounded;
 use crate::numerics::bounded::Bound;
 use crate::numerics::mark::Mark;
-use crate::numerics::qr::dot;
+use crate::numerics::vector::dot;
 use crate::numerics::svd::Singular;
 use crate::recording::Recording;
 use crate::regression::columns::Column;

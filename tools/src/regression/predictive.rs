@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use crate::numerics::autoregression::Noise;
-use crate::numerics::qr::dot;
+use crate::numerics::vector::dot;
 use crate::regression::dataset::Dataset;
 use crate::regression::fit::Fitted;
 use crate::regression::heldout::FOLDS;

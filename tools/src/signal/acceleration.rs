@@ -12,7 +12,7 @@ use realfft::RealFftPlanner;
 use realfft::num_complex::Complex;
 
 use crate::model::{GearSection, TorqueSide};
-use crate::numerics::qr::dot;
+use crate::numerics::vector::dot;
 use crate::physics::Signals;
 use crate::physics::signals::{curvature, rate};
 use crate::recording::Recording;

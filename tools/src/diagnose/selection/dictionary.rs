@@ -13,7 +13,7 @@ use crate::kinds::free_coordinate::FreeCoordinate;
 use crate::kinds::{self, FURTHER_ELEMENT_PRICE, Kind};
 use crate::model::{Model, TermValue};
 use crate::numerics::block_gram::{BlockGram, Targets};
-use crate::numerics::qr::dot;
+use crate::numerics::vector::dot;
 use crate::regression::dataset::Dataset;
 use crate::regression::fit::Fitted;
 use crate::regression::parameters::{self, FreeParameter};

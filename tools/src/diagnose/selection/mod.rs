@@ -191,7 +191,10 @@ impl Dataset<'_> {
             let may_be_reversed = |term: &Term| {
                 kinds::of_term(term).is_some_and(|k| kinds::may_be_reversed(k, fit.model.is_simulation()))
             };
-            let unlawful = found.iter().find(|t| !may_be_reversed(t) && kinds::is_reversed(t));
+            let smooths = self.only_smooths(&fit);
+            let unlawful = found
+                .iter()
+                .find(|t| (!may_be_reversed(t) && kinds::is_reversed(t)) || (smooths && explain::is_delay(t)));
             let Some(unlawful) = unlawful else { return Ok((fit, lost)) };
             if let Some(fewer) = kinds::without_negative_elements(unlawful) {
                 let mut model = fit.model.clone();
