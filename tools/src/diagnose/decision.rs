@@ -11,10 +11,16 @@ use crate::regression::dataset::Dataset;
 use crate::regression::fit::Fitted;
 use crate::regression::parameters::FreeParameter;
 
-/// Squares that a selection takes, over those that it leaves: from here on structure is loud, and held-out error decides alone.
+/// Squares that a selection takes, over those that it leaves: from here on structure is loud, and held-out error decides.
 const LOUD: f64 = 4.0;
+/// Beyond this many times likelihood is not asked: what the shapes of loud effects leave is structure, not noise.
+const VERY_LOUD: f64 = 15.0;
+/// Fewer names stand where they leave at most so many times the held-out squares that more names leave.
+const AS_GOOD: f64 = 1.05;
 /// Structure of this part of the base's squared error, held out, is a mismatch whatever the likelihood says.
 const LARGE: f64 = 0.2;
+/// Structure that likelihood does not see is a mismatch from this part on.
+const LEAST_ALONE: f64 = 0.1;
 /// A selection that leaves less than this part of the held-out squares that likelihood's finding leaves stands.
 const CLEARLY_BETTER: f64 = 0.95;
 /// A curve explains at most so many times the squares that the base leaves.
@@ -23,7 +29,8 @@ const MOST_OF_RESIDUAL: f64 = 100.0;
 const STEPS: usize = 5;
 
 impl Dataset<'_> {
-    /// The verdict: by held-out error alone where structure is loud; else by likelihood against coloured noise, unless the joint selection predicts clearly better.
+    /// The verdict: by held-out error where structure is loud, unless likelihood explains as much with fewer names; else by likelihood against coloured noise,
+    /// unless the joint selection predicts clearly better.
     pub(super) fn decided<'r>(
         &self,
         model: &Model,
@@ -33,20 +40,35 @@ impl Dataset<'_> {
     ) -> Result<(DiagnosisVerdict, Search<'r>), DiagnoseError> {
         let taken =
             (selection.base_squares - selection.selected_squares) / selection.selected_squares.max(f64::MIN_POSITIVE);
+        let left = |fit: &Fitted| self.rms_of_blocks(fit).powi(2);
         if taken > LOUD {
             let selection = self.with_remainder(&base, selection.clone(), search)?;
-            return Ok((self.joint_verdict(&base, &selection, search)?, search));
+            let joint = self.joint_verdict(&base, &selection, search)?;
+            let is_plain = joint.effects.len() < 2 && left(&joint.extended) < LARGE * left(&joint.base);
+            if taken > VERY_LOUD || is_plain {
+                return Ok((joint, search));
+            }
+            let (verdict, by_likelihood) = self.found(model, search)?;
+            let (ours, theirs) = (left(&verdict.extended), left(&joint.extended));
+            let named = !verdict.effects.is_empty() && verdict.effects.iter().all(|e| e.name != UNKNOWN);
+            let simpler = named && verdict.effects.len() < joint.effects.len() && ours <= AS_GOOD * theirs;
+            return Ok(if simpler || ours < CLEARLY_BETTER * theirs {
+                (verdict, by_likelihood)
+            } else {
+                (joint, search)
+            });
         }
         let (verdict, by_likelihood) = self.found(model, search)?;
-        let left = |fit: &Fitted| self.rms_of_blocks(fit).powi(2);
         let selection = self.confirmed(&base, selection.clone(), search)?;
         let better = left(&selection.fit) < CLEARLY_BETTER * left(&verdict.extended);
+        // Where likelihood sees nothing, a little that is saved on held-out blocks may be chance.
+        let helps = left(&selection.fit) < left(&base) && (verdict.mismatch || selection.named() >= LEAST_ALONE);
         let loud = selection.named() >= LARGE;
         let nameless = verdict.effects.iter().all(|e| e.name == UNKNOWN);
         // A curve predicts, but names nothing.
         let names_more =
             || -> Result<bool, DiagnoseError> { Ok(left(&selection.fit) <= self.left_by_kinds(&verdict, search)?) };
-        if !selection.selected.is_empty() && (better || (loud && (nameless || names_more()?))) {
+        if helps && !selection.selected.is_empty() && (better || (loud && (nameless || names_more()?))) {
             let joint = self.joint_verdict(&base, &selection, search)?;
             if joint.mismatch && (better || joint.effects.iter().any(|e| e.name != UNKNOWN)) {
                 return Ok((joint, search));

@@ -25,8 +25,10 @@ const LEAST_CURVE_SHARE: f64 = 0.04;
 const LEAST_CURVE_PART: f64 = 0.05;
 /// Curves at most.
 const MOST_CURVES: usize = 2;
-/// A kind that saves this part of what is left needs no likelihood to be believed.
+/// A kind that saves this part of what is left needs no likelihood to be believed,
 const CLEAR_GAIN: f64 = 0.25;
+/// or this part where no free function of its coordinates confirms it.
+const CLEAR_GAIN_ALONE: f64 = 0.5;
 /// Steps of the fits that confirm.
 const CONFIRMING_STEPS: usize = 3;
 /// Steps of the refit with a curve.
@@ -141,7 +143,10 @@ impl Dataset<'_> {
         mut selection: Selection,
         search: Search<'_>,
     ) -> Result<Selection, DiagnoseError> {
-        let weak = |s: &Selected, left: f64| s.gains.iter().sum::<f64>() < CLEAR_GAIN * left;
+        let weak = |s: &Selected, left: f64| {
+            let clear = if s.fidelity.is_some() { CLEAR_GAIN } else { CLEAR_GAIN_ALONE };
+            s.gains.iter().sum::<f64>() < clear * left
+        };
         let doubtful: Vec<&'static str> =
             selection.selected.iter().filter(|s| weak(s, selection.selected_squares)).map(|s| s.kind).collect();
         if doubtful.is_empty() {
