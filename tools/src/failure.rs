@@ -1,4 +1,4 @@
-//! How a failure is told: one message with its place, what is wrong, and the fix.
+//! Error messages: the place, what is wrong, and the fix.
 
 use std::fmt::Display;
 use std::io::IsTerminal;

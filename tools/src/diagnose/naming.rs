@@ -1,4 +1,4 @@
-//! From a search to findings: classes of kinds that cannot be told apart, and names that are given only where they explain all there is.
+//! From a search to findings: classes of kinds that the recordings cannot distinguish, and names that are given only where they explain all there is.
 
 use gmhm::terms::{Coordinate, KINDS};
 
@@ -19,7 +19,7 @@ use crate::regression::predictive::{predictive, usual};
 pub struct EffectVerdict {
     /// Its kind, or `unknown`.
     pub name: String,
-    /// Kinds that these recordings cannot tell from it.
+    /// Kinds that these recordings cannot distinguish from it.
     pub equivalents: Vec<String>,
     /// Posterior weight of the class.
     pub confidence: f64,
@@ -61,7 +61,7 @@ pub struct DiagnosisVerdict {
     pub noise_part: f64,
 }
 
-/// Kinds within this of the best's −2 ln L are not told apart: the wrong one of two looks better by more than this once in a thousand.
+/// Kinds within this of the best's −2 ln L are one class: the wrong one of two looks better by more than this once in a thousand.
 const CLASS: f64 = 11.0;
 /// A richer kind stays in the class of a simpler one that explains almost as much when noise alone would give it less than this (χ², 1 %).
 const RICHER: f64 = 13.0;

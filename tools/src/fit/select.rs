@@ -88,7 +88,7 @@ pub fn search(problem: &Problem<'_>, seed: u64, progress: &dyn Progress) -> (Vec
     (polished.nonlinear, best.evaluations + polished.evaluations)
 }
 
-/// Fits every structure and marks the one that predicts best; the simplest of those that cannot be told from the best.
+/// Fits every structure and marks the one that predicts best; the simplest of those that the recordings cannot distinguish from the best.
 pub fn table(
     structures: &[Structure],
     rated_deflection_rad: f64,

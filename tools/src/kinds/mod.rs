@@ -171,7 +171,7 @@ pub trait Kind: Sync {
     /// Adds the numbers that a found term has to hold to be complete.
     fn complete(&self, _term: &mut Term) {}
 
-    /// Whether a number only sets the scale that others are told in, and is not free.
+    /// Whether a number only sets the scale of others, and is not free.
     fn is_scale(&self, _key: &KeyInfo) -> bool {
         false
     }

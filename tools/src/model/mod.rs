@@ -111,7 +111,7 @@ impl Model {
     }
 
     /// The parameters of the gear at the rated deflection A, as the host evaluates them: beside slip elements the fitted spring of a real gear may fall at 0. `None` for a
-    /// joint log. The file's own A is only a default: commands may be told another.
+    /// joint log. The file's own A is only a default: commands may be given another.
     ///
     /// # Errors
     /// What cannot be evaluated.

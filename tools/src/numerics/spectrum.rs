@@ -49,7 +49,7 @@ pub fn spectrum(angle: &[f64], u: &[f64], gain: impl Fn(f64) -> f64) -> Vec<Line
     transform.iter().enumerate().map(power).filter(|l| l.order >= lowest && l.order <= HIGHEST).collect()
 }
 
-/// The strongest lines, one a lobe; orders that cannot be told from a whole number are whole.
+/// The strongest lines, one a lobe; orders that are a whole number within their resolution are made whole.
 pub fn peaks(lines: &[Line], turns: f64, most: usize) -> Vec<f64> {
     let lobe = 1.0 / turns;
     let mut sorted: Vec<Line> = lines.to_vec();

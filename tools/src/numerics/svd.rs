@@ -8,16 +8,16 @@ use crate::numerics::qr::Triangle;
 pub struct Singular {
     /// What each column is multiplied by.
     pub scale: DVector<f64>,
-    /// V·Σ⁻¹ of the directions that are told apart: a factor of the inverse Gram matrix.
+    /// V·Σ⁻¹ of the directions that the rows determine: a factor of the inverse Gram matrix.
     pub known: DMatrix<f64>,
     /// The directions that are not.
     pub open: DMatrix<f64>,
-    /// Uᵀ of the directions that are told apart.
+    /// Uᵀ of the directions that the rows determine.
     left: DMatrix<f64>,
 }
 
 impl Singular {
-    /// The columns are measured in `norms`. Directions with a singular value above `tolerance` of the largest are told apart; none of a factor that holds what is
+    /// The columns are measured in `norms`. Directions with a singular value above `tolerance` of the largest are determined; none of a factor that holds what is
     /// no number.
     pub fn of(factor: &Triangle, norms: &[f64], tolerance: f64) -> Self {
         let count = norms.len();
@@ -42,7 +42,7 @@ impl Singular {
         }
     }
 
-    /// The least-squares coefficients against the factor's last column; directions that are not told apart get none.
+    /// The least-squares coefficients against the factor's last column; directions that are not determined get none.
     pub fn solve(&self, factor: &Triangle) -> Vec<f64> {
         let count = factor.columns() - 1;
         let right = DVector::from_fn(count, |i, _| factor.get(i, count));

@@ -19,7 +19,7 @@ pub fn path(folder: &Path, index: usize) -> PathBuf {
 /// Reads the answer to a case.
 ///
 /// # Errors
-/// A diagnosis that is missing or is none. A prediction that is missing is told in the answer.
+/// A diagnosis that is missing or unreadable. The answer itself says where a prediction is missing.
 pub fn read(folder: &Path, index: usize, case: &Case) -> Result<Answer, String> {
     let path = path(folder, index);
     let text = std::fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;

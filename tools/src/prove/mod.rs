@@ -76,7 +76,7 @@ pub trait Detector: Sync {
 /// Proves `detector` on the first `cases` cases of `seed`, in parallel. `real` holds residuals of real recordings
 /// ([`generator::real_residuals`]); without any, the cases that need one are left out, and the report says so.
 ///
-/// `progress` is told how many cases are done.
+/// `progress` gets the number of cases done.
 pub fn run(
     seed: u64,
     cases: usize,

@@ -41,7 +41,7 @@ pub struct CaseScore {
     pub class_sizes: Vec<[usize; 2]>,
     /// Names given that stand for nothing hidden.
     pub wrong_names: Vec<String>,
-    /// Visible hidden effects whose coordinate is among the first places told.
+    /// Visible hidden effects whose coordinate is among the first two reported.
     pub location_hits: usize,
     /// Parameters compared, of effects named exactly.
     pub parameters: Vec<ParameterScore>,
@@ -193,7 +193,7 @@ fn excused(key: &Key, effect: &Effect) -> bool {
         || key.hidden().any(|hidden| !hidden.listed && hidden.class.contains(&effect.name))
 }
 
-/// A law of friction that was found may be told as its parts: Stribeck friction holds Coulomb and viscous friction.
+/// A friction law that was found also counts as its parts: Stribeck friction contains Coulomb and viscous friction.
 fn part_of(pairs: &[(&HiddenEffect, &Effect)], effect: &Effect) -> bool {
     pairs.iter().any(|(hidden, _)| super::generator::parts(&hidden.kind).contains(&effect.name.as_str()))
 }

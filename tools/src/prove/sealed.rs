@@ -58,7 +58,7 @@ impl Sealed {
         sha256(self.hashes().as_bytes())
     }
 
-    /// Puts every case to `detector`, in parallel, and scores. `progress` is told how many are done.
+    /// Puts every case to `detector`, in parallel, and scores. `progress` gets the number done.
     pub fn run(&self, detector: &dyn Detector, progress: &(dyn Fn(usize) + Sync)) -> ProveReport {
         let answer = |_: usize, case: &Case| {
             let found = detector.diagnose(&case.recordings, &case.base, &case.removed)?;

@@ -313,7 +313,7 @@ fn median(mut x: Vec<f64>) -> Option<f64> {
 
 impl Display for ProveReport {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        // A prediction that ran away is told by its order, not by its digits.
+        // A diverging prediction is written by its order of magnitude.
         let digits = |x: f64| if x.abs() < 1e4 { format!("{x:.3}") } else { format!("{x:.0e}") };
         let number = |x: Option<f64>| x.map_or("-".to_owned(), digits);
         writeln!(

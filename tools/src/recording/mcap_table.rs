@@ -143,7 +143,7 @@ impl McapTable {
             return Ok(Vec::new());
         };
         let wanted: HashMap<usize, usize> = columns.iter().enumerate().map(|(at, index)| (*index, at)).collect();
-        // Rows as they were logged; instants as they stand, told from the first one on at the end.
+        // Rows as they were logged; instants as they stand, counted from the first one at the end.
         let mut rows: Vec<(u64, Vec<Option<Value>>)> = Vec::new();
         each_record(&self.bytes, &mut |record| {
             let Record::Message { channel, log_time, data } = record else { return Ok(()) };

@@ -27,7 +27,7 @@ pub(super) struct ParquetTable {
 enum Kind {
     Plain,
     Unsigned,
-    /// Instants, so many a second: told from the first one on, since a double has no room for today in nanoseconds.
+    /// Instants, so many a second: counted from the first one, since a double cannot hold today's date in nanoseconds.
     Instants(f64),
     /// Times, so many a second.
     Durations(f64),

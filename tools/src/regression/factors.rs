@@ -24,7 +24,7 @@ pub struct System {
     pub norms: Vec<f64>,
     /// Rows that count.
     pub rows: usize,
-    /// Nuisances that could be told apart, all recordings together.
+    /// Nuisances that the rows determine, all recordings together.
     pub nuisances: usize,
     parts: Vec<(Vec<usize>, Triangle)>,
     widths: (usize, usize, usize),
@@ -38,7 +38,7 @@ pub struct Shared {
     squares: Vec<f64>,
     /// Rows that count.
     pub rows: usize,
-    /// Nuisances that could be told apart.
+    /// Nuisances that the rows determine.
     pub nuisances: usize,
     /// ln det of the nuisances' part of XᵀX.
     log_nuisances: f64,
@@ -138,7 +138,7 @@ impl Factors {
         self.eliminated(recording, keep).0
     }
 
-    /// The same, with the nuisances that could be told apart and the factor with them.
+    /// The same, with the nuisances that the rows determine and the factor with them.
     fn eliminated(&self, recording: usize, keep: impl Fn(usize) -> bool) -> (Shared, Vec<usize>, Triangle) {
         let shared_columns = self.gear + self.derivatives + 1;
         let mut whole = Triangle::new(self.nuisances + shared_columns);

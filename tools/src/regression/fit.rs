@@ -1,6 +1,6 @@
 //! A model fitted to the dataset: gear and terms together, by the estimator's [descent](crate::numerics::levenberg_marquardt), against noise whose colour is fitted in turn.
 //!
-//! How it goes down is told in [`projection`](crate::regression::variable_projection).
+//! How it descends is described in [`projection`](crate::regression::variable_projection).
 
 use crate::model::Model;
 use crate::numerics::autoregression::Noise;

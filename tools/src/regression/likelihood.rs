@@ -36,8 +36,8 @@ pub struct Layout<'a> {
     pub nuisances: &'a [Vec<f64>],
 }
 
-/// Directions of columns that these rows tell apart have a singular value above this share of the largest.
-const TOLD_APART: f64 = 3e-6;
+/// Directions of columns that these rows determine have a singular value above this share of the largest.
+const DETERMINED: f64 = 3e-6;
 
 /// Columns beside a fit leave so many times its squares at most.
 const TRADED: f64 = 1.1;
@@ -135,8 +135,8 @@ impl Layout<'_> {
         sound.fold(plain, |a, b| if b.minus_two_log_likelihood < a.minus_two_log_likelihood { b } else { a })
     }
 
-    /// Fits columns and the nuisances to `y` with the colour of the noise fitted in turn. `from` is where the noise starts. Directions that the columns do not
-    /// tell apart get nothing.
+    /// Fits columns and the nuisances to `y` with the colour of the noise fitted in turn. `from` is where the noise starts. Directions that the rows do not
+    /// determine get nothing.
     pub fn profile(&self, columns: &[&[f64]], y: &[f64], from: &[Noise], rounds: usize) -> Profile {
         self.with_problem(columns, y, |problem| {
             let mut noise = from.to_vec();
@@ -144,7 +144,7 @@ impl Layout<'_> {
             let mut residual = y.to_vec();
             for _ in 0..rounds {
                 let system = Self::factored(problem, &noise);
-                let directions = Singular::of(&system.shared, &system.norms, TOLD_APART);
+                let directions = Singular::of(&system.shared, &system.norms, DETERMINED);
                 linear = system.linear(&directions.solve(&system.shared));
                 residual = problem.residuals(&[], &linear).concat();
                 noise = self.noise(&residual, 0);
@@ -154,7 +154,7 @@ impl Layout<'_> {
         })
     }
 
-    /// Standard deviation of the weight of each column, given all others and the nuisances free; `None` where the rows do not tell it from others.
+    /// Standard deviation of the weight of each column, given all others and the nuisances free; `None` where the rows do not distinguish it from others.
     pub fn standard_deviations(&self, columns: &[&[f64]], residual: &[f64]) -> Vec<Option<f64>> {
         self.directions(columns, residual).into_iter().map(|direction| direction.map(|d| d.norm())).collect()
     }

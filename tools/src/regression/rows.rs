@@ -98,7 +98,7 @@ pub fn rounding(rows: &[Rows<'_>]) -> f64 {
     count as f64 * (1e-9 * torque_size(rows)).powi(2)
 }
 
-/// The rates 1/s between which a memory can be told from a spring and from an offset: a tenth of the recordings' length to ten a sample.
+/// The rates 1/s between which a memory differs from a spring and from an offset: a tenth of the recordings' length to ten a sample.
 pub fn rates_per_s(rows: &[Rows<'_>]) -> (f64, f64) {
     let lengths = rows.iter().map(|r| r.recording.time_s[r.len() - 1] - r.recording.time_s[0]);
     let longest = lengths.fold(0.0, f64::max);

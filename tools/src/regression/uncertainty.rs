@@ -317,7 +317,7 @@ impl Report<'_> {
         if at_bound {
             return self.lines.push(bounded(name.into(), unit.into(), sd));
         }
-        // A zero of the encoders that cannot be told from none is as good as any.
+        // A zero of the encoders that is not distinguishable from 0 is as good as any.
         let vague = sd.is_some_and(|sd| 2.0 * sd >= value.abs()) && name != DEFLECTION_ZERO;
         let note = match sd {
             None => Some(open_note(self.law, self.kernel, name)),

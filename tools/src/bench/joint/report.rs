@@ -117,7 +117,7 @@ pub struct JointReport {
 }
 
 impl JointReport {
-    /// One run, or the one that it cannot be told from.
+    /// One run, or the one that equals it.
     pub fn line(&self, plant: Plant, knows: Knows, compensation: Compensation) -> Option<&Line> {
         let of = |line: &&Line| line.plant == plant && line.compensation == compensation;
         let same = if knows.matters_to(compensation) { knows } else { Knows::Fitted };

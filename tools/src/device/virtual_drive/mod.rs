@@ -59,7 +59,7 @@ pub struct VirtualDrive {
 }
 
 impl VirtualDrive {
-    /// A drive whose flash is erased. `nonce` should differ from run to run: sessions are told apart by it.
+    /// A drive whose flash is erased. `nonce` should differ from run to run: it distinguishes sessions.
     ///
     /// # Errors
     /// [`PlaceError`]: the slots do not fit the flash.

@@ -1,10 +1,10 @@
-//! Joint selection of what a model leaves out, by what predicts rows that took no part.
+//! Joint selection of what a model leaves out, by how well held-out rows are predicted.
 //!
 //! | file | what |
 //! |---|---|
 //! | [`free_functions`] | functions without physics over every coordinate |
 //! | [`dictionary`] | base, kinds and free functions as columns beside a fitted model |
-//! | [`remainder`] | kinds in what loud structure leaves |
+//! | [`remainder`] | a second selection, of what stays unexplained beside a memory |
 //! | [`search`] | the set of kinds of least held-out error and price |
 //! | [`surrogates`] | series with the spectrum of the noise and no structure |
 
@@ -50,7 +50,7 @@ pub struct Selected {
     pub confidence: f64,
     /// What the best other kinds save in its place.
     pub tried: Vec<(&'static str, f64)>,
-    /// Whether it was found in what the others leave.
+    /// Whether the second selection found it, among what the first leaves unexplained.
     pub in_remainder: bool,
 }
 
@@ -71,7 +71,7 @@ pub struct Selection {
     pub unexplained: Vec<(FreeCoordinate, f64)>,
     /// What Coulomb or viscous friction of the wrong sign would save, alone or beside what was selected, as a share of what is predictable.
     pub friction_of_wrong_sign: f64,
-    /// What the search made least: held-out error and prices, as a share of what is predictable.
+    /// What the search minimises: held-out error and prices, as a share of what is predictable.
     pub objective: f64,
     /// Rows that counted.
     pub rows: usize,
@@ -102,7 +102,7 @@ const ROUNDS: usize = 3;
 const STEPS: usize = 8;
 /// Ridges at which the free description is tried.
 const RIDGES: [f64; 5] = [1e-1, 1e-2, 1e-3, 1e-4, 1e-5];
-/// A kind that loses at most this part of what another saves in its place is not told from it.
+/// A kind that loses at most this part of what another saves in its place is not distinguished from it.
 const EQUIVALENT: f64 = 0.1;
 
 /// A kind that takes this part of what is left is not ruled out by its price.
@@ -368,7 +368,7 @@ fn measured_by(kind: &str) -> &'static [FreeCoordinate] {
     kinds::of(kind).map_or(&[FreeCoordinate::Time], |k| k.measured_by())
 }
 
-/// Kinds that hold this one as a part, and that predict clearly better with it than it does alone, though not by what they cost: the recordings cannot tell.
+/// Kinds that hold this one as a part, and that predict clearly better with it than it does alone, but not by more than their price: the recordings cannot decide.
 fn undecided(finder: &Search<'_>, set: &Set, kind: &'static str) -> Vec<&'static str> {
     let own = finder.blocks(set);
     let squares: f64 = own.iter().sum();

@@ -1,6 +1,7 @@
-//! What stands behind a memory that the base model lacks: a second selection beside all that the first one found, on the scale of what the first one leaves.
+//! A second selection beside a memory that the base model lacks, priced by what the first selection leaves unexplained.
 //!
-//! Slip elements follow any memory closely, so that effects of a tenth of it and less stand clear. What other kinds leave is the misfit of their shapes, as often as not.
+//! Slip elements follow any hysteresis closely, so an effect of a tenth of its torque is visible once they are fitted. Beside other kinds there is no second
+//! selection: what they leave is mostly the difference between their shape and the true one.
 
 use super::{Selected, Selection};
 use crate::diagnose::DiagnoseError;
@@ -10,11 +11,11 @@ use crate::kinds::{self, Family};
 use crate::regression::dataset::Dataset;
 use crate::regression::fit::Fitted;
 
-/// Behind a memory a kind has to save this part of the squares that the model leaves without it; less may be what a shape that is only approximate leaves.
+/// Beside a memory a kind has to save this part of the squared error; less may be the error of an approximate shape.
 const LEAST_PART: f64 = 0.3;
-/// What kinds cost behind a memory, over what they cost beside it: small kinds would share out what the memory's shape misses.
+/// Prices of the second selection over those of the first: without it small kinds would absorb the error of the memory's shape.
 const PRICES: f64 = 10.0;
-/// A kind saves in its place at most so many times what all save together.
+/// A kind saves at most so many times what all kinds save together.
 const MOST_OF_SAVED: f64 = 1.2;
 /// Rounds at most.
 const ROUNDS: usize = 3;
@@ -22,7 +23,7 @@ const ROUNDS: usize = 3;
 const STEPS: usize = 8;
 
 impl Dataset<'_> {
-    /// A selection with the kinds that are found in its remainder, as long as there are any.
+    /// A selection with the kinds that further selections find beside it, until none is found.
     ///
     /// # Errors
     /// A model that cannot be evaluated.
@@ -41,14 +42,14 @@ impl Dataset<'_> {
         Ok(selection)
     }
 
-    /// Adds what is found in the remainder of a selection, and whether anything was.
+    /// Adds what a further selection finds, and returns whether it found anything.
     fn look_behind(&self, base: &Fitted, first: &mut Selection, search: Search<'_>) -> Result<bool, DiagnoseError> {
         let found = first.fit.model.terms.len();
         let second = self.select(&first.fit, Search { base_terms: found, ..search }, PRICES)?;
         let left = second.selected_squares;
         let (kept, lost): (Vec<_>, Vec<_>) = second.selected.into_iter().partition(|s| {
             let gain: f64 = s.gains.iter().sum();
-            // Kinds that save more than there was only work against each other.
+            // Kinds that together save less than each alone cancel each other.
             let trades = gain > MOST_OF_SAVED * (second.base_squares - left);
             !trades && gain >= LEAST_PART * (gain + left) && Naming::of(s.fidelity) == Naming::Named
         });
@@ -63,7 +64,7 @@ impl Dataset<'_> {
         let scale = (first.base_squares - first.free_squares).max(f64::MIN_POSITIVE);
         let of_second = (second.base_squares - second.free_squares) / scale;
         first.unexplained = second.unexplained.into_iter().map(|(over, share)| (over, share * of_second)).collect();
-        // A kind that was found already is the same effect, seen more finely.
+        // A kind that was found already is the same effect in more detail.
         let known: Vec<&'static str> = first.selected.iter().map(|s| s.kind).collect();
         first.selected.extend(kept.into_iter().filter(|s| !known.contains(&s.kind)).map(|mut s| {
             s.share = (s.gains.iter().sum::<f64>() / scale).clamp(0.0, 1.0);

@@ -23,7 +23,7 @@ use rayon::prelude::*;
 
 use super::Detector;
 
-/// Puts `questions` to `detector`, in parallel. `progress` is told how many are done.
+/// Puts `questions` to `detector`, in parallel. `progress` gets the number done.
 pub fn run(questions: &[Question], detector: &dyn Detector, progress: &(dyn Fn(usize) + Sync)) -> Vec<RealScore> {
     let done = AtomicUsize::new(0);
     questions
