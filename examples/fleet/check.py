@@ -52,8 +52,8 @@ def make(path, joints, rows, damaged):
     return len(broken)
 
 
-def kill_a_worker(parts):
-    """Kills a worker of this process's cluster once it has done something, as a computer that fails."""
+def kill_a_worker(parts, killed):
+    """Kills a worker of this process's cluster once it has done something, as a computer that fails, and notes its number."""
     for _ in range(6000):
         if not any(parts.glob("*.parquet")):
             time.sleep(0.05)
@@ -62,8 +62,31 @@ def kill_a_worker(parts):
         workers = [line.split() for line in listed.splitlines() if "spawn_main" in line]
         mine = [int(pid) for pid, parent, *_ in workers if int(parent) == os.getpid()]
         os.kill(mine[-1], signal.SIGKILL)
-        print(f"killed worker {mine[-1]} of {len(mine)}")
+        killed.append(mine[-1])
         return
+
+
+def time_each(data, joints, folder, program):
+    """Times `gmhm fit --each`, the law chosen, over the first session of each joint, with all cores."""
+    listed = folder / "list.txt"
+    recordings = [fleet.recording_to(folder, data, group) for group in range(joints)]
+    listed.write_text("".join(f"{path}\n" for path in recordings))
+    began = time.monotonic()
+    subprocess.run([program, "-q", "fit", "--each", "--files-from", listed, "--ndjson", folder / "each.ndjson"], check=True)
+    seconds = time.monotonic() - began
+    print(f"fit --each, law chosen: {joints} recordings in {seconds:.1f} s on {os.cpu_count()} cores; load {os.getloadavg()[0]:.1f}")
+
+
+def compare(data, folder, program):
+    """Times a plain loop and two workers, the program with one thread in both."""
+    seconds = []
+    for workers in (0, 2):
+        began = time.monotonic()
+        output = folder / f"{workers}.parquet"
+        fleet.main([str(data), "-o", str(output), "--gmhm", program, "--diagnose", "0", "--workers", str(workers)])
+        seconds.append(time.monotonic() - began)
+    loop, two = seconds
+    print(f"plain loop {loop:.1f} s, two workers {two:.1f} s: {loop / two:.2f} times the throughput; load {os.getloadavg()[0]:.1f}")
 
 
 def main():
@@ -78,18 +101,24 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         data, output = Path(folder) / "fleet.parquet", Path(folder) / "results.parquet"
         damaged = make(data, asked.joints, asked.rows, asked.damaged)
-        words = [str(data), "-o", str(output), "--gmhm", asked.gmhm, "--diagnose", "1", "--chunk", str(asked.chunk)]
-        threading.Thread(target=kill_a_worker, args=[output.with_suffix(".parts")], daemon=True).start()
+        words = [str(data), "-o", str(output), "--gmhm", asked.gmhm, "--chunk", str(asked.chunk)]
+        killed = []
+        threading.Thread(target=kill_a_worker, args=[output.with_suffix(".parts"), killed], daemon=True).start()
         rows, ranked, findings = fleet.main(words)
+        assert killed, "no worker was killed"
         whole = {(row["row_group"]) for row in rows}
         assert len(rows) == len(whole) == 2 * asked.joints, len(rows)
         errors = [row["error"] for row in rows if not row["ok"]]
         assert len(errors) == damaged and all(errors), errors
         assert ranked[0][2] == "joint-00001", [entry[:3] for entry in ranked[:3]]
-        assert findings[0]["ok"], findings
+        # Each joint is diagnosed, beside its last session.
+        table = pq.read_table(output).to_pylist()
+        assert len(table) == len(rows)
+        diagnosed = [(row["joint"], row["session"]) for row in table if row["diagnosis"]]
+        assert sorted(diagnosed) == sorted((row["joint"], row["session"]) for *_, row in ranked), findings
 
         # Parts that were lost are done again, the others stay.
-        parts = sorted(output.with_suffix(".parts").glob("*.parquet"))
+        parts = sorted(output.with_suffix(".parts").glob("fit-*.parquet"))
         kept = [part.stat().st_mtime_ns for part in parts[1:]]
         parts[0].unlink()
         again, *_ = fleet.main([*words, "--workers", "1"])
@@ -97,8 +126,8 @@ def main():
         strip = lambda rows: sorted((row["row_group"], row["ok"], row["model_toml"]) for row in rows if row["ok"])
         assert strip(again) == strip(rows)
         if asked.loop:
-            fleet.main([str(data), "-o", str(Path(folder) / "loop.parquet"), "--gmhm", asked.gmhm, "--diagnose", "0", "--workers", "0"])
-            fleet.main([str(data), "-o", str(Path(folder) / "two.parquet"), "--gmhm", asked.gmhm, "--diagnose", "0"])
+            time_each(data, asked.joints, Path(folder), asked.gmhm)
+            compare(data, Path(folder), asked.gmhm)
 
 
 if __name__ == "__main__":

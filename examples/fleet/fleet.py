@@ -1,4 +1,4 @@
-"""Fits every recording of a fleet on a Dask cluster, ranks the joints by what changed and diagnoses the first of them.
+"""Fits every recording of a fleet on a Dask cluster, ranks the joints by what changed and diagnoses each.
 
     python fleet.py recordings.parquet -o results.parquet
     python fleet.py recordings.parquet -o results.parquet --scheduler tcp://scheduler:8786
@@ -21,8 +21,11 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 NAMES = ("joint", "session")
+#: Joints that are printed.
+SHOWN = 10
 COLUMNS = [("file", pa.string()), ("row_group", pa.int64()), ("joint", pa.string()), ("session", pa.string())]
 COLUMNS += [("ok", pa.bool_()), ("error", pa.string()), ("result", pa.string()), ("model_toml", pa.string())]
+FINDINGS = [("effects", pa.list_(pa.string())), ("diagnosis", pa.string()), ("diagnosis_error", pa.string())]
 
 
 def gmhm(program, words):
@@ -50,11 +53,16 @@ def recording_to(folder, file, group):
     return path
 
 
-def save(rows, path):
+def save(rows, path, columns):
     """A table that appears whole or not at all."""
     draft = path.with_suffix(f".{os.getpid()}.tmp")
-    pq.write_table(pa.Table.from_pylist(rows, schema=pa.schema(COLUMNS)), draft)
+    pq.write_table(pa.Table.from_pylist(rows, schema=pa.schema(columns)), draft)
     draft.replace(path)
+
+
+def saved(parts, name):
+    """The rows of all parts of a name."""
+    return [row for part in sorted(parts.glob(f"{name}-*.parquet")) for row in pq.read_table(part).to_pylist()]
 
 
 def each(command, words, recordings, program):
@@ -98,19 +106,22 @@ def fit_joints(joints, part, program):
             if others:
                 fit_rows(others, ["--model", str(model)] if first["ok"] else [], program)
     rows = [row for sessions in joints for row in sessions]
-    save(rows, part)
+    save(rows, part, COLUMNS)
     return len(rows)
 
 
-def diagnose_joint(first, last, program):
-    """What the last session of a joint shows beside the model of its first one."""
+def diagnose_joint(first, last, part, program):
+    """What the last session of a joint shows beside the model of its first one, into a part of the results."""
     with tempfile.TemporaryDirectory() as folder:
         model = Path(folder) / "first.toml"
         model.write_text(first["model_toml"])
         path = recording_to(folder, last["file"], last["row_group"])
         line = each("diagnose", [str(model)], [path], program)[str(path)]
-    effects = [effect["name"] for effect in line["result"]["effects"]] if line["ok"] else []
-    return {"joint": last["joint"], "ok": line["ok"], "error": line.get("error"), "effects": effects}
+    found = {"joint": last["joint"], "session": last["session"], "diagnosis_error": line.get("error")}
+    if line["ok"]:
+        found["effects"] = [effect["name"] for effect in line["result"]["effects"]]
+        found["diagnosis"] = json.dumps(line["result"])
+    save([found], part, COLUMNS[2:4] + FINDINGS)
 
 
 def changes(rows):
@@ -142,7 +153,7 @@ def tasks(files, parts, chunk):
             joints.setdefault(joint, []).append({"joint": joint, "session": session, "file": str(file), "row_group": group})
     sorted_joints = [sorted(rows, key=lambda row: row["session"]) for _, rows in sorted(joints.items())]
     for start in range(0, len(sorted_joints), chunk):
-        part = parts / f"{start:08}.parquet"
+        part = parts / f"fit-{start:08}.parquet"
         if not part.exists():
             yield sorted_joints[start : start + chunk], part
 
@@ -161,7 +172,7 @@ def main(words=None):
     parser.add_argument("--scheduler", help="address of a Dask scheduler; else a cluster on this computer")
     parser.add_argument("--workers", type=int, default=2, help="workers of the cluster on this computer; 0 for a plain loop")
     parser.add_argument("--chunk", type=int, default=20, help="joints of a task: so many that starting the program does not count")
-    parser.add_argument("--diagnose", type=int, default=10, metavar="N", help="joints to diagnose, those that changed most")
+    parser.add_argument("--diagnose", type=int, metavar="N", help="diagnose only the N joints that changed most")
     parser.add_argument("--gmhm", default="gmhm", help="the program")
     asked = parser.parse_args(words)
     parts = asked.output.with_suffix(".parts")
@@ -176,17 +187,25 @@ def main(words=None):
     fitted = sum(run(client, fit_joints, list(tasks(asked.files, parts, asked.chunk)), asked.gmhm))
     seconds = time.monotonic() - began
 
-    table = pa.concat_tables(pq.read_table(part) for part in sorted(parts.glob("*.parquet")))
-    rows = table.to_pylist()
-    save(rows, asked.output)
+    rows = saved(parts, "fit")
     failed = sum(not row["ok"] for row in rows)
     print(f"{len(rows)} recordings, {failed} failed; {fitted} fitted in this run, {seconds:.1f} s")
-    ranked = [entry for entry in changes(rows) if entry[0] > 0.0]
-    worst = ranked[: asked.diagnose]
-    findings = run(client, diagnose_joint, [(first, last) for *_, first, last in worst], asked.gmhm)
-    for (size, quantity, joint, *_), found in zip(worst, findings):
-        named = ", ".join(found["effects"]) or found["error"] or "no physics beyond the model"
-        print(f"{joint}: {quantity} moved by {size:.1f} standard deviations; {named}")
+    ranked = changes(rows)
+    numbers = {joint: number for number, joint in enumerate(sorted(row["joint"] for row in rows))}
+    began = time.monotonic()
+    pending = [
+        (first, last, part)
+        for *_, joint, first, last in ranked[: asked.diagnose]
+        if not (part := parts / f"diagnosis-{numbers[joint]:08}.parquet").exists()
+    ]
+    run(client, diagnose_joint, pending, asked.gmhm)
+    print(f"{len(pending)} joints diagnosed in this run, {time.monotonic() - began:.1f} s")
+    findings = {(row.pop("joint"), row.pop("session")): row for row in saved(parts, "diagnosis")}
+    save([row | findings.get((row["joint"], row["session"]), {}) for row in rows], asked.output, COLUMNS + FINDINGS)
+    for size, quantity, joint, _, last in ranked[: asked.diagnose][:SHOWN]:
+        found = findings[joint, last["session"]]
+        named = found["diagnosis_error"] or ", ".join(found["effects"]) or "no physics beyond the model"
+        print(f"{joint}: {quantity or 'nothing'} moved by {size:.1f} standard deviations; {named}")
     asked.output.with_suffix(".ranking.json").write_text(
         json.dumps([{"joint": joint, "quantity": quantity, "standard_deviations": size} for size, quantity, joint, *_ in ranked])
     )

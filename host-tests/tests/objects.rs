@@ -9,7 +9,7 @@ use gmhm::block::{BlockError, Header, Identity, Joint, ScalarKind, Writer, verif
 use gmhm::link::objects::{Abort, Access, DataType, OBJECTS, STAGE, object};
 use gmhm::link::sdo::CanData;
 use gmhm::link::server::{FADE_MS, SESSION_MS, TRIAL_MS};
-use gmhm::link::{Answer, Asked, Origin, Refusal, Request, SdoServer, Server, Tag};
+use gmhm::link::{Adapted, Answer, Asked, Origin, Refusal, Request, SdoServer, Server, Tag};
 use gmhm::{Gear, Params};
 use proptest::prelude::*;
 
@@ -34,6 +34,30 @@ fn bench(blocks: &[&[u8]]) -> (Bench, Told) {
     let (mut server, mut drive) = (Bench::new(store, 42), Told::default());
     server.boot(&mut drive);
     (server, drive)
+}
+
+#[test]
+fn what_an_adaptation_has_learnt_is_read() {
+    let (mut server, mut drive) = bench(&[&block(1)]);
+    let mut client = Client { sdo: SdoServer::new(), server: &mut server, drive: &mut drive };
+    assert_eq!(client.upload(0x2007, 18), Ok(vec![0; 4]), "a drive without one");
+    let adapted = Adapted {
+        taken_over: true,
+        warnings: 0x0140,
+        stretches: 70_000,
+        in_force: [0.01, 0.02, 0.03, 0.04, 0.05],
+        shadow: [0.06, 0.07, 0.08, 0.09, 0.10],
+        deviations: [0.11, 0.12, 0.13, 0.14, 0.15],
+    };
+    client.drive.adaptation = Some(adapted);
+    assert_eq!(client.upload(0x2007, 1), Ok(vec![1]));
+    assert_eq!(client.upload(0x2007, 2), Ok(vec![0x40, 0x01]));
+    assert_eq!(client.upload(0x2007, 3), Ok(70_000_u32.to_le_bytes().to_vec()));
+    for sub in 4..=18 {
+        let expected = f32::from(sub - 3) / 100.0;
+        assert_eq!(client.upload(0x2007, sub), Ok(expected.to_le_bytes().to_vec()), "{sub}");
+    }
+    assert_eq!(client.upload(0x2007, 19), Err(Abort::NO_SUB.0));
 }
 
 /// A client of the other end, written apart: it follows CiA 301.
@@ -118,7 +142,7 @@ fn every_object_answers_as_the_dictionary_says() {
     assert_eq!(client.upload(0x2004, 0), Ok(vec![3]));
     assert_eq!(client.upload(0x2004, 4), Err(Abort::NO_SUB.0));
     assert_eq!(client.upload(0x1000, 1), Err(Abort::NO_SUB.0));
-    assert_eq!(client.upload(0x2007, 1), Err(Abort::NO_OBJECT.0));
+    assert_eq!(client.upload(0x2008, 1), Err(Abort::NO_OBJECT.0));
     assert_eq!(client.upload(0x2000, 1), Ok(Identity::of_name("bench").bytes().to_vec()));
     assert_eq!(client.upload(0x2005, 1), Ok(block(1)));
     // No block transfer, no segment without a transfer, and each segment once.

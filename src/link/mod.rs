@@ -19,6 +19,7 @@
 //! [`Commit`](Request::Commit) stores what is on trial, [`Revert`](Request::Revert) ends the trial. What changes anything carries the number of its session
 //! and of its turn in it, so that a frame which is lost, repeated or late changes nothing, and nothing after it does.
 
+mod abort;
 pub mod adaptation;
 pub mod drive;
 pub mod frame;

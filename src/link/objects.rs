@@ -9,16 +9,20 @@
 use embedded_storage::nor_flash::NorFlash;
 use heapless::Vec;
 
+pub use super::abort::Abort;
+use super::adaptation::Adapted;
 use super::drive::Drive;
 use super::message::{MOST_BYTES, Request};
-use super::refusal::{Refusal, Refused};
 use super::server::Server;
-use crate::block::{FORMAT_VERSION, sdo_abort};
+use crate::block::FORMAT_VERSION;
 
 /// The block that is to come, a domain.
 pub const STAGE: (u16, u8) = (0x2005, 2);
 /// The block in force, a domain.
 pub const IN_FORCE: (u16, u8) = (0x2005, 1);
+
+/// The record of the [adaptation](super::adaptation::Adapted); of a drive without one it is zero.
+pub const ADAPTATION: u16 = 0x2007;
 
 /// What a value is, by its data type of CiA 301.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -148,10 +152,28 @@ pub const OBJECTS: &[Object] = &[
     write(0x2006, 1, "try_staged_block", Unsigned8, Some([1.0, 1.0])),
     write(0x2006, 2, "revert_trial", Unsigned8, Some([1.0, 1.0])),
     write(0x2006, 3, "clear_diagnostics", Unsigned8, Some([1.0, 1.0])),
+    read(ADAPTATION, 1, "taken_over", Unsigned8, ""),
+    read(ADAPTATION, 2, "warnings", Unsigned16, ""),
+    read(ADAPTATION, 3, "stretches", Unsigned32, ""),
+    read(ADAPTATION, 4, "c1_in_force_ratio", Real32, ""),
+    read(ADAPTATION, 5, "c2_in_force_ratio", Real32, ""),
+    read(ADAPTATION, 6, "c3_in_force_ratio", Real32, ""),
+    read(ADAPTATION, 7, "e_in_force_ratio", Real32, ""),
+    read(ADAPTATION, 8, "h_in_force_ratio", Real32, ""),
+    read(ADAPTATION, 9, "c1_shadow_ratio", Real32, ""),
+    read(ADAPTATION, 10, "c2_shadow_ratio", Real32, ""),
+    read(ADAPTATION, 11, "c3_shadow_ratio", Real32, ""),
+    read(ADAPTATION, 12, "e_shadow_ratio", Real32, ""),
+    read(ADAPTATION, 13, "h_shadow_ratio", Real32, ""),
+    read(ADAPTATION, 14, "c1_deviation_ratio", Real32, ""),
+    read(ADAPTATION, 15, "c2_deviation_ratio", Real32, ""),
+    read(ADAPTATION, 16, "c3_deviation_ratio", Real32, ""),
+    read(ADAPTATION, 17, "e_deviation_ratio", Real32, ""),
+    read(ADAPTATION, 18, "h_deviation_ratio", Real32, ""),
 ];
 
 /// The names of records by their index.
-const RECORDS: [(u16, &str); 10] = [
+const RECORDS: [(u16, &str); 11] = [
     (0x1010, "store_parameters"),
     (0x1011, "restore_parameters"),
     (0x1018, "identity_object"),
@@ -162,48 +184,12 @@ const RECORDS: [(u16, &str); 10] = [
     (0x2004, "settings"),
     (0x2005, "block"),
     (0x2006, "commands"),
+    (ADAPTATION, "adaptation"),
 ];
 
 /// The name of a record; empty where there is none.
 pub fn record_name(index: u16) -> &'static str {
     RECORDS.iter().find(|(known, _)| *known == index).map_or("", |(_, name)| name)
-}
-
-/// Why a transfer is aborted: an SDO abort code of CiA 301.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Abort(pub u32);
-
-impl Abort {
-    /// The toggle bit did not alternate.
-    pub const TOGGLE: Self = Self(0x0503_0000);
-    /// A command that is not known here, such as a block transfer.
-    pub const COMMAND: Self = Self(0x0504_0001);
-    /// A write-only object was to be read.
-    pub const WRITE_ONLY: Self = Self(0x0601_0001);
-    /// A read-only object was to be written.
-    pub const READ_ONLY: Self = Self(0x0601_0002);
-    /// There is no such index.
-    pub const NO_OBJECT: Self = Self(0x0602_0000);
-    /// A value of another length.
-    pub const LENGTH: Self = Self(0x0607_0010);
-    /// There is no such sub-index.
-    pub const NO_SUB: Self = Self(0x0609_0011);
-    /// A value out of its range.
-    pub const VALUE: Self = Self(0x0609_0030);
-}
-
-impl From<Refused> for Abort {
-    fn from(refused: Refused) -> Self {
-        if refused.refusal == Refusal::Block { Self(sdo_abort(refused.detail)) } else { refused.refusal.into() }
-    }
-}
-
-impl From<Refusal> for Abort {
-    fn from(refusal: Refusal) -> Self {
-        Self(refusal.abort_code())
-    }
 }
 
 /// The highest sub-index of a record; 0 where there is no such record.
@@ -233,6 +219,19 @@ type Value = Vec<u8, 16>;
 fn value(bytes: &[u8]) -> Value {
     // There is room: no value is longer.
     Value::from_slice(bytes).unwrap_or_default()
+}
+
+/// An entry of the record of an adaptation.
+fn adapted(of: &Adapted, sub: u8) -> Value {
+    match sub {
+        1 => value(&[u8::from(of.taken_over)]),
+        2 => value(&of.warnings.to_le_bytes()),
+        3 => value(&of.stretches.to_le_bytes()),
+        _ => {
+            let mut ratios = of.in_force.iter().chain(&of.shadow).chain(&of.deviations);
+            value(&ratios.nth(usize::from(sub) - 4).unwrap_or(&0.0).to_le_bytes())
+        }
+    }
 }
 
 impl<F: NorFlash, const ROOM: usize> Server<F, ROOM> {
@@ -307,6 +306,7 @@ impl<F: NorFlash, const ROOM: usize> Server<F, ROOM> {
             (0x2004, 1) => u8(u8::from(status.compensating)),
             (0x2004, 2) => f32(status.gain_ratio),
             (0x2004, 3) => f32(diagnostics.bound),
+            (ADAPTATION, 1..) => adapted(&drive.adaptation().unwrap_or_default(), sub),
             // Sub-index 0 of a record.
             _ => u8(highest_sub(index)),
         }

@@ -56,6 +56,17 @@ fn a_gear_that_warms_is_followed() {
 }
 
 #[test]
+fn a_gear_of_another_nature_is_predicted_no_worse_than_by_its_block() {
+    let dir = simulated("--plant maxwell-slip --sample-rate 200 --duration 200 --seed 5");
+    let found = adapt(&dir);
+    let (block, adapted) = (number(&found["rms"]["block"]), number(&found["rms"]["adapted"]));
+    assert!(adapted <= block, "{adapted} for {block}");
+    assert!(!found["taken_over_s"].as_array().unwrap().is_empty());
+    let key: toml::Table = dir.read("key.toml").parse().unwrap();
+    assert_eq!(key["simulation"]["plant"].as_str(), Some("maxwell-slip"));
+}
+
+#[test]
 fn a_gear_that_stays_keeps_its_model() {
     let dir = WorkDir::new();
     dir.write("gear.toml", PUBLISHED);

@@ -4,7 +4,7 @@
 use gmhm::block::{Block, BlockError, Identity, ScalarKind, verify};
 use gmhm::diagnostics::Diagnostics;
 use gmhm::link::frame::Receiver;
-use gmhm::link::{Answer, CompensationSetting, Drive, Identified, Live, Port, Refused, Request, Tag};
+use gmhm::link::{Adapted, Answer, CompensationSetting, Drive, Identified, Live, Port, Refused, Request, Tag};
 use gmhm::store::Store;
 use gmhm_host_tests::flash::HostileFlash;
 
@@ -28,6 +28,7 @@ pub struct Told {
     /// Blocks of this sequence number are refused.
     pub dislikes: Option<u32>,
     pub diagnostics: Diagnostics,
+    pub adaptation: Option<Adapted>,
 }
 
 impl Drive for Told {
@@ -63,6 +64,10 @@ impl Drive for Told {
 
     fn live(&self) -> Live {
         Live { deflection_rad: 1e-3, torque_nm: 25.0, ticks: 7, ..Live::default() }
+    }
+
+    fn adaptation(&self) -> Option<Adapted> {
+        self.adaptation
     }
 
     fn diagnostics(&self) -> Diagnostics {

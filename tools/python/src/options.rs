@@ -2,12 +2,13 @@
 
 use clap::ValueEnum;
 use gmhm_tools::jobs;
-use gmhm_tools::model::{self, TorqueSide};
+use gmhm_tools::model::TorqueSide;
 use gmhm_tools::physics;
 use gmhm_tools::recording::{ColumnMap, Needs, Reading};
 use pyo3::prelude::*;
 
 use crate::errors::wrong_option;
+use crate::model::Model;
 
 /// One of the words that an option takes.
 pub fn word<T: ValueEnum>(py: Python<'_>, option: &str, given: &str) -> PyResult<T> {
@@ -44,8 +45,8 @@ pub fn ratio(py: Python<'_>, given: Option<f64>) -> PyResult<Option<f64>> {
 }
 
 /// What a recording is read for.
-pub fn needs(py: Python<'_>, purpose: &str, model: Option<&model::Model>) -> PyResult<Needs> {
-    match (purpose, model) {
+pub fn needs(py: Python<'_>, purpose: &str, model: Option<&Model>) -> PyResult<Needs> {
+    match (purpose, model.map(|model| &*model.inner)) {
         ("any", _) => Ok(Needs::ANY),
         ("fit", _) => Ok(Needs::FIT),
         ("diagnose", _) => Ok(jobs::diagnose::NEEDS),
@@ -55,14 +56,15 @@ pub fn needs(py: Python<'_>, purpose: &str, model: Option<&model::Model>) -> PyR
     }
 }
 
-/// How a recording is read.
+/// How a recording is read for a purpose.
 pub fn reading(
     py: Python<'_>,
-    needs: Needs,
+    (purpose, model): (&str, Option<&Model>),
     map: Option<&str>,
     from_s: Option<f64>,
     to_s: Option<f64>,
 ) -> PyResult<Reading> {
+    let needs = needs(py, purpose, model)?;
     let map: ColumnMap = match map {
         Some(map) => map.parse().map_err(|error| wrong_option(py, "map", &format!("{error}")))?,
         None => ColumnMap::default(),

@@ -66,7 +66,7 @@ impl Recording {
     /// Checks that what a command needs is there.
     #[pyo3(signature = (purpose, model=None))]
     fn require(&self, py: Python<'_>, purpose: &str, model: Option<&Model>) -> PyResult<()> {
-        let needs = options::needs(py, purpose, model.map(|model| &*model.inner))?;
+        let needs = options::needs(py, purpose, model)?;
         self.inner.require(&needs).map_err(|error| errors::exception(py, &error.into()))
     }
 }
@@ -83,8 +83,7 @@ pub fn read_file(
     from_s: Option<f64>,
     to_s: Option<f64>,
 ) -> PyResult<Recording> {
-    let needs = options::needs(py, purpose, model.map(|model| &*model.inner))?;
-    let reading = options::reading(py, needs, map, from_s, to_s)?;
+    let reading = options::reading(py, (purpose, model), map, from_s, to_s)?;
     job::run(py, move |_| {
         let file = RecordingFile::from(&path);
         Ok(Recording::new(reading.read(&file, &|_| {})?, file.stem()))
@@ -127,8 +126,7 @@ pub fn read_columns(
     from_s: Option<f64>,
     to_s: Option<f64>,
 ) -> PyResult<Recording> {
-    let needs = options::needs(py, purpose, model.map(|model| &*model.inner))?;
-    let reading = options::reading(py, needs, map, from_s, to_s)?;
+    let reading = options::reading(py, (purpose, model), map, from_s, to_s)?;
     let read = reading.read_columns(&name, &mut Asked { names, column });
     let read = read.map_err(|error| errors::exception(py, &error.into()))?;
     Ok(Recording::new(read, name))

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 ROWS = 2000
+MANY_ROWS = 1_000_000
 REPEATS = 15
 LIMIT_IMPORT_S = 0.1
 LIMIT_OVERHEAD_S = 0.005
@@ -30,6 +31,8 @@ def main(program: str) -> None:
         return lambda: subprocess.run([sys.executable, "-c", words], check=True)
 
     import_s = least(interpreter("import gmhm")) - least(interpreter("pass"))
+    import numpy as np
+
     import gmhm
 
     recording = gmhm.demo()
@@ -42,8 +45,12 @@ def main(program: str) -> None:
         program_s = least(lambda: subprocess.run(words, check=True))
         file_s = least(lambda: gmhm.fit(path))
     arrays_s = least(lambda: gmhm.fit(columns))
+    many = {name: np.linspace(0.0, 1.0, MANY_ROWS) for name in columns}
+    read_s = least(lambda: gmhm.read(many))
+    copy_s = least(lambda: [column.copy() for column in many.values()])
     print(f"import gmhm: {1e3 * import_s:.0f} ms (at most {1e3 * LIMIT_IMPORT_S:.0f})")
     print(f"fit of {ROWS} rows: program {1e3 * program_s:.1f} ms, from its file {1e3 * file_s:.1f} ms, from arrays {1e3 * arrays_s:.1f} ms")
+    print(f"read of {MANY_ROWS} rows of {len(many)} arrays: {1e3 * read_s:.1f} ms, {1e3 * copy_s:.1f} ms of which one copy takes")
     overhead_s = max(file_s, arrays_s) - program_s
     print(f"more than the program: {1e3 * overhead_s:.1f} ms (at most {1e3 * LIMIT_OVERHEAD_S:.0f})")
     if import_s > LIMIT_IMPORT_S or overhead_s > LIMIT_OVERHEAD_S:

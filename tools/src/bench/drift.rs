@@ -1,6 +1,7 @@
 //! A gear that warms: its coefficients go from those of the model to others, in proportion to time.
 
 use super::error::BenchError;
+use super::joint::{JointGear, Plant};
 use super::stage::Stage;
 use crate::model::{Model, Term, TermValue};
 use crate::recording::Recording;
@@ -19,7 +20,8 @@ pub(super) const NOISE: f64 = 0.01;
 /// The recording of perfect sensors, and the model of the gear at its end.
 ///
 /// Given the deflection, the torque is linear in the coefficients: with T_0 that of the cold gear and T_1 that of the warm one, both by the core, T = T_0 + (T_1 − T_0)·t/t_end.
-pub(super) fn record(stage: &Stage, model: &Model) -> Result<(Recording, Model), BenchError> {
+/// Another plant warms in the same way: the middle between its branches is the stiffness, the rest the hysteresis. The model at the end then holds the friction alone of it.
+pub(super) fn record(stage: &Stage, model: &Model, plant: Plant) -> Result<(Recording, Model), BenchError> {
     let (rated_nm, rated_rad) = (stage.params.rated_torque_nm(), stage.params.rated_deflection_rad());
     let with_friction = |model: &Model, share: f64| {
         let values = [("torque_nm", share * rated_nm), ("smoothing_rad_per_s", SMOOTHING_PER_S * rated_rad)];
@@ -28,7 +30,7 @@ pub(super) fn record(stage: &Stage, model: &Model) -> Result<(Recording, Model),
         model.terms.push(Term { kind: "coulomb_friction".to_owned(), values });
         model
     };
-    let mut warm = with_friction(model, FRICTION[1]);
+    let mut warm = model.clone();
     if let Some(elastic) = &mut warm.elastic {
         elastic.c1_nm_per_rad *= STIFFNESS;
         elastic.c2_nm_per_rad3 *= STIFFNESS;
@@ -37,8 +39,15 @@ pub(super) fn record(stage: &Stage, model: &Model) -> Result<(Recording, Model),
     if let Some(memory) = &mut warm.memory {
         memory.alpha *= HYSTERESIS;
     }
+    let without_friction = warm.clone();
+    let warm = with_friction(&warm, FRICTION[1]);
     let mut recording = stage.record(&with_friction(model, FRICTION[0]))?;
-    let last = stage.record(&warm)?;
+    let mut last = stage.record(&warm)?;
+    if plant != Plant::Model {
+        let [cold_nm, warm_nm] = torques(stage, plant, model.gear.deflection_zero_rad, &recording);
+        exchange(&mut recording, &stage.record(model)?, &cold_nm);
+        exchange(&mut last, &stage.record(&without_friction)?, &warm_nm);
+    }
     let end_s = recording.time_s.last().copied().unwrap_or(1.0);
     if let (Some(cold), Some(warm)) = (&mut recording.torque, &last.torque) {
         for ((torque, warm), time_s) in cold.iter_mut().zip(warm).zip(&recording.time_s) {
@@ -46,4 +55,27 @@ pub(super) fn record(stage: &Stage, model: &Model) -> Result<(Recording, Model),
         }
     }
     Ok((recording, warm))
+}
+
+/// The torques of another plant along a recording's deflections, cold and warm.
+fn torques(stage: &Stage, plant: Plant, zero_rad: f64, recording: &Recording) -> [Vec<f64>; 2] {
+    let period_s = recording.time_s.get(1).map_or(1.0, |second| second - recording.time_s[0]);
+    let mut gear = JointGear::of(plant, &stage.params, period_s);
+    let mut middle = gear.clone().middle(stage.params.rated_deflection_rad());
+    let deflections = recording.deflection_rad.iter().flatten();
+    deflections
+        .map(|theta| {
+            let (torque, middle) = (gear.step(theta - zero_rad), middle.step(theta - zero_rad));
+            (torque, STIFFNESS * middle + HYSTERESIS * (torque - middle))
+        })
+        .unzip::<_, _, Vec<f64>, Vec<f64>>()
+        .into()
+}
+
+/// Takes the torques of a model off a recording and adds those of another gear.
+fn exchange(recording: &mut Recording, model: &Recording, other: &[f64]) {
+    let (Some(torque), Some(of_model)) = (&mut recording.torque, &model.torque) else { return };
+    for ((torque, of_model), other) in torque.iter_mut().zip(of_model).zip(other) {
+        *torque += other - of_model;
+    }
 }

@@ -71,7 +71,7 @@ pub fn simulate(
         let stage = Stage { params, plan, stand_rad, warm_up_k: options.warm_up_k };
         let (truth, hidden) = hide::inject(model, &options.hide, &stage, &mut random(seed, Stream::Hidden))?;
         if experiment == Experiment::Drift {
-            let (recording, warm) = drift::record(&stage, &truth)?;
+            let (recording, warm) = drift::record(&stage, &truth, options.plant.unwrap_or_default())?;
             (recording, warm, hidden)
         } else {
             (stage.record(&truth)?, truth, hidden)

@@ -117,7 +117,7 @@ pub struct Options {
     /// Fastest output speed, rad/s (running); by default 1
     #[arg(long = "speed", value_name = "RAD_PER_S")]
     pub speed_rad_per_s: Option<f64>,
-    /// Which gear sits in the joint (joint); by default the model's
+    /// Which gear sits in the joint, or warms (joint, drift); by default the model's
     #[arg(long, value_enum)]
     pub plant: Option<Plant>,
     /// How the drive compensates the gear's deflection (joint); off by default

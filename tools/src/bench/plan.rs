@@ -146,7 +146,7 @@ pub(super) fn check(experiment: Experiment, options: &Options) -> Result<(), Ben
         ("--cycles", options.cycles.is_some() && !cyclic),
         ("--waveform", options.waveform.is_some() && !cyclic),
         ("--speed", options.speed_rad_per_s.is_some() && experiment != Experiment::Running),
-        ("--plant", options.plant.is_some() && !joint),
+        ("--plant", options.plant.is_some() && !joint && experiment != Experiment::Drift),
         ("--compensation", options.compensation.is_some() && !joint),
         ("--hide", !options.hide.is_empty() && joint),
         ("--duration", options.duration_s.is_some() && joint),

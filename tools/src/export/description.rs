@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
-use super::fmu::{FIRST_OUTPUT, OUTPUTS, STATUS, TIME, Variable};
+use super::fmu::{FIRST_OUTPUT, OUTPUTS, STATUS, Variable};
 use super::plan::Plan;
 
 /// The description of a unit of these variables.
@@ -12,11 +12,9 @@ pub(super) fn xml(plan: &Plan, inputs: &[Variable], settings: &[Variable], terms
     let name = if plan.model.name.is_empty() { stem } else { &plan.model.name };
     let mut units: BTreeSet<&str> = OUTPUTS.iter().map(|(_, _, unit, _)| *unit).collect();
     units.extend(inputs.iter().chain(settings).chain(terms).map(|variable| variable.unit));
-    units.extend(["s"]);
     let units: String = units.iter().map(|unit| format!("    <Unit name=\"{unit}\"/>\n")).collect();
 
     let mut variables = Variables::default();
-    variables.add(TIME, "time", "time", "causality=\"independent\" variability=\"continuous\"", "<Real unit=\"s\"/>");
     for input in inputs {
         let real = format!("<Real unit=\"{}\" start=\"{:?}\"/>", input.unit, input.start);
         variables.add(

@@ -36,7 +36,6 @@ pub struct Fmu {
 }
 
 /// Numbers of the variables.
-pub(super) const TIME: u32 = 0;
 const FIRST_INPUT: u32 = 1;
 pub(super) const FIRST_OUTPUT: u32 = 100;
 pub(super) const STATUS: u32 = 200;

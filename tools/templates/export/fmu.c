@@ -282,9 +282,6 @@ FMI2_EXPORT fmi2Status FMI2(fmi2GetReal)(fmi2Component c, const fmi2ValueReferen
         }
         if (at == NULL) {
             switch (references[k]) {
-            case 0u:
-                at = &me->now.time;
-                break;
 @output_cases@            default:
                 return fmi2Error;
             }

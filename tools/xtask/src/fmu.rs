@@ -1,4 +1,4 @@
-//! Exported FMUs in FMPy, beside `gmhm predict`.
+//! Exported FMUs in FMPy and in libcosim, beside `gmhm predict`.
 
 use std::path::{Path, PathBuf};
 
@@ -11,7 +11,13 @@ use crate::python::environment;
 /// From the package index.
 const FMPY: &str = "fmpy==0.3.32";
 
-/// The script that checks, the model, and a recording of its gear.
+/// The co-simulation engine of the Open Simulation Platform, which reads FMUs by the FMI Library.
+const LIBCOSIM: &str = "libcosimpy==0.0.6";
+
+/// Its script.
+const COSIM_SCRIPT: &str = "tools/tests/exported/cosim.py";
+
+/// The script that checks in FMPy, the model, and a recording of its gear.
 const SCRIPT: &str = "tools/tests/exported/fmu.py";
 const MODEL: &str = "tools/tests/exported/gear_with_terms.toml";
 const RECORDING: &str = "examples/bench/running.csv";
@@ -20,7 +26,7 @@ const RECORDING: &str = "examples/bench/running.csv";
 const EXAMPLE: &str = "examples/fmu/joint.py";
 const GEAR: &str = "examples/bench/true_gear.toml";
 
-/// Exports the model as FMUs and predicts the recording, then compares both in FMPy.
+/// Exports the model as FMUs and predicts the recording, then compares both in FMPy and in libcosim.
 pub fn run(shell: &Shell) -> Result<()> {
     let Some(python) = environment(shell, "fmpy", &[FMPY], "fmpy")? else { return Ok(()) };
     let folder = shell.create_temp_dir()?;
@@ -56,6 +62,13 @@ pub fn run(shell: &Shell) -> Result<()> {
         .read()
         .context("the FMU does not agree with `gmhm predict`")?;
     println!("export: FMU in FMPy: {said}");
+    if let Some(python) = environment(shell, "libcosim", &[LIBCOSIM], "libcosimpy")? {
+        let said = cmd!(shell, "{python} {COSIM_SCRIPT} {folder}")
+            .quiet()
+            .read()
+            .context("the FMU in libcosim does not agree with `gmhm predict`")?;
+        println!("export: FMU in libcosim: {said}");
+    }
     let gear = at("plain.fmu");
     cmd!(shell, "{python} {EXAMPLE} {gear}")
         .quiet()

@@ -1,4 +1,4 @@
-//! The Python package: installed by pip, tested by pytest, its types checked by mypy, its notebook run.
+//! The Python package: installed by pip, tested by pytest, its types checked by mypy and pyright, its notebook run.
 
 use std::path::Path;
 
@@ -11,7 +11,7 @@ use crate::python::environment;
 const FOLDER: &str = "tools/python";
 
 /// From the package index: what builds the package, and what its tests need.
-const PACKAGES: [&str; 11] = [
+const PACKAGES: [&str; 12] = [
     "maturin==1.16.0",
     "numpy==2.4.6",
     "scipy==1.17.1",
@@ -20,13 +20,16 @@ const PACKAGES: [&str; 11] = [
     "matplotlib==3.11.2",
     "pytest==9.2.0",
     "mypy==2.4.1",
+    // Pyright with the JavaScript engine that it needs.
+    "basedpyright==1.40.2",
     "nbclient==0.11.0",
     "nbformat==5.11.1",
     "ipykernel==7.4.0",
 ];
 
-/// The last of them to be installed is there.
-const IMPORTS: &str = "maturin, numpy, scipy, pandas, polars, matplotlib, pytest, mypy, nbclient, nbformat, ipykernel";
+/// All of them are installed.
+const IMPORTS: &str =
+    "maturin, numpy, scipy, pandas, polars, matplotlib, pytest, mypy, basedpyright, nbclient, nbformat, ipykernel";
 
 /// Installs the package into an environment of its own and tests it; with `timed` instead builds it in release and measures what it adds to the program's own time.
 pub fn run(shell: &Shell, timed: bool) -> Result<()> {
@@ -53,6 +56,10 @@ pub fn run(shell: &Shell, timed: bool) -> Result<()> {
             .quiet()
             .run()
             .context("the types of the Python package do not hold")?;
+        cmd!(shell, "{python} -m basedpyright --pythonpath {python} --warnings")
+            .quiet()
+            .run()
+            .context("pyright finds fault with the types of the Python package")?;
         cmd!(shell, "{python} -m mypy.stubtest gmhm._gmhm --ignore-disjoint-bases")
             .quiet()
             .run()

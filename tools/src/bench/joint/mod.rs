@@ -39,7 +39,7 @@ use compensator::Knowledge;
 use drive::{Drive, PERIOD_S, Servo};
 pub use gear::Plant;
 
-use gear::JointGear;
+pub(super) use gear::JointGear;
 use plant::{Joint, Masses};
 use task::{DURATION_S, SETTLED_S, Task};
 
