@@ -17,7 +17,7 @@ pub enum Warning {
     Delay = 4,
     /// The torque is off by more than 2 % of the rated torque.
     Offset = 5,
-    /// The common factor of the coefficients changed by more than 3 %: another torque scale, or another gear. The two cannot be told apart.
+    /// The common factor of the coefficients changed by more than 3 %: another torque scale, or another gear. The two cannot be distinguished.
     ScaleOrGear = 6,
     /// The elastic torque at the rated deflection changed by more than 5 %.
     Stiffness = 7,
