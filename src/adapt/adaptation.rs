@@ -33,7 +33,7 @@ pub struct Adaptation<S> {
     pub(super) least_weight: S,
     pub(super) fewest_blocks: S,
     pub(super) most_blocks: S,
-    /// κ of the [filter].
+    /// κ of the [filter](super::filter).
     pub(super) drift: S,
     /// Prior variance of each coefficient.
     pub(super) prior: S,

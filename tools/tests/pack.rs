@@ -255,5 +255,5 @@ fn the_object_dictionary_is_written_as_a_data_sheet() {
         assert_eq!(count.parse::<usize>().expect("a number"), entries.trim_end().lines().count() - 1);
         count.parse::<usize>().expect("a number")
     });
-    assert_eq!(objects, [3, 2, 7]);
+    assert_eq!(objects, [3, 2, 8]);
 }
