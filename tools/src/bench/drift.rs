@@ -1,7 +1,7 @@
 //! A gear that warms: its coefficients go from those of the model to others, in proportion to time.
 
 use super::error::BenchError;
-use super::joint::{JointGear, Plant};
+use super::joint::gear::{JointGear, Plant};
 use super::stage::Stage;
 use crate::model::{Model, Term, TermValue};
 use crate::recording::Recording;

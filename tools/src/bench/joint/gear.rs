@@ -42,7 +42,7 @@ impl Plant {
 
 /// A gear that is driven by its deflection.
 #[derive(Debug, Clone)]
-pub(in crate::bench) enum JointGear {
+pub enum JointGear {
     /// The model file's gear.
     Model(Gear<f64>, Box<State<f64, 64>>),
     /// An elastic torque with elastic slip elements for hysteresis.
@@ -125,7 +125,7 @@ fn random(seed: u64) -> Vec<[f64; 2]> {
 ///
 /// f is the model's, and the elements are scaled so that the rated cycle is as wide at θ = 0 as the model's, 2hA.
 #[derive(Debug, Clone)]
-pub(in crate::bench) struct MaxwellSlip {
+pub struct MaxwellSlip {
     elastic: Elastic,
     softer_nm_per_rad: f64,
     width_rad: f64,
@@ -170,7 +170,7 @@ impl MaxwellSlip {
 
 /// A torque that the deflection alone tells, between points, N·m. Beyond ±A it goes on straight.
 #[derive(Debug, Clone)]
-pub(in crate::bench) struct Middle {
+pub struct Middle {
     rated_deflection_rad: f64,
     torque_nm: Vec<f64>,
 }

@@ -10,7 +10,7 @@
 
 mod compensator;
 mod drive;
-mod gear;
+pub(super) mod gear;
 mod plant;
 mod report;
 mod task;
@@ -39,7 +39,7 @@ use compensator::Knowledge;
 use drive::{Drive, PERIOD_S, Servo};
 pub use gear::Plant;
 
-pub(super) use gear::JointGear;
+use gear::JointGear;
 use plant::{Joint, Masses};
 use task::{DURATION_S, SETTLED_S, Task};
 
