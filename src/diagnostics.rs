@@ -48,11 +48,13 @@ pub enum Fault {
 
 impl Fault {
     /// Its number.
+    #[must_use]
     pub const fn number(self) -> u8 {
         self as u8
     }
 
     /// The fault of a number.
+    #[must_use]
     pub const fn of_number(number: u8) -> Option<Self> {
         Some(match number {
             0 => Self::None,
@@ -67,6 +69,7 @@ impl Fault {
     }
 
     /// Its name.
+    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::None => "none",
@@ -85,6 +88,7 @@ impl Fault {
 #[repr(u8)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum SelfTest {
     /// No block, or one without samples.
     #[default]
@@ -97,11 +101,13 @@ pub enum SelfTest {
 
 impl SelfTest {
     /// Its number.
+    #[must_use]
     pub const fn number(self) -> u8 {
         self as u8
     }
 
     /// The result of a number.
+    #[must_use]
     pub const fn of_number(number: u8) -> Option<Self> {
         Some(match number {
             0 => Self::NotRun,
@@ -112,6 +118,7 @@ impl SelfTest {
     }
 
     /// Its name.
+    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::NotRun => "not run",

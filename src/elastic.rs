@@ -17,6 +17,7 @@ pub struct Elastic {
 
 impl Elastic {
     /// The same polynomial in u = θ/A and τ = T/scale.
+    #[must_use]
     pub fn normalised(&self, rated_deflection_rad: f64, torque_scale_nm: f64) -> Polynomial<f64> {
         let a = rated_deflection_rad;
         let a3 = a * a * a;
@@ -28,11 +29,13 @@ impl Elastic {
     }
 
     /// f(θ) in N·m at a deflection in rad, without the tangent that continues it beyond the calibrated range ([`ElasticTorque`]).
+    #[must_use]
     pub fn torque_nm(&self, theta_rad: f64) -> f64 {
         self.normalised(1.0, 1.0).torque(theta_rad)
     }
 
     /// f′(θ) in N·m/rad at a deflection in rad.
+    #[must_use]
     pub fn stiffness_nm_per_rad(&self, theta_rad: f64) -> f64 {
         self.normalised(1.0, 1.0).stiffness(theta_rad)
     }
@@ -186,6 +189,7 @@ impl Polynomial<f64> {
 }
 
 /// θ, θ³, θ⁵: the columns that c1, c2, c3 multiply.
+#[must_use]
 pub fn basis(theta_rad: f64) -> [f64; 3] {
     Polynomial::columns(theta_rad)
 }

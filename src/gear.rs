@@ -21,6 +21,8 @@ pub struct Output<S> {
     pub elastic: S,
     /// z.
     pub hysteresis: S,
+    /// The last sample was refused ([`Status::refused`]): these are the torques of the last good one.
+    pub refused: bool,
 }
 
 /// What the last sample was.
@@ -48,6 +50,7 @@ pub const AGREEING_SAMPLES: u32 = 3;
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct PeriodError {
     /// What it was, s.
     pub period_s: f64,
@@ -111,6 +114,7 @@ struct Suspicion<S> {
 impl<S: Float> Gear<S> {
     /// The gear of these parameters, for samples whose period is known one by one: in law `time` take [`step_after`](Self::step_after), as
     /// [`step`](Self::step) refuses every sample. The other laws know no time.
+    #[must_use]
     pub fn new(params: &Params) -> Self {
         Self::with_law(params, AnyLaw::new(params, 0.0))
     }
@@ -252,6 +256,7 @@ impl<S: Scalar, L: MemoryLaw<S>> Gear<S, L> {
             torque: self.frame.torque(elastic + hysteresis),
             elastic: self.frame.torque(elastic),
             hysteresis: self.frame.torque(hysteresis),
+            refused: state.status.refused,
         }
     }
 

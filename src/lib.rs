@@ -55,8 +55,9 @@
 //! # Ok::<(), gmhm::ParamError>(())
 //! ```
 #![no_std]
-// One instruction of the hard-float cores is not to be had otherwise: `scalar::float` allows it there.
-#![cfg_attr(not(all(target_arch = "arm", target_abi = "eabihf")), forbid(unsafe_code))]
+// One instruction of the cores with a floating-point unit is not to be had otherwise: `scalar::float` allows it there.
+#![cfg_attr(not(any(all(target_arch = "arm", target_abi = "eabihf"), riscv_float_unit)), forbid(unsafe_code))]
+#![warn(clippy::must_use_candidate)]
 #![deny(unsafe_code)]
 
 #[cfg(feature = "adapt")]

@@ -65,16 +65,19 @@ pub struct Memory {
 
 impl Memory {
     /// e = αβ/(β² + ω²): with h, all that a quasi-static cycle can tell of (α, β, ω). N·m/rad for kernel `deflection`.
+    #[must_use]
     pub fn e(&self) -> f64 {
         self.alpha * self.beta_per_s / self.speed_squared()
     }
 
     /// h = αω/(β² + ω²). N·m/rad for kernel `deflection`: hA is the half-width of the rated cycle at θ = 0.
+    #[must_use]
     pub fn h(&self) -> f64 {
         self.alpha * self.omega_per_s / self.speed_squared()
     }
 
     /// ρ = β/ω = e/h, the decay per radian of pseudo-time.
+    #[must_use]
     pub fn rho(&self) -> f64 {
         self.beta_per_s / self.omega_per_s
     }
@@ -185,6 +188,7 @@ impl core::error::Error for ParamError {}
 
 impl Law {
     /// Its name in model files.
+    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Masing => "masing",
@@ -196,6 +200,7 @@ impl Law {
 
 impl Kernel {
     /// Its name in model files.
+    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Deflection => "deflection",
@@ -206,6 +211,7 @@ impl Kernel {
 
 impl Gate {
     /// Its name in model files.
+    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Cycle => "cycle",
@@ -346,26 +352,31 @@ impl Params {
     }
 
     /// A, the amplitude of the calibrated cycle, rad.
+    #[must_use]
     pub fn rated_deflection_rad(&self) -> f64 {
         self.rated_deflection_rad
     }
 
     /// T_A = f(A), N·m.
+    #[must_use]
     pub fn rated_torque_nm(&self) -> f64 {
         self.elastic.torque_nm(self.rated_deflection_rad)
     }
 
     /// What torques are divided by inside: T_A, unless the spring is too soft to be the measure of the gear. N·m.
+    #[must_use]
     pub fn torque_scale_nm(&self) -> f64 {
         self.torque_scale_nm
     }
 
     /// The elastic coefficients.
+    #[must_use]
     pub fn elastic(&self) -> Elastic {
         self.elastic
     }
 
     /// The memory, β and ω not negative.
+    #[must_use]
     pub fn memory(&self) -> Memory {
         self.memory
     }

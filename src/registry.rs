@@ -24,6 +24,7 @@ pub struct SectionInfo {
 
 impl SectionInfo {
     /// The key of this name.
+    #[must_use]
     pub fn key(&self, name: &str) -> Option<&'static KeyInfo> {
         self.keys.iter().find(|key| key.name == name)
     }

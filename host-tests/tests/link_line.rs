@@ -146,7 +146,7 @@ proptest! {
         prop_assert!(frame.len() <= MOST_FRAME);
         let mut receiver = Receiver::new();
         let mut bodies = Vec::new();
-        for byte in &frame {
+        for byte in frame.iter() {
             bodies.extend(receiver.feed(*byte).map(<[u8]>::to_vec));
         }
         prop_assert_eq!(bodies, vec![body]);

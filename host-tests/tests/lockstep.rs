@@ -92,9 +92,9 @@ fn whatever_comes_nothing_panics() {
     let mut drive = Drive::default();
     for round in 0..20_000 {
         let mut body = match round % 3 {
-            0 => start(Source::Measurement).encode(),
-            1 => period(round).encode(),
-            _ => frame::Body::new(),
+            0 => start(Source::Measurement).encode().to_vec(),
+            1 => period(round).encode().to_vec(),
+            _ => Vec::new(),
         };
         for byte in &mut body {
             if random.random_range(0..20) == 0 {

@@ -175,7 +175,7 @@ fn example() -> String {
                 at += part.len();
             }
         }
-        for (field, value) in &values {
+        for (field, value) in values.iter() {
             let length = 4 * field.coding.words();
             let shown = match (field.coding, field.choices().get(*value as usize)) {
                 (Coding::Choice, Some(word)) => format!("{} ({word})", field.key.name),

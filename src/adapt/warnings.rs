@@ -49,6 +49,7 @@ impl Warning {
     ];
 
     /// Its words.
+    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::NotANumber => "torque not a number",
@@ -81,11 +82,13 @@ impl Warnings {
     }
 
     /// Whether a warning is latched.
+    #[must_use]
     pub const fn has(self, warning: Warning) -> bool {
         self.0 & (1 << warning as u8) != 0
     }
 
     /// Bit n is warning number n.
+    #[must_use]
     pub const fn bits(self) -> u16 {
         self.0
     }

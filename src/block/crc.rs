@@ -53,6 +53,7 @@ impl Digest {
 /// ```
 /// assert_eq!(gmhm::block::crc32(b"123456789"), 0xCBF4_3926);
 /// ```
+#[must_use]
 pub const fn crc32(bytes: &[u8]) -> u32 {
     let mut digest = Digest::new();
     digest.update(bytes);

@@ -65,6 +65,7 @@ pub enum BlockError {
 
 impl BlockError {
     /// The number of the reason on the link, in logs and in C: 0x0101 to 0x0111, or the firmware's own.
+    #[must_use]
     pub const fn code(&self) -> u16 {
         if let Self::Firmware(code) = self {
             return *code;
@@ -93,12 +94,14 @@ impl BlockError {
     }
 
     /// The abort code of a CANopen SDO transfer (CiA 301) that comes nearest.
+    #[must_use]
     pub const fn sdo_abort(&self) -> u32 {
         sdo_abort(self.code())
     }
 }
 
 /// The abort code of a CANopen SDO transfer (CiA 301) that comes nearest to a [code](BlockError::code); the general error for any other number.
+#[must_use]
 pub const fn sdo_abort(code: u16) -> u32 {
     match code {
         // Data type or length does not match.

@@ -26,6 +26,7 @@ impl Identity {
     pub const NONE: Self = Self([0; 16]);
 
     /// The identity of a label; `None` where it has more than 16 bytes or a zero byte.
+    #[must_use]
     pub fn new(label: &str) -> Option<Self> {
         let mut bytes = [0; 16];
         bytes.get_mut(..label.len())?.copy_from_slice(label.as_bytes());
@@ -34,6 +35,7 @@ impl Identity {
 
     /// The identity of a gear by its name, however long: the name itself where it fits, else as much of it as goes into 7 bytes, `~` and the CRC-32
     /// of the name in 8 hexadecimal digits.
+    #[must_use]
     pub fn of_name(name: &str) -> Self {
         if let Some(whole) = Self::new(name) {
             return whole;
@@ -54,16 +56,19 @@ impl Identity {
     }
 
     /// The identity of 16 bytes; `None` where they are no zero-padded UTF-8.
+    #[must_use]
     pub fn of_bytes(bytes: [u8; 16]) -> Option<Self> {
         is_padded_utf8(&bytes).then_some(Self(bytes))
     }
 
     /// Its bytes.
+    #[must_use]
     pub const fn bytes(&self) -> &[u8; 16] {
         &self.0
     }
 
     /// Its label.
+    #[must_use]
     pub fn label(&self) -> &str {
         let length = self.0.iter().position(|b| *b == 0).unwrap_or(16);
         self.0.get(..length).and_then(|label| core::str::from_utf8(label).ok()).unwrap_or("")
@@ -113,6 +118,7 @@ pub struct Header {
 
 impl Header {
     /// The header of a block to be written: no sequence, 16 turning points, no control period, torques in N·m.
+    #[must_use]
     pub const fn new(identity: Identity, scalar: ScalarKind) -> Self {
         Self {
             length: 0,
@@ -127,6 +133,7 @@ impl Header {
     }
 
     /// Its bytes.
+    #[must_use]
     pub fn encode(&self) -> [u8; HEADER_BYTES] {
         let mut bytes = [0; HEADER_BYTES];
         let mut put = |at: usize, field: &[u8]| {

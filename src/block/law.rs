@@ -14,8 +14,17 @@ use crate::memory::time::{Rates, Time};
 use crate::params::{Gate, Kernel, Params};
 use crate::scalar::Float;
 
-/// The words of a law: no law has more.
-pub type LawWords = Vec<u32, 14>;
+/// The words of a law: a slice of them.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct LawWords(Vec<u32, 14>);
+
+impl core::ops::Deref for LawWords {
+    type Target = [u32];
+
+    fn deref(&self) -> &[u32] {
+        &self.0
+    }
+}
 
 /// A law that blocks can hold.
 pub trait BlockLaw<S: Word>: Invertible<S> {
@@ -61,7 +70,7 @@ fn gate_of(number: u32) -> Gate {
 
 fn law_words<const N: usize>(words: [u32; N]) -> LawWords {
     // There is room: no law has more words.
-    words.into_iter().collect()
+    LawWords(words.into_iter().collect())
 }
 
 impl<S: Word> BlockLaw<S> for Masing<S> {

@@ -29,6 +29,7 @@ pub enum Coding {
 
 impl Coding {
     /// How many 32-bit words it takes.
+    #[must_use]
     pub const fn words(self) -> usize {
         if matches!(self, Self::Gain | Self::Double) { 2 } else { 1 }
     }
@@ -58,6 +59,7 @@ pub struct RecordInfo {
 
 impl RecordInfo {
     /// How many 32-bit words it takes.
+    #[must_use]
     pub fn size(&self) -> usize {
         self.fields.iter().map(|field| field.coding.words()).sum()
     }
@@ -249,6 +251,7 @@ pub const RECORDS: [&RecordInfo; 9] = [&GEAR, &MASING, &PHASE, &TIME, &INVERSE, 
 
 impl FieldInfo {
     /// The words that it chooses among; none where it is a number.
+    #[must_use]
     pub const fn choices(&self) -> &'static [&'static str] {
         match self.key.form {
             Form::Choice(words) => words,

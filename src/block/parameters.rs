@@ -51,6 +51,7 @@ impl Joint {
     }
 
     /// σ.
+    #[must_use]
     pub fn sigma(&self) -> f32 {
         if self.motor_side { 1.0 } else { -1.0 }
     }
@@ -81,6 +82,7 @@ fn fraction(ratio: f64) -> Option<(u32, u32)> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub struct TorqueUnitError {
     /// That of the block.
     pub found: TorqueUnit,
@@ -110,6 +112,7 @@ pub struct Scales {
 
 impl Scales {
     /// Those of parameters.
+    #[must_use]
     pub fn of(params: &Params) -> Self {
         Self { rated_deflection_rad: params.rated_deflection_rad(), torque_scale_nm: params.torque_scale_nm() }
     }
@@ -243,6 +246,7 @@ impl<S: Word, L: BlockLaw<S>, T: TermStack> Parameters<S, L, T> {
 impl<const K: usize> Parameters<f32, AnyLaw<f32>, Stack<f32, K>> {
     /// The parameters of a gear of law `masing`, as an adaptation (module `adapt`) begins from them: e and h with β² + ω² = 1 (rad/s)². `None` without gear, in another law, or where
     /// rounding brought them to the edge of what [`Params::new`] accepts.
+    #[must_use]
     pub fn params(&self) -> Option<Params> {
         let (gear, scales) = (self.gear?, self.scales?);
         let AnyLaw::Masing(law) = gear.law() else { return None };
@@ -268,6 +272,7 @@ impl<const K: usize> Parameters<f32, AnyLaw<f32>, Stack<f32, K>> {
     }
 
     /// Gear and terms together; `None` without gear.
+    #[must_use]
     pub fn compensated(&self) -> Option<Compensated<f32, AnyLaw<f32>, K>> {
         Some(Compensated { gear: self.gear?, stack: self.terms.clone() })
     }
@@ -317,6 +322,7 @@ pub struct CheckedTerms<const K: usize> {
 
 impl<const K: usize> CheckedTerms<K> {
     /// The terms that a drive feeds forward, of the block that was loaded with these.
+    #[must_use]
     pub fn plant(&self, block: &Block<'_>) -> Stack<f32, K> {
         let mut stack = Stack::empty(self.setting, self.has_gear);
         self.plant_into(&mut stack, block);

@@ -11,8 +11,17 @@ use crate::scalar::Fixed;
 /// The most bytes of a block.
 pub const MOST_BYTES: usize = 4096;
 
-/// Fields with their values.
-pub type FieldValues = Vec<(&'static FieldInfo, f64), 32>;
+/// Fields with their values: a slice of them.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct FieldValues(Vec<(&'static FieldInfo, f64), 32>);
+
+impl core::ops::Deref for FieldValues {
+    type Target = [(&'static FieldInfo, f64)];
+
+    fn deref(&self) -> &Self::Target {
+        &self.0
+    }
+}
 
 /// A block whose header, records and CRC-32 are in order. What its values say is for [`Parameters::load`](super::Parameters::load) to check.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -62,21 +71,25 @@ pub fn verify_first(bytes: &[u8]) -> Result<Block<'_>, BlockError> {
 
 impl<'a> Block<'a> {
     /// Its header.
+    #[must_use]
     pub fn header(&self) -> &Header {
         &self.header
     }
 
     /// All its bytes.
+    #[must_use]
     pub fn bytes(&self) -> &'a [u8] {
         self.bytes
     }
 
     /// Its CRC-32.
+    #[must_use]
     pub fn crc(&self) -> u32 {
         self.crc
     }
 
     /// The model's name, for people; empty where there is none.
+    #[must_use]
     pub fn name(&self) -> &'a str {
         let payload = self.records().find(|record| record.tag == NAME.tag).map_or(&[][..], |record| record.payload);
         let end = payload.iter().position(|byte| *byte == 0).unwrap_or(payload.len());
@@ -84,6 +97,7 @@ impl<'a> Block<'a> {
     }
 
     /// Its records in order.
+    #[must_use]
     pub fn records(&self) -> Records<'a> {
         Records { rest: self.body }
     }
@@ -163,7 +177,7 @@ impl Record<'_> {
             return Err(BlockError::Malformed(self.tag));
         }
         let mut words = self.words();
-        let mut values = Vec::new();
+        let mut values = FieldValues::default();
         for field in info.fields {
             let first = words.next().unwrap_or_default();
             let second = if field.coding.words() == 2 { words.next().unwrap_or_default() } else { 0 };
@@ -173,7 +187,7 @@ impl Record<'_> {
             };
             let out_of_range = BlockError::OutOfRange { tag: self.tag, field: field.key.name };
             // There is room: no record has more fields.
-            let _ = values.push((field, value.ok_or(out_of_range)?));
+            let _ = values.0.push((field, value.ok_or(out_of_range)?));
         }
         Ok(values)
     }

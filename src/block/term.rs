@@ -56,6 +56,7 @@ impl TermRecord {
     ///
     /// # Errors
     /// A record of another length than its keys.
+    #[must_use]
     pub fn decode(record: &Record<'_>) -> Option<Result<Self, BlockError>> {
         Some(Self::decode_as(record, Self::kind(record)?))
     }
@@ -105,6 +106,7 @@ impl TermRecord {
     }
 
     /// Its kind.
+    #[must_use]
     pub fn info(&self) -> &'static KindInfo {
         self.info
     }

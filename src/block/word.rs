@@ -16,6 +16,7 @@ pub enum ScalarKind {
 
 impl ScalarKind {
     /// Its two bytes in the header: its number, and the bits after the point of a fixed-point word.
+    #[must_use]
     pub const fn bytes(self) -> [u8; 2] {
         match self {
             Self::F32 => [1, 0],
@@ -24,6 +25,7 @@ impl ScalarKind {
     }
 
     /// The kind of two bytes of a header.
+    #[must_use]
     pub const fn of(bytes: [u8; 2]) -> Option<Self> {
         match bytes {
             [1, 0] => Some(Self::F32),
@@ -33,6 +35,7 @@ impl ScalarKind {
     }
 
     /// Its name on the command line.
+    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::F32 => "f32",

@@ -47,6 +47,7 @@ pub struct Gains {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct GainsError {
     /// Its field in [`Gains`].
     pub gain: &'static str,

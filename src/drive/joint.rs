@@ -19,6 +19,7 @@ pub struct Joint<M, O, T, S: FromCounts> {
 
 /// What failed in a tick. The torque was released; the next tick tries again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Fault<M, O, T> {
     /// The motor's encoder.
     Motor(M),

@@ -10,6 +10,8 @@ use super::{Cascade, CascadeState, Gains, GainsError};
 use crate::feedforward::{
     Contribution, Controls, Demand, FeedForward, FeedForwardError, FeedForwardState, MotorEncoder, MotorSide, Settings,
 };
+use crate::inverse::Invertible;
+use crate::memory::{AnyLaw, MemoryLaw};
 use crate::params::Params;
 use crate::scalar::Float;
 
@@ -87,18 +89,18 @@ pub struct Reference<S> {
 
 /// A servo; what it remembers is apart.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Servo<S: FromCounts> {
+pub struct Servo<S: FromCounts, L = AnyLaw<S>> {
     pair: EncoderPair<S>,
     motor: MotorSide<S>,
-    feed_forward: FeedForward<S>,
+    feed_forward: FeedForward<S, L>,
     cascade: Cascade<S>,
     largest_deflection: S,
 }
 
 /// What the servo of one joint remembers, with room for `N` turning points.
 #[derive(Clone)]
-pub struct ServoState<S: Float<Carry = S>, const N: usize = 16> {
-    feed_forward: FeedForwardState<S, N>,
+pub struct ServoState<S: Float<Carry = S>, const N: usize = 16, L: MemoryLaw<S> = AnyLaw<S>> {
+    feed_forward: FeedForwardState<S, N, L>,
     cascade: CascadeState<S>,
     seen: Reading<S>,
     /// Where the motor should be, of the period before.
@@ -116,25 +118,37 @@ impl<S: Float<Carry = S> + FromCounts> Servo<S> {
     /// # Errors
     /// [`ServoError`].
     pub fn new(params: &Params, setup: &ServoSetup) -> Result<Self, ServoError> {
-        let ServoSetup { encoders, reference_counts_per_turn, gains, feed_forward } = setup;
+        let settings = Settings { period_s: setup.gains.period_s, ..setup.feed_forward };
+        Self::of_feed_forward(FeedForward::new(params, &settings)?, setup)
+    }
+}
+
+impl<S: Float<Carry = S> + FromCounts, L: Invertible<S>> Servo<S, L> {
+    /// A servo on a feed-forward that is set up already, such as that of a stored block ([`FeedForward::of_inverse`], `Parameters::feed_forward`). Its control period is that of the
+    /// gains; [`ServoSetup::feed_forward`] is not read.
+    ///
+    /// # Errors
+    /// [`ServoError`].
+    pub fn of_feed_forward(feed_forward: FeedForward<S, L>, setup: &ServoSetup) -> Result<Self, ServoError> {
+        let ServoSetup { encoders, reference_counts_per_turn, gains, .. } = setup;
         let encoder = MotorEncoder {
             counts_per_turn: encoders.motor.counts_per_turn,
             ratio: encoders.ratio,
             reference_counts_per_turn: *reference_counts_per_turn,
             rated_deflection_rad: encoders.rated_deflection_rad,
         };
-        let settings = Settings { period_s: gains.period_s, ..*feed_forward };
+        let rated = feed_forward.inverse().gear().frame().rated();
         Ok(Self {
             pair: EncoderPair::new(encoders)?,
             motor: MotorSide::new(&encoder)?,
-            feed_forward: FeedForward::new(params, &settings)?,
+            feed_forward,
             cascade: Cascade::new(gains)?,
-            largest_deflection: S::from_f64(MISREAD_BEYOND * params.rated_deflection_rad()),
+            largest_deflection: S::from_f64(MISREAD_BEYOND) * rated,
         })
     }
 
     /// The state at power-up, from the raw counts of motor and output, standing at a position of the output in reference counts.
-    pub fn start<const N: usize>(&self, motor: u32, output: u32, counts: i64) -> ServoState<S, N> {
+    pub fn start<const N: usize>(&self, motor: u32, output: u32, counts: i64) -> ServoState<S, N, L> {
         let seen = self.pair.start(motor, output);
         ServoState {
             feed_forward: self.feed_forward.start(seen.deflection),
@@ -148,13 +162,13 @@ impl<S: Float<Carry = S> + FromCounts> Servo<S> {
     /// Goes on with a state that the servo `before` had: other parameters, settings or gains with the loop running. The encoders are the same. The torque begins at
     /// the last one: what the feed-forward would change comes within [`Settings::ramp_s`] and its slew limits, what the gains would within
     /// [`FADE_S`](super::cascade::FADE_S).
-    pub fn take_over<const N: usize>(&self, before: &Self, state: &mut ServoState<S, N>) {
+    pub fn take_over<const N: usize>(&self, before: &Self, state: &mut ServoState<S, N, L>) {
         self.feed_forward.take_over(&before.feed_forward, &mut state.feed_forward);
         state.cascade.bridge();
     }
 
     /// Starts anew from raw counts with the loop running: the gear's past is unknown, the torque begins at the last one.
-    pub fn restart<const N: usize>(&self, state: &mut ServoState<S, N>, motor: u32, output: u32, counts: i64) {
+    pub fn restart<const N: usize>(&self, state: &mut ServoState<S, N, L>, motor: u32, output: u32, counts: i64) {
         state.seen = self.pair.start(motor, output);
         self.feed_forward.restart(&mut state.feed_forward, state.seen.deflection);
         state.cascade = state.cascade.restarted();
@@ -169,7 +183,7 @@ impl<S: Float<Carry = S> + FromCounts> Servo<S> {
     #[inline]
     pub fn period<const N: usize>(
         &self,
-        state: &mut ServoState<S, N>,
+        state: &mut ServoState<S, N, L>,
         controls: &Controls<S>,
         reference: &Reference<S>,
         motor: u32,
@@ -197,7 +211,7 @@ impl<S: Float<Carry = S> + FromCounts> Servo<S> {
     }
 }
 
-impl<S: Float<Carry = S> + FromCounts, const N: usize> ServoState<S, N> {
+impl<S: Float<Carry = S> + FromCounts, const N: usize, L: MemoryLaw<S>> ServoState<S, N, L> {
     /// What the encoders said last.
     pub fn seen(&self) -> &Reading<S> {
         &self.seen

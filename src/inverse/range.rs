@@ -114,6 +114,7 @@ pub fn invertible_range(params: &Params, longest_period_s: f64) -> Result<f64, I
 /// assert!((slope - (elastic.c1_nm_per_rad - memory.e() - 2.0 * memory.h())).abs() < 1e-6);
 /// # Ok::<(), gmhm::ParamError>(())
 /// ```
+#[must_use]
 pub fn least_rising_slope(params: &Params, longest_period_s: f64, deflection_rad: f64) -> f64 {
     let u = deflection_rad / params.rated_deflection_rad();
     let g = libm::sqrt((1.0 - u) * (1.0 + u));

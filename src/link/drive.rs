@@ -25,6 +25,7 @@ impl Default for CompensationSetting {
 
 impl CompensationSetting {
     /// What it makes of a contribution: the share while it is on, else 0.
+    #[must_use]
     pub fn of(&self, contribution: f32) -> f32 {
         if self.on { self.gain_ratio * contribution } else { 0.0 }
     }

@@ -13,15 +13,58 @@ const CRC_BYTES: usize = 4;
 /// The most bytes of a frame on the line: zero, one byte of overhead, body, CRC-32, zero.
 pub const MOST_FRAME: usize = MOST_BODY + CRC_BYTES + 3;
 
-/// The bytes of a body.
-pub type Body = Vec<u8, MOST_BODY>;
+/// The bytes of a body: a slice of them.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Body(Vec<u8, MOST_BODY>);
 
-/// The bytes of a frame, its zeros included.
-pub type Frame = Vec<u8, MOST_FRAME>;
+impl Body {
+    /// None yet.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self(Vec::new())
+    }
+
+    /// These bytes; `None` where there are more than [`MOST_BODY`].
+    pub fn from_slice(bytes: &[u8]) -> Option<Self> {
+        Vec::from_slice(bytes).ok().map(Self)
+    }
+
+    /// There is room for what is written: the longest body was counted.
+    pub(crate) fn extend(&mut self, bytes: impl Iterator<Item = u8>) {
+        for byte in bytes {
+            let _ = self.0.push(byte);
+        }
+    }
+
+    pub(crate) fn extend_from_slice(&mut self, bytes: &[u8]) -> Result<(), heapless::CapacityError> {
+        self.0.extend_from_slice(bytes)
+    }
+}
+
+impl core::ops::Deref for Body {
+    type Target = [u8];
+
+    fn deref(&self) -> &[u8] {
+        &self.0
+    }
+}
+
+/// The bytes of a frame, its zeros included: a slice of them.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Frame(Vec<u8, MOST_FRAME>);
+
+impl core::ops::Deref for Frame {
+    type Target = [u8];
+
+    fn deref(&self) -> &[u8] {
+        &self.0
+    }
+}
 
 /// The frame of a body of at most [`MOST_BODY`] bytes; empty for a longer one.
+#[must_use]
 pub fn encode(body: &[u8]) -> Frame {
-    let mut frame = Frame::new();
+    let mut frame = Frame::default();
     let mut encoded = [0; MOST_FRAME - 2];
     let mut encoder = CobsEncoder::new(&mut encoded);
     let fits =
@@ -29,9 +72,9 @@ pub fn encode(body: &[u8]) -> Frame {
     let length = encoder.finalize();
     if let (true, Some(encoded)) = (fits, encoded.get(..length)) {
         // There is room: a body of less than 254 bytes has one byte of overhead.
-        let _ = frame.push(0);
-        let _ = frame.extend_from_slice(encoded);
-        let _ = frame.push(0);
+        let _ = frame.0.push(0);
+        let _ = frame.0.extend_from_slice(encoded);
+        let _ = frame.0.push(0);
     }
     frame
 }
@@ -60,6 +103,7 @@ pub struct Receiver {
 
 impl Receiver {
     /// One that has heard nothing.
+    #[must_use]
     pub fn new() -> Self {
         Self::default()
     }
@@ -95,6 +139,7 @@ impl Receiver {
     }
 
     /// What came so far.
+    #[must_use]
     pub fn counts(&self) -> LineCounts {
         self.counts
     }

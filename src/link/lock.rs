@@ -34,16 +34,19 @@ pub type Proof = [u8; PROOF_BYTES];
 
 impl Key {
     /// The challenge of a session.
+    #[must_use]
     pub fn challenge(&self, entropy: &[u8; PROOF_BYTES], session: u32) -> Proof {
         self.first_bytes(&[b"gmhm challenge", entropy, &session.to_le_bytes()])
     }
 
     /// The proof for the body of a request.
+    #[must_use]
     pub fn prove(&self, challenge: &Proof, body: &[u8]) -> Proof {
         self.first_bytes(&[b"gmhm request", challenge, body])
     }
 
     /// Whether a proof is that of a body, in a time that does not depend on where it differs.
+    #[must_use]
     pub fn proves(&self, challenge: &Proof, body: &[u8], proof: &Proof) -> bool {
         self.of_parts(&[b"gmhm request", challenge, body]).is_some_and(|code| code.verify_truncated_left(proof).is_ok())
     }

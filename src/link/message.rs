@@ -118,6 +118,7 @@ pub enum Request<'a> {
 
 impl<'a> Request<'a> {
     /// Its number.
+    #[must_use]
     pub const fn command(&self) -> u8 {
         match self {
             Self::Identify => 1,
@@ -141,6 +142,7 @@ impl<'a> Request<'a> {
     }
 
     /// Whether it changes anything, and so must be the session's next.
+    #[must_use]
     pub const fn changes(&self) -> bool {
         !matches!(
             self,
@@ -149,12 +151,14 @@ impl<'a> Request<'a> {
     }
 
     /// Its frame. Bytes beyond [`MOST_BYTES`] are left out.
+    #[must_use]
     pub fn encode(&self, tag: Tag) -> Frame {
         frame::encode(&self.body(self.command(), tag))
     }
 
     /// Its frame with the proof that the host knows the key of a drive with this challenge.
     #[cfg(feature = "lock")]
+    #[must_use]
     pub fn encode_proven(&self, tag: Tag, key: &super::lock::Key, challenge: &[u8; PROOF_BYTES]) -> Frame {
         let mut body = self.body(self.command() | PROVEN, tag);
         let proof = key.prove(challenge, &body);
@@ -180,6 +184,7 @@ impl<'a> Request<'a> {
     }
 
     /// The request of a body without a proof: its command, its tag, and what it asks. `None` where it is no request at all.
+    #[must_use]
     pub fn decode(body: &'a [u8]) -> Option<(u8, Tag, Result<Self, Refusal>)> {
         let mut fields = Fields(body);
         let (version, command, tag) = (fields.u8()?, fields.u8()?, fields.tag()?);
@@ -213,11 +218,13 @@ pub struct Asked<'a> {
 
 impl<'a> Asked<'a> {
     /// A request without a proof.
+    #[must_use]
     pub const fn plain(request: Request<'a>, tag: Tag) -> Self {
         Self { command: request.command(), tag, request: Ok(request), proof: None }
     }
 
     /// The request of a body. `None` where it is no request at all.
+    #[must_use]
     pub fn of_body(body: &'a [u8]) -> Option<Self> {
         let is_proven = body.get(1).is_some_and(|command| command & (ANSWER | PROVEN) == PROVEN);
         let proof = if is_proven { Some(body.split_last_chunk()?) } else { None };
@@ -434,6 +441,7 @@ impl<'a> Answer<'a> {
     }
 
     /// The answer of a body to a request: the command, its tag, the answer. `None` where it is none.
+    #[must_use]
     pub fn decode(body: &'a [u8]) -> Option<(u8, Tag, Self)> {
         let mut fields = Fields(body);
         let (version, command, tag) = (fields.u8()?, fields.u8()?, fields.tag()?);

@@ -45,11 +45,13 @@ pub enum DataType {
 
 impl DataType {
     /// Its number.
+    #[must_use]
     pub const fn number(self) -> u16 {
         self as u16
     }
 
     /// How many bytes a value takes; `None` where they vary.
+    #[must_use]
     pub const fn bytes(self) -> Option<usize> {
         match self {
             Self::Unsigned8 => Some(1),
@@ -188,11 +190,13 @@ const RECORDS: [(u16, &str); 11] = [
 ];
 
 /// The name of a record; empty where there is none.
+#[must_use]
 pub fn record_name(index: u16) -> &'static str {
     RECORDS.iter().find(|(known, _)| *known == index).map_or("", |(_, name)| name)
 }
 
 /// The highest sub-index of a record; 0 where there is no such record.
+#[must_use]
 pub fn highest_sub(index: u16) -> u8 {
     OBJECTS.iter().filter(|object| object.index == index).map(|object| object.sub).max().unwrap_or(0)
 }

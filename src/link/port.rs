@@ -3,7 +3,7 @@
 use embedded_storage::nor_flash::NorFlash;
 
 use super::drive::Drive;
-use super::frame::{Frame, Receiver};
+use super::frame::Receiver;
 use super::message::{Answer, Asked, LinkDiagnostics, MOST_BYTES, Request};
 use super::server::Server;
 use crate::store::{Entry, Store};
@@ -35,7 +35,7 @@ impl<F: NorFlash, const ROOM: usize> Port<F, ROOM> {
     }
 
     /// Takes bytes from the line and hands back the frames that answer them.
-    pub fn receive(&mut self, bytes: &[u8], drive: &mut impl Drive, mut send: impl FnMut(&Frame)) {
+    pub fn receive(&mut self, bytes: &[u8], drive: &mut impl Drive, mut send: impl FnMut(&[u8])) {
         for byte in bytes {
             let Some(asked) = self.receiver.feed(*byte).and_then(Asked::of_body) else { continue };
             let (command, tag) = (asked.command, asked.tag);

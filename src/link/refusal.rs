@@ -92,16 +92,19 @@ impl Refusal {
     ];
 
     /// Its number.
+    #[must_use]
     pub const fn number(self) -> u8 {
         self as u8
     }
 
     /// The reason of a number.
+    #[must_use]
     pub fn of_number(number: u8) -> Option<Self> {
         Self::ALL.into_iter().find(|refusal| refusal.number() == number)
     }
 
     /// The SDO abort code of CiA 301 for it.
+    #[must_use]
     pub const fn abort_code(self) -> u32 {
         match self {
             Self::Command => 0x0504_0001,

@@ -39,6 +39,7 @@ enum Transfer {
 
 impl SdoServer {
     /// No transfer.
+    #[must_use]
     pub const fn new() -> Self {
         Self { transfer: Transfer::Idle }
     }

@@ -31,6 +31,7 @@ pub enum AnyMemory<S: Scalar, const N: usize> {
 
 impl<S: Scalar> AnyLaw<S> {
     /// The law that the parameters name; law `time` at the sample period Δ (s).
+    #[must_use]
     pub fn new(params: &Params, period_s: f64) -> Self {
         match params.memory().law {
             Law::Masing => Self::Masing(Masing::new(params)),

@@ -32,6 +32,7 @@ pub struct ClosedForm<S> {
 impl<S: Float> ClosedForm<S> {
     /// The cycle of a gear with the kernel that its parameters name. ω must be above zero, as in laws `masing` and `phase`; the law itself
     /// does not matter.
+    #[must_use]
     pub fn new(params: &Params) -> Self {
         let memory = params.memory();
         let a = params.rated_deflection_rad();

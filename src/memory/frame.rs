@@ -17,6 +17,7 @@ pub struct Frame<S> {
 
 impl<S: Scalar> Frame<S> {
     /// The frame of a gear: radians and N·m for floats, fractions of A and T_A for fixed point.
+    #[must_use]
     pub fn new(params: &Params) -> Self {
         Self::of(params.rated_deflection_rad(), params.torque_scale_nm())
     }

@@ -306,6 +306,7 @@ pub struct Masing<S> {
 
 impl<S: Scalar> Masing<S> {
     /// The coefficients of a gear, whatever the law that its parameters name.
+    #[must_use]
     pub fn new(params: &Params) -> Self {
         let a = params.rated_deflection_rad();
         let (memory, scale) = (params.memory(), params.torque_scale_nm());
@@ -392,6 +393,7 @@ impl<S: Scalar> Masing<S> {
 }
 
 /// −θ·g(θ): the column that e multiplies in law `masing`, rad.
+#[must_use]
 pub fn single_valued_column(frame: &Frame<f64>, theta_rad: f64) -> f64 {
     -theta_rad * frame.gate(theta_rad)
 }

@@ -62,6 +62,7 @@ impl<S: Scalar> PhaseState<S> {
 impl<S: Scalar> Phase<S> {
     /// The coefficients of a gear, whatever the law that its parameters name. ω = 0 has no pseudo-time decay to speak of:
     /// the memory then forgets at once.
+    #[must_use]
     pub fn new(params: &Params) -> Self {
         let memory = params.memory();
         let a = params.rated_deflection_rad() / params.torque_scale_nm();

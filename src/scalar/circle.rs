@@ -24,6 +24,7 @@ fn reduce(x: f32) -> (f32, u32) {
 
 /// sin x and cos x within 1e-7 up to a thousand turns (6283 rad); there the rounding of x itself is up to 2.4e-4.
 #[inline]
+#[must_use]
 pub fn sin_cos(x: f32) -> (f32, f32) {
     let (r, quarter) = reduce(x);
     let z = r * r;
@@ -39,6 +40,7 @@ pub fn sin_cos(x: f32) -> (f32, f32) {
 
 /// x less whole turns, within ±3.143 up to a thousand turns.
 #[inline]
+#[must_use]
 pub fn wrap(x: f32) -> f32 {
     const TURN: [f32; 3] = [4.0 * QUARTER[0], 4.0 * QUARTER[1], 4.0 * QUARTER[2]];
     let turns = x * (0.25 * TURNS_OF_QUARTER);
@@ -51,6 +53,7 @@ pub fn wrap(x: f32) -> f32 {
 
 /// arcsin x within 4e-8 for abs(x) ≤ 1/2; farther out it is no arcsine.
 #[inline(never)]
+#[must_use]
 pub fn arcsine(x: f32) -> f32 {
     let z = x * x;
     let tail = 0.166_667_52 + z * (0.074_952_975 + z * (0.045_470_376 + z * (0.024_179_526 + z * 0.042_166_285)));

@@ -195,13 +195,13 @@ fn sqrt(x: f64) -> f64 {
     if x > 0.0 { libm::sqrt(x) } else { 0.0 }
 }
 
-#[cfg(not(all(target_arch = "arm", target_abi = "eabihf")))]
+#[cfg(not(any(all(target_arch = "arm", target_abi = "eabihf"), riscv_float_unit)))]
 #[inline]
 fn sqrtf(x: f32) -> f32 {
     if x > 0.0 { libm::sqrtf(x) } else { 0.0 }
 }
 
-/// The one unsafe place of this crate: `libm` computes square roots in software where the core has an instruction for it.
+/// With its twin below the one unsafe place of this crate: `libm` computes square roots in software where the core has an instruction for it.
 /// VSQRT.F32 is correctly rounded, as `libm` is, so the bits are the same.
 #[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
 #[inline]
@@ -223,6 +223,22 @@ fn sqrtf(x: f32) -> f32 {
         );
     }
     f32::from_bits(root)
+}
+
+/// The same on RISC-V: FSQRT.S is correctly rounded, too.
+#[cfg(riscv_float_unit)]
+#[inline]
+#[allow(unsafe_code, reason = "an instruction that only assembly reaches")]
+fn sqrtf(x: f32) -> f32 {
+    if !(x > 0.0) {
+        return 0.0;
+    }
+    let root: f32;
+    // SAFETY: reads and writes registers only; the target has the unit.
+    unsafe {
+        core::arch::asm!("fsqrt.s {root}, {x}", x = in(freg) x, root = lateout(freg) root, options(pure, nomem, nostack));
+    }
+    root
 }
 
 #[cfg(feature = "micromath")]

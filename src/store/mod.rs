@@ -40,11 +40,13 @@ use window::{WINDOW_BYTES, Window, copy};
 pub const ATTEMPTS: u32 = 3;
 
 /// The sequence number that follows another; 0 is that of a block that no drive has stored.
+#[must_use]
 pub const fn next_sequence(sequence: u32) -> u32 {
     if sequence == u32::MAX { 1 } else { sequence + 1 }
 }
 
 /// Whether a block of sequence number `a` is newer than one of `b`.
+#[must_use]
 pub const fn is_newer(a: u32, b: u32) -> bool {
     match (a, b) {
         (1, u32::MAX) => true,
@@ -66,6 +68,7 @@ pub enum Slot {
 
 impl Slot {
     /// The other one.
+    #[must_use]
     pub const fn other(self) -> Self {
         match self {
             Self::A => Self::B,

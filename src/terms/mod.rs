@@ -216,16 +216,19 @@ kinds! {
 }
 
 /// The registry's entry of a kind.
+#[must_use]
 pub fn kind(name: &str) -> Option<&'static KindInfo> {
     KINDS.iter().find(|kind| kind.name == name)
 }
 
 /// The registry's entry of a kind by its number in parameter blocks.
+#[must_use]
 pub fn kind_of_tag(tag: u16) -> Option<&'static KindInfo> {
     TAGS.iter().zip(KINDS).find(|(known, _)| **known == tag).map(|(_, kind)| kind)
 }
 
 /// The number of a kind in parameter blocks.
+#[must_use]
 pub fn tag_of_kind(name: &str) -> Option<u16> {
     TAGS.iter().zip(KINDS).find(|(_, kind)| kind.name == name).map(|(tag, _)| *tag)
 }

@@ -103,6 +103,7 @@ pub enum TermError {
 
 impl TermError {
     /// The key to blame.
+    #[must_use]
     pub const fn key(&self) -> Option<&'static str> {
         match self {
             Self::UnknownKind | Self::StackFull | Self::NoRatedDeflection => None,

@@ -125,6 +125,7 @@ pub enum Range {
 
 impl Range {
     /// Whether a number lies within it; NaN and infinities never do.
+    #[must_use]
     pub fn holds(self, x: f64) -> bool {
         // A NaN is in no range.
         match self {
@@ -142,6 +143,7 @@ impl Range {
     }
 
     /// Nothing below this lies within it.
+    #[must_use]
     pub const fn lowest(self) -> f64 {
         match self {
             Self::Any | Self::NotZero => f64::NEG_INFINITY,
@@ -153,6 +155,7 @@ impl Range {
     }
 
     /// What it takes, in words: "must be …".
+    #[must_use]
     pub const fn words(self) -> &'static str {
         match self {
             Self::Any => "finite",
@@ -215,79 +218,93 @@ impl KeyInfo {
     }
 
     /// A number that the response is proportional to.
+    #[must_use]
     pub const fn linear(name: &'static str, unit: &'static str, words: &'static str) -> Self {
         Self::new(name, unit, Form::Number, Role::Linear, words)
     }
 
     /// A list of such numbers.
+    #[must_use]
     pub const fn linear_list(name: &'static str, unit: &'static str, most: usize, words: &'static str) -> Self {
         Self::new(name, unit, Form::List { most }, Role::Linear, words)
     }
 
     /// A number that shapes the response.
+    #[must_use]
     pub const fn shape(name: &'static str, unit: &'static str, words: &'static str) -> Self {
         Self::new(name, unit, Form::Number, Role::Nonlinear, words)
     }
 
     /// A list of such numbers.
+    #[must_use]
     pub const fn shape_list(name: &'static str, unit: &'static str, most: usize, words: &'static str) -> Self {
         Self::new(name, unit, Form::List { most }, Role::Nonlinear, words)
     }
 
     /// One of some words.
+    #[must_use]
     pub const fn choice(name: &'static str, words_accepted: &'static [&'static str], words: &'static str) -> Self {
         Self::new(name, "", Form::Choice(words_accepted), Role::Structure, words)
     }
 
     /// Only within a range.
+    #[must_use]
     pub const fn within_range(mut self, range: Range) -> Self {
         self.range = range;
         self
     }
 
     /// Decided beforehand.
+    #[must_use]
     pub const fn decided(mut self) -> Self {
         self.role = Role::Structure;
         self
     }
 
     /// Only 0 and above.
+    #[must_use]
     pub const fn at_least_zero(mut self) -> Self {
         self.range = Range::AtLeastZero;
         self
     }
 
     /// Only above 0.
+    #[must_use]
     pub const fn positive(mut self) -> Self {
         self.range = Range::Positive;
         self
     }
 
     /// May be left out.
+    #[must_use]
     pub const fn optional(mut self) -> Self {
         self.optional = true;
         self
     }
 
     /// May be left out, and is so much then. Its kind has got it since the first format of blocks.
+    #[must_use]
     pub const fn appended(mut self, absent: f64) -> Self {
         (self.optional, self.appended, self.absent) = (true, true, absent);
         self
     }
 
     /// Only for these shapes.
+    #[must_use]
     pub const fn of_shapes(mut self, shapes: &'static [&'static str]) -> Self {
         self.shapes = shapes;
         self
     }
 
     /// Where it usually lies.
+    #[must_use]
     pub const fn within(mut self, low: f64, high: f64) -> Self {
         self.plausible = (low, high);
         self
     }
 
     /// Whether a term of this shape has the key. A shape that is none has all.
+    #[must_use]
     pub fn belongs_to(&self, shape: Option<&str>) -> bool {
         match shape {
             Some(shape) if !self.shapes.is_empty() => {
@@ -324,6 +341,7 @@ pub struct KindInfo {
 
 impl KindInfo {
     /// The key of this name.
+    #[must_use]
     pub fn key(&self, name: &str) -> Option<&'static KeyInfo> {
         self.keys.iter().find(|key| key.name == name)
     }
@@ -331,6 +349,7 @@ impl KindInfo {
 
 impl KindInfo {
     /// Whether its torque follows the deflection or its rate, and so is one of the gear itself.
+    #[must_use]
     pub const fn is_of_gear(&self) -> bool {
         let (mut needs, mut follows) = (self.needs, false);
         // A `for` cannot run at compile time.
@@ -344,6 +363,7 @@ impl KindInfo {
 
 impl Need {
     /// What it is, in words.
+    #[must_use]
     pub const fn words(self) -> &'static str {
         match self {
             Self::MotorAngle => "the motor angle",
@@ -393,11 +413,13 @@ impl Coordinate {
     ];
 
     /// Its name in model files and diagnoses.
+    #[must_use]
     pub const fn name(self) -> &'static str {
         Self::NAMES[self as usize]
     }
 
     /// The signals that tell it.
+    #[must_use]
     pub const fn needs(self) -> &'static [Need] {
         match self {
             Self::MotorAngle => &[Need::MotorAngle],

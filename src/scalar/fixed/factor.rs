@@ -12,6 +12,7 @@ pub struct Factor {
 
 impl Factor {
     /// The nearest factor; what is not finite counts as 0.
+    #[must_use]
     pub fn new(x: f64) -> Self {
         if !libm::fabs(x).is_finite() {
             return Self { mantissa: 0, exponent: 0 };
@@ -23,12 +24,14 @@ impl Factor {
 
     /// A whole number to a fixed-point number, to nearest; saturates.
     #[inline]
+    #[must_use]
     pub fn to_fixed(self, whole: i32) -> Fixed {
         Fixed::from_bits(self.times(whole, -FRACTION.cast_signed()))
     }
 
     /// A fixed-point number to a whole one, to nearest; saturates.
     #[inline]
+    #[must_use]
     pub fn to_whole(self, fixed: Fixed) -> i32 {
         self.times(fixed.to_bits(), FRACTION.cast_signed())
     }

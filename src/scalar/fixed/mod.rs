@@ -63,17 +63,20 @@ const TO_CARRY: i32 = 4;
 
 impl Gain {
     /// The gain of a mantissa and a shift; `None` where the top bit of the mantissa is not used, or the shift is beyond 0 to 127.
+    #[must_use]
     pub const fn from_parts(mantissa: i32, shift: i32) -> Option<Self> {
         let full = mantissa == 0 || shift == 0 || mantissa.unsigned_abs() >= 1 << 30;
         if full && 0 <= shift && shift <= i8::MAX as i32 { Some(Self { mantissa, shift }) } else { None }
     }
 
     /// Mantissa and shift.
+    #[must_use]
     pub const fn parts(self) -> (i32, i32) {
         (self.mantissa, self.shift)
     }
 
     /// The exact value.
+    #[must_use]
     pub fn to_f64(self) -> f64 {
         libm::ldexp(f64::from(self.mantissa), -(FRACTION.cast_signed() + self.shift))
     }
@@ -88,12 +91,14 @@ impl Gain {
 impl Fixed {
     /// The value of a word in units of 2^−28.
     #[inline]
+    #[must_use]
     pub const fn from_bits(bits: i32) -> Self {
         Self(I4F28::from_bits(bits))
     }
 
     /// The word.
     #[inline]
+    #[must_use]
     pub const fn to_bits(self) -> i32 {
         self.0.to_bits()
     }

@@ -46,7 +46,7 @@ impl Lockstep {
             // One request, one answer: nothing comes after it.
             for byte in &bytes[..count] {
                 if let Some(answer) = self.receiver.feed(*byte) {
-                    return Body::from_slice(answer).map_err(|_| DeviceError::NotUnderstood);
+                    return Body::from_slice(answer).ok_or(DeviceError::NotUnderstood);
                 }
             }
         }

@@ -111,7 +111,7 @@ impl VirtualDrive {
             let starts = body.first() == Some(&1) && body.len() == START_BYTES && body.get(1).is_some_and(|f| *f < 4);
             self.in_lockstep = starts || (self.in_lockstep && body.len() == PERIOD_BYTES);
             if self.in_lockstep {
-                answers.extend(self.lockstep.answer(body).iter().flat_map(|answer| frame::encode(answer)));
+                answers.extend(self.lockstep.answer(body).iter().flat_map(|answer| frame::encode(answer).to_vec()));
                 continue;
             }
             let before = answers.len();
