@@ -8,7 +8,7 @@ use gmhm::memory::AnyLaw;
 use gmhm::terms::Stack;
 use gmhm::terms::feedforward::{CompensatedFeedForward, CompensatedFeedForwardState};
 
-use crate::joint::{DEPTH, NO_SETTING, TERMS, check, plant, sum};
+use crate::joint::{DEPTH, NO_SETTING, TERMS, check, plant, status_flags, sum};
 use crate::types::{ContributionC, DemandC, LimitsC, SampleC, flag, need};
 use crate::{NO_INVERSE, NULL, OK, PERIOD, UNIT, VALUE, bytes};
 
@@ -77,22 +77,12 @@ impl FeedForwardC {
         let contribution = ContributionC {
             offset_rad: now.offset,
             change_rad: now.change,
-            hysteresis_nm: now.base.hysteresis,
-            gain: now.base.gain,
-            certainty: now.base.certainty,
-            model_torque_nm: output.torque,
-            model_hysteresis_nm: output.hysteresis,
             gear_terms_nm: now.gear_torque,
             joint_terms_nm: now.joint_torque,
+            ..ContributionC::of(&now.base, &output)
         };
-        let flags = [
-            (now.refused, flag::REFUSED),
-            (now.base.saturated, flag::SATURATED),
-            (status.out_of_range, flag::OUT_OF_RANGE),
-            (status.quarantined, flag::QUARANTINED),
-            (status.restarted, flag::RESTARTED),
-        ];
-        Some((contribution, sum(&flags)))
+        let flags = status_flags(now.refused, &status) | sum(&[(now.base.saturated, flag::SATURATED)]);
+        Some((contribution, flags))
     }
 }
 

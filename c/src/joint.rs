@@ -8,7 +8,7 @@ use gmhm::terms::compensated::{Compensated, CompensatedState, Total};
 use gmhm::terms::{Sample, Setting, Stack};
 use gmhm::{Gear, Inverse, Output, Solution, State, Status};
 
-use crate::types::{DiagnosticsC, EncodersC, OutputC, SampleC, SolutionC, StatusC, flag, need};
+use crate::types::{Answer, DiagnosticsC, EncodersC, OutputC, SampleC, SolutionC, StatusC, flag, need};
 
 /// Turning points that a joint remembers.
 pub(crate) const DEPTH: usize = 16;
@@ -242,7 +242,7 @@ impl Joint {
     }
 
     pub(crate) fn step(&mut self, sample: &SampleC) -> OutputC {
-        let Some(force) = &self.force else { return OutputC { flags: flag::NOT_LOADED, ..OutputC::default() } };
+        let Some(force) = &self.force else { return OutputC::not_loaded() };
         let Compensated { gear, stack } = &force.compensated;
         let output = match &mut self.path {
             Path::New if stack.terms().is_empty() => {
@@ -308,7 +308,7 @@ impl Joint {
     }
 
     pub(crate) fn status(&self) -> StatusC {
-        let Some(force) = &self.force else { return StatusC { flags: flag::NOT_LOADED, ..StatusC::default() } };
+        let Some(force) = &self.force else { return StatusC::not_loaded() };
         let Compensated { gear, stack } = &force.compensated;
         let at_rest = gear.start::<DEPTH>(0.0);
         let state = self.path.base().unwrap_or(&at_rest);
@@ -356,7 +356,7 @@ fn base_output(output: Output<f32>, state: &State<f32, DEPTH>) -> OutputC {
     }
 }
 
-fn status_flags(refused: bool, status: &Status) -> u32 {
+pub(crate) fn status_flags(refused: bool, status: &Status) -> u32 {
     sum(&[
         (refused, flag::REFUSED),
         (status.out_of_range, flag::OUT_OF_RANGE),

@@ -6,6 +6,7 @@ use gmhm::block::{BlockError, Prepared, TorqueUnit};
 use gmhm::feedforward::{FeedForward, FeedForwardState};
 use gmhm::memory::masing::Masing;
 
+use crate::joint::{status_flags, sum};
 use crate::types::{ContributionC, DemandC, LimitsC, flag};
 use crate::{NULL, OK, UNIT, VALUE, bytes};
 
@@ -121,23 +122,6 @@ pub extern "C" fn gmhm_law_step(
     let now = feed.step(state, &demand.controls(), &demand.demand());
     let output = feed.inverse().gear().output(state.gear());
     let status = state.gear().status();
-    *to = ContributionC {
-        offset_rad: now.offset,
-        change_rad: now.change,
-        hysteresis_nm: now.hysteresis,
-        gain: now.gain,
-        certainty: now.certainty,
-        model_torque_nm: output.torque,
-        model_hysteresis_nm: output.hysteresis,
-        ..ContributionC::default()
-    };
-    [
-        (now.refused, flag::REFUSED),
-        (now.saturated, flag::SATURATED),
-        (status.out_of_range, flag::OUT_OF_RANGE),
-        (status.quarantined, flag::QUARANTINED),
-        (status.restarted, flag::RESTARTED),
-    ]
-    .into_iter()
-    .fold(0, |sum, (set, flag)| if set { sum | flag } else { sum })
+    *to = ContributionC::of(&now, &output);
+    status_flags(now.refused, &status) | sum(&[(now.saturated, flag::SATURATED)])
 }

@@ -21,6 +21,7 @@ use core::mem::MaybeUninit;
 use gmhm::block::{TorqueUnit, sdo_abort};
 
 use crate::joint::LoadError;
+use crate::types::Answer;
 
 pub use feed_forward::{
     FEED_FORWARD_WORDS, FeedForwardC, gmhm_feed_forward_init, gmhm_feed_forward_load, gmhm_feed_forward_needs,
@@ -79,6 +80,12 @@ unsafe fn bytes<'a>(pointer: *const u8, length: u32) -> Option<&'a [u8]> {
     let length = usize::try_from(length).ok()?;
     // SAFETY: not null, and the caller of the C function vouches for the bytes.
     (!pointer.is_null()).then(|| unsafe { core::slice::from_raw_parts(pointer, length) })
+}
+
+/// Writes what a call answers, or that nothing is loaded, and returns its flags. Nothing is called where there is no place to write to.
+fn answer<T: Answer>(to: Option<&mut MaybeUninit<T>>, call: impl FnOnce() -> Option<T>) -> u32 {
+    let Some(to) = to else { return flag::NOT_LOADED };
+    *to.write(call().unwrap_or_else(T::not_loaded)).flags()
 }
 
 /// See `gmhm.h`.
@@ -146,12 +153,7 @@ pub extern "C" fn gmhm_step_counts(
     sample: Option<&SampleC>,
     to: Option<&mut MaybeUninit<OutputC>>,
 ) -> u32 {
-    let Some(to) = to else { return flag::NOT_LOADED };
-    let to = to.write(OutputC { flags: flag::NOT_LOADED, ..OutputC::default() });
-    if let (Some(joint), Some(sample)) = (joint, sample) {
-        *to = joint.step_counts(motor, output, sample);
-    }
-    to.flags
+    answer(to, || Some(joint?.step_counts(motor, output, sample?)))
 }
 
 /// See `gmhm.h`.
@@ -187,12 +189,7 @@ pub extern "C" fn gmhm_step(
     sample: Option<&SampleC>,
     to: Option<&mut MaybeUninit<OutputC>>,
 ) -> u32 {
-    let Some(to) = to else { return flag::NOT_LOADED };
-    let to = to.write(OutputC { flags: flag::NOT_LOADED, ..OutputC::default() });
-    if let (Some(joint), Some(sample)) = (joint, sample) {
-        *to = joint.step(sample);
-    }
-    to.flags
+    answer(to, || Some(joint?.step(sample?)))
 }
 
 /// See `gmhm.h`.
@@ -204,20 +201,14 @@ pub extern "C" fn gmhm_invert(
     sample: Option<&SampleC>,
     to: Option<&mut MaybeUninit<SolutionC>>,
 ) -> u32 {
-    let Some(to) = to else { return flag::NOT_LOADED };
-    let to = to.write(SolutionC { flags: flag::NOT_LOADED, ..SolutionC::default() });
-    if let Some(joint) = joint {
-        *to = joint.invert(torque_nm, sample);
-    }
-    to.flags
+    answer(to, || Some(joint?.invert(torque_nm, sample)))
 }
 
 /// See `gmhm.h`.
 // SAFETY: as for `gmhm_init`.
 #[unsafe(no_mangle)]
 pub extern "C" fn gmhm_get_status(joint: Option<&Joint>, to: Option<&mut MaybeUninit<StatusC>>) -> u32 {
-    let Some(to) = to else { return flag::NOT_LOADED };
-    to.write(joint.map_or(StatusC { flags: flag::NOT_LOADED, ..StatusC::default() }, Joint::status)).flags
+    answer(to, || joint.map(Joint::status))
 }
 
 /// See `gmhm.h`.

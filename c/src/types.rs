@@ -1,6 +1,7 @@
 //! The structures of `gmhm.h`, field by field.
 
-use gmhm::feedforward::{Controls, Demand, Limits, Source};
+use gmhm::Output;
+use gmhm::feedforward::{Contribution, Controls, Demand, Limits, Source};
 use gmhm::terms::Sample;
 
 /// `gmhm_sample`.
@@ -185,6 +186,22 @@ pub struct ContributionC {
     pub joint_terms_nm: f32,
 }
 
+impl ContributionC {
+    /// That of the base model, no terms beside it.
+    pub(crate) fn of(now: &Contribution<f32>, output: &Output<f32>) -> Self {
+        Self {
+            offset_rad: now.offset,
+            change_rad: now.change,
+            hysteresis_nm: now.hysteresis,
+            gain: now.gain,
+            certainty: now.certainty,
+            model_torque_nm: output.torque,
+            model_hysteresis_nm: output.hysteresis,
+            ..Self::default()
+        }
+    }
+}
+
 /// `gmhm_live`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[repr(C)]
@@ -237,6 +254,37 @@ pub struct DiagnosticsC {
     pub last_fault: u32,
     /// [`SelfTest`](gmhm::diagnostics::SelfTest), by its number.
     pub self_test: u32,
+}
+
+/// What a call answers; its flags say what is wrong.
+pub(crate) trait Answer: Default {
+    /// [`flag`]s.
+    fn flags(&mut self) -> &mut u32;
+
+    /// That of a joint without parameters.
+    fn not_loaded() -> Self {
+        let mut answer = Self::default();
+        *answer.flags() = flag::NOT_LOADED;
+        answer
+    }
+}
+
+impl Answer for OutputC {
+    fn flags(&mut self) -> &mut u32 {
+        &mut self.flags
+    }
+}
+
+impl Answer for SolutionC {
+    fn flags(&mut self) -> &mut u32 {
+        &mut self.flags
+    }
+}
+
+impl Answer for StatusC {
+    fn flags(&mut self) -> &mut u32 {
+        &mut self.flags
+    }
 }
 
 /// Bits of the flags of outputs, solutions and status.

@@ -86,6 +86,8 @@ pub struct CompensatedSolution<S> {
 /// What the gear has to carry at a sample.
 struct Balance<S: Float<Carry = S>, const K: usize> {
     carried: S,
+    /// What stands between the gear's θ and the encoders'.
+    error: S,
     parts: Parts<S>,
     stack: StackState<S, K>,
     converged: bool,
@@ -100,13 +102,16 @@ enum Asked {
     Carried,
 }
 
-/// Finds the torque that the gear carries when T* is asked for. Nothing of a state moves.
+/// Finds the torque that the gear carries when T* is asked for. Nothing of a state moves. `None` where a number of the torque, the sample or the terms is NaN or infinite.
 fn balance<S: Float<Carry = S>, L: Invertible<S>, const N: usize, const K: usize>(
     (inverse, stack): (&Inverse<S, L>, &Stack<S, K>),
     (gear, terms, last): (&State<S, N, L>, &StackState<S, K>, &Parts<S>),
     (torque, asked): (S, Asked),
     sample: &Sample<S>,
-) -> Balance<S, K> {
+) -> Option<Balance<S, K>> {
+    if !torque.is_finite() || !sample.is_finite() {
+        return None;
+    }
     let searches = stack.follows_gear();
     let at = |carried: S| {
         let theta = if searches { inverse.peek(gear, carried).theta } else { gear.theta() };
@@ -135,12 +140,29 @@ fn balance<S: Float<Carry = S>, L: Invertible<S>, const N: usize, const K: usize
         (parts, state) = at(torque - taken);
     }
     let converged = !searches || (of(&parts) - taken).abs() <= tolerance;
-    Balance { carried: torque - of(&parts), parts, stack: state, converged }
+    let (carried, error) = (torque - of(&parts), deflection_error(stack, sample));
+    (carried.is_finite() && error.is_finite()).then_some(Balance { carried, error, parts, stack: state, converged })
 }
 
 /// Σ of what stands between the gear's θ and the encoders', as far as the sample tells it.
 fn deflection_error<S: Float<Carry = S>, const K: usize>(stack: &Stack<S, K>, sample: &Sample<S>) -> S {
     stack.terms().iter().fold(S::ZERO, |sum, term| sum + term.deflection_error(sample))
+}
+
+/// The present deflection of the gear, where a torque or a sample is refused.
+fn refused<S: Float<Carry = S>, L: Invertible<S>, const N: usize>(
+    inverse: &Inverse<S, L>,
+    gear: &State<S, N, L>,
+    terms: Parts<S>,
+) -> CompensatedSolution<S> {
+    let theta = gear.theta();
+    CompensatedSolution {
+        measured: theta,
+        gear: Solution { refused: true, theta, ..inverse.peek(gear, S::ZERO) },
+        base_torque: inverse.gear().output(gear).torque,
+        terms,
+        converged: true,
+    }
 }
 
 /// Gear and terms at a first sample.
@@ -175,33 +197,18 @@ impl<S: Float<Carry = S>, L: Invertible<S>, const K: usize> CompensatedInverse<S
         torque: S,
         sample: &Sample<S>,
     ) -> CompensatedSolution<S> {
-        let refused = |state: &CompensatedInverseState<S, N, L, K>| {
-            let gear = Solution { refused: true, ..self.inverse.peek(&state.gear, S::ZERO) };
-            let theta = state.gear.theta();
-            CompensatedSolution {
-                measured: theta,
-                gear: Solution { theta, ..gear },
-                base_torque: self.inverse.gear().output(&state.gear).torque,
-                terms: state.terms.last,
-                converged: true,
-            }
+        let (both, terms) = ((&self.inverse, &self.stack), &state.terms);
+        let Some(found) = balance(both, (&state.gear, &terms.stack, &terms.last), (torque, Asked::Total), sample)
+        else {
+            return refused(&self.inverse, &state.gear, state.terms.last);
         };
-        if !torque.is_finite() || !sample.is_finite() {
-            return refused(state);
-        }
-        let both = (&self.inverse, &self.stack);
-        let found = balance(both, (&state.gear, &state.terms.stack, &state.terms.last), (torque, Asked::Total), sample);
-        let error = deflection_error(&self.stack, sample);
-        if !found.carried.is_finite() || !error.is_finite() {
-            return refused(state);
-        }
         let (gear, output) = self.inverse.commit(&mut state.gear, found.carried);
         if gear.refused {
-            return refused(state);
+            return refused(&self.inverse, &state.gear, state.terms.last);
         }
         state.terms = TermsState { stack: found.stack, last: found.parts };
         CompensatedSolution {
-            measured: gear.theta + error,
+            measured: gear.theta + found.error,
             gear,
             base_torque: output.torque,
             terms: found.parts,
@@ -222,25 +229,19 @@ impl<S: Float<Carry = S>, const N: usize, L: Invertible<S> + VaryingPeriod<S>, c
         torque: S,
         sample: &Sample<S>,
     ) -> CompensatedSolution<S> {
-        let base_torque = inverse.gear().output(self.gear()).torque;
         let none = Parts::default();
-        if torque.is_finite() && sample.is_finite() {
-            let found = balance((inverse, stack), (self.gear(), self.stack(), &none), (torque, Asked::Total), sample);
-            let error = deflection_error(stack, sample);
-            if found.carried.is_finite() && error.is_finite() {
-                let gear = inverse.peek(self.gear(), found.carried);
-                let (terms, converged) = (found.parts, found.converged);
-                return CompensatedSolution {
-                    measured: gear.theta + error,
-                    gear,
-                    base_torque: found.carried,
-                    terms,
-                    converged,
-                };
-            }
+        let of_state = (self.gear(), self.stack(), &none);
+        let Some(found) = balance((inverse, stack), of_state, (torque, Asked::Total), sample) else {
+            return refused(inverse, self.gear(), none);
+        };
+        let gear = inverse.peek(self.gear(), found.carried);
+        CompensatedSolution {
+            measured: gear.theta + found.error,
+            gear,
+            base_torque: found.carried,
+            terms: found.parts,
+            converged: found.converged,
         }
-        let gear = Solution { refused: true, theta: self.gear().theta(), ..inverse.peek(self.gear(), S::ZERO) };
-        CompensatedSolution { measured: gear.theta, gear, base_torque, terms: none, converged: true }
     }
 }
 
@@ -341,19 +342,18 @@ impl<S: Float<Carry = S>, L: Invertible<S>, const K: usize> CompensatedFeedForwa
         sample: &Sample<S>,
     ) -> Compensation<S> {
         let asked = if self.stack.setting().sigma > S::ZERO { Asked::Carried } else { Asked::Total };
-        let mut carried = demand.torque - total(&state.terms.last, asked);
-        let mut refused = true;
-        if demand.torque.is_finite() && sample.is_finite() {
-            let both = (self.feed_forward.inverse(), &self.stack);
-            let TermsState { stack, last } = &state.terms;
-            let found = balance(both, (state.feed_forward.gear(), stack, last), (demand.torque, asked), sample);
-            let error = deflection_error(&self.stack, sample);
-            if found.carried.is_finite() && error.is_finite() {
-                (carried, refused) = (found.carried, false);
+        let both = (self.feed_forward.inverse(), &self.stack);
+        let of_state = (state.feed_forward.gear(), &state.terms.stack, &state.terms.last);
+        let found = balance(both, of_state, (demand.torque, asked), sample);
+        let refused = found.is_none();
+        let carried = match found {
+            Some(found) => {
                 state.terms = TermsState { stack: found.stack, last: found.parts };
-                state.error = error;
+                state.error = found.error;
+                found.carried
             }
-        }
+            None => demand.torque - total(&state.terms.last, asked),
+        };
         let demand = Demand { torque: carried, deflection: demand.deflection - state.error };
         let base = self.feed_forward.step(&mut state.feed_forward, controls, &demand);
         let Parts { gear, joint } = state.terms.last;
