@@ -3,12 +3,12 @@
 use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
-use object::{Object, ObjectSection, ObjectSymbol, SectionKind};
+use object::{Object, ObjectSymbol};
 use xshell::{Shell, cmd};
 
 use crate::machine::{M0, M4F};
-use crate::setup::COMPILER;
-use crate::size::{is_double, is_panic};
+use crate::setup::{COMPILER, M4F_OPTIONS};
+use crate::size::{held, is_double, is_panic};
 use crate::{c_archive, c_program};
 
 /// Functions that `gmhm.h` declares.
@@ -28,10 +28,9 @@ const LAW_CODE_LIMIT: u64 = 12_000;
 fn law_code(shell: &Shell, functions: &[String], archive: &Path, linked: &Path) -> Result<u64> {
     let roots = functions.iter().filter(|name| name.starts_with("gmhm_law"));
     let roots: Vec<String> = roots.map(|name| format!("-Wl,--undefined={name}")).collect();
-    let options = c_archive::M4F_OPTIONS;
     let library = archive.join("lib/libgmhm.a");
     let linking = ["-nostartfiles", "--specs=nano.specs", "-Wl,--gc-sections,--entry=gmhm_law_init"];
-    cmd!(shell, "{COMPILER} {options...} {linking...} {roots...} {library} -o {linked}")
+    cmd!(shell, "{COMPILER} -Os {M4F_OPTIONS...} {linking...} {roots...} {library} -o {linked}")
         .quiet()
         .run()
         .context("a program that calls gmhm_law does not link: run `cargo xtask setup` first")?;
@@ -41,8 +40,7 @@ fn law_code(shell: &Shell, functions: &[String], archive: &Path, linked: &Path) 
         let name = symbol.name()?;
         ensure!(!is_double(name), "gmhm_law computes in double precision: `{name}`");
     }
-    let held = |kind: SectionKind| matches!(kind, SectionKind::Text | SectionKind::ReadOnlyData | SectionKind::Data);
-    Ok(file.sections().filter(|section| held(section.kind())).map(|section| section.size()).sum())
+    Ok(held(&file))
 }
 
 /// Builds and checks the library for both ends of the range of cores.
@@ -73,11 +71,7 @@ pub fn run(shell: &Shell) -> Result<()> {
         }
         let panic = names.iter().find(|name| is_panic(name));
         ensure!(panic.is_none(), "the library for {target} can panic: it holds `{}`", panic.unwrap_or(&""));
-        let code: u64 = file
-            .sections()
-            .filter(|section| matches!(section.kind(), SectionKind::Text | SectionKind::ReadOnlyData))
-            .map(|section| section.size())
-            .sum();
+        let code = held(&file);
         ensure!(code <= CODE_LIMIT, "the library for {target} takes {code} B, and at most {CODE_LIMIT} are allowed");
         println!("c: the library for the {} links without a panic, {code} B of code and constants", machine.core);
     }

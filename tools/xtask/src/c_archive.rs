@@ -7,11 +7,8 @@ use xshell::{Shell, cmd};
 
 use crate::machine::M4F;
 use crate::python::environment;
-use crate::setup::COMPILER;
+use crate::setup::{COMPILER, M4F_OPTIONS};
 use crate::{emulator, program};
-
-/// How the compiler of C is told of a Cortex-M4F.
-pub const M4F_OPTIONS: [&str; 5] = ["-Os", "-mthumb", "-mcpu=cortex-m4", "-mfloat-abi=hard", "-mfpu=fpv4-sp-d16"];
 
 /// Functions that every C library has: on a microcontroller the archive takes the program's own.
 const OF_THE_C_LIBRARY: [&str; 6] = ["memcpy", "memmove", "memset", "memcmp", "bcmp", "strlen"];
@@ -116,7 +113,7 @@ pub fn check(shell: &Shell, arm: &Path) -> Result<()> {
         script.display(),
         start.display()
     );
-    let flags = format!("{} -ffunction-sections", M4F_OPTIONS.join(" "));
+    let flags = format!("-Os {} -ffunction-sections", M4F_OPTIONS.join(" "));
     cmd!(shell, "make --silent clean").quiet().run()?;
     cmd!(shell, "make --silent GMHM={arm} CC={COMPILER} CFLAGS={flags} LDFLAGS={link} LDLIBS=-lm")
         .quiet()

@@ -7,16 +7,14 @@ use xshell::{Shell, cmd};
 
 use crate::emulator;
 use crate::machine::{M3, M4F, Machine};
-use crate::setup::COMPILER;
+use crate::setup::{COMPILER, M4F_OPTIONS};
 
 /// Golden blocks of single precision: each law, and terms of every kind that fit.
 const BLOCKS: [&str; 7] = ["masing", "phase", "time", "terms-1", "terms-9", "terms-17", "shapes"];
 
-/// Cores, the target of the library, and how the compiler is told. The Cortex-M3 runs the code of the Cortex-M0, which has no emulated board with room for the program.
-const CORES: [(Machine, &str, &[&str]); 2] = [
-    (M3, "thumbv6m-none-eabi", &["-mcpu=cortex-m0"]),
-    (M4F, "thumbv7em-none-eabihf", &["-mcpu=cortex-m4", "-mfloat-abi=hard", "-mfpu=fpv4-sp-d16"]),
-];
+/// Cores, the target of the library, and the options of the compiler. The Cortex-M3 runs the code of the Cortex-M0, which has no emulated board with room for the program.
+const CORES: [(Machine, &str, &[&str]); 2] =
+    [(M3, "thumbv6m-none-eabi", &["-mthumb", "-mcpu=cortex-m0"]), (M4F, "thumbv7em-none-eabihf", &M4F_OPTIONS)];
 
 const WARNINGS: [&str; 6] = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Wconversion", "-Werror"];
 
@@ -96,7 +94,7 @@ fn compile(shell: &Shell, folder: &Path, target: &str, options: &[&str]) -> Resu
         ["--specs=nano.specs", "--specs=rdimon.specs", "-nostartfiles", "-T", "c/arm/program.ld", "c/arm/start.c"];
     cmd!(
         shell,
-        "{COMPILER} -mthumb {options...} {WARNINGS...} {sections...} {start...} -I c/include c/tests/program.c {library} -o {program}"
+        "{COMPILER} {options...} {WARNINGS...} {sections...} {start...} -I c/include c/tests/program.c {library} -o {program}"
     )
     .quiet()
     .run()

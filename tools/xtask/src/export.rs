@@ -3,12 +3,12 @@
 use std::path::Path;
 
 use anyhow::{Context, Result, bail, ensure};
-use object::{Object, ObjectSection, SectionKind};
 use xshell::{Shell, cmd};
 
 use crate::fmu;
 use crate::program;
-use crate::setup::COMPILER;
+use crate::setup::{COMPILER, M4F_OPTIONS};
+use crate::size::held;
 
 /// Flash for forward and inverse of law `masing` on the Cortex-M4F, with what they need of the C library.
 const CODE_LIMIT: u64 = 4608;
@@ -53,7 +53,6 @@ pub fn run(shell: &Shell) -> Result<()> {
 /// Links what a control loop calls, and compares its size with what is allowed.
 fn weigh(shell: &Shell, folder: &Path) -> Result<()> {
     let (source, linked) = (folder.join("gear/gear.c"), folder.join("linked"));
-    let core = ["-Os", "-std=c99", "-mthumb", "-mcpu=cortex-m4", "-mfloat-abi=hard", "-mfpu=fpv4-sp-d16"];
     let link = [
         "-ffunction-sections",
         "-fdata-sections",
@@ -61,14 +60,13 @@ fn weigh(shell: &Shell, folder: &Path) -> Result<()> {
         "--specs=nano.specs",
         "-Wl,--gc-sections,--entry=gear_start,--undefined=gear_step,--undefined=gear_invert,--undefined=gear_gear",
     ];
-    cmd!(shell, "{COMPILER} {core...} {link...} {source} -lm -o {linked}")
+    cmd!(shell, "{COMPILER} -Os -std=c99 {M4F_OPTIONS...} {link...} {source} -lm -o {linked}")
         .quiet()
         .run()
         .context("the exported source does not link: run `cargo xtask setup` first")?;
     let elf = shell.read_binary_file(&linked)?;
     let file = object::File::parse(&*elf)?;
-    let held = |kind: SectionKind| matches!(kind, SectionKind::Text | SectionKind::ReadOnlyData | SectionKind::Data);
-    let code: u64 = file.sections().filter(|section| held(section.kind())).map(|section| section.size()).sum();
+    let code = held(&file);
     ensure!(code <= CODE_LIMIT, "the exported source takes {code} B on the M4F, and at most {CODE_LIMIT} are allowed");
     println!(
         "export: law masing, forward and inverse, takes {code} B on the M4F with -Os, library functions included (at most {CODE_LIMIT})"

@@ -15,6 +15,9 @@ pub const EMULATOR: &str = "qemu-system-arm";
 /// The C compiler of the static library's example.
 pub const COMPILER: &str = "arm-none-eabi-gcc";
 
+/// Its options for a Cortex-M4F.
+pub const M4F_OPTIONS: [&str; 4] = ["-mthumb", "-mcpu=cortex-m4", "-mfloat-abi=hard", "-mfpu=fpv4-sp-d16"];
+
 /// Installs what is missing, and says so.
 pub fn run(shell: &Shell) -> Result<()> {
     let installed = cmd!(shell, "rustup target list --installed")

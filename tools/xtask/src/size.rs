@@ -195,6 +195,12 @@ fn weigh(shell: &Shell, path: &Path) -> Result<Weight> {
     Ok(Weight { code, gear, joint })
 }
 
+/// Bytes of code, constants and initial values of a linked program.
+pub fn held(file: &object::File<'_>) -> u64 {
+    let is_held = |kind: SectionKind| matches!(kind, SectionKind::Text | SectionKind::ReadOnlyData | SectionKind::Data);
+    file.sections().filter(|section| is_held(section.kind())).map(|section| section.size()).sum()
+}
+
 pub fn is_panic(name: &str) -> bool {
     name.contains("panic") || name.contains("unwind")
 }
