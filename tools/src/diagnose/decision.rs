@@ -13,7 +13,7 @@ use crate::regression::parameters::FreeParameter;
 
 /// Squares that a selection takes, over those that it leaves: from here on structure is loud, and held-out error decides.
 const LOUD: f64 = 4.0;
-/// Beyond this many times likelihood is not asked: what the shapes of loud effects leave is structure, not noise.
+/// Above this ratio the likelihood is not evaluated: the residual is then the error of approximate shapes, and not noise.
 const VERY_LOUD: f64 = 15.0;
 /// Fewer names stand where they leave at most so many times the held-out squares that more names leave.
 const AS_GOOD: f64 = 1.05;
@@ -42,21 +42,7 @@ impl Dataset<'_> {
             (selection.base_squares - selection.selected_squares) / selection.selected_squares.max(f64::MIN_POSITIVE);
         let left = |fit: &Fitted| self.rms_of_blocks(fit).powi(2);
         if taken > LOUD {
-            let selection = self.with_remainder(&base, selection.clone(), search)?;
-            let joint = self.joint_verdict(&base, &selection, search)?;
-            let is_plain = joint.effects.len() < 2 && left(&joint.extended) < LARGE * left(&joint.base);
-            if taken > VERY_LOUD || is_plain {
-                return Ok((joint, search));
-            }
-            let (verdict, by_likelihood) = self.found(model, search)?;
-            let (ours, theirs) = (left(&verdict.extended), left(&joint.extended));
-            let named = !verdict.effects.is_empty() && verdict.effects.iter().all(|e| e.name != UNKNOWN);
-            let simpler = named && verdict.effects.len() < joint.effects.len() && ours <= AS_GOOD * theirs;
-            return Ok(if simpler || ours < CLEARLY_BETTER * theirs {
-                (verdict, by_likelihood)
-            } else {
-                (joint, search)
-            });
+            return self.decided_loud(model, &base, selection, taken, search);
         }
         let (verdict, by_likelihood) = self.found(model, search)?;
         let selection = self.confirmed(&base, selection.clone(), search)?;
@@ -75,6 +61,30 @@ impl Dataset<'_> {
             }
         }
         Ok((verdict, by_likelihood))
+    }
+
+    /// The verdict where structure is loud: the joint selection's, unless likelihood predicts clearly better or as well with fewer names.
+    fn decided_loud<'r>(
+        &self,
+        model: &Model,
+        base: &Fitted,
+        selection: &Selection,
+        taken: f64,
+        search: Search<'r>,
+    ) -> Result<(DiagnosisVerdict, Search<'r>), DiagnoseError> {
+        let left = |fit: &Fitted| self.rms_of_blocks(fit).powi(2);
+        let selection = self.with_remainder(base, selection.clone(), search)?;
+        let joint = self.joint_verdict(base, &selection, search)?;
+        let is_plain = joint.effects.len() < 2 && left(&joint.extended) < LARGE * left(&joint.base);
+        if taken > VERY_LOUD || is_plain {
+            return Ok((joint, search));
+        }
+        let (verdict, by_likelihood) = self.found(model, search)?;
+        let (ours, theirs) = (left(&verdict.extended), left(&joint.extended));
+        let named = !verdict.effects.is_empty() && verdict.effects.iter().all(|e| e.name != UNKNOWN);
+        let simpler = named && verdict.effects.len() < joint.effects.len() && ours <= AS_GOOD * theirs;
+        let by_likelihood = (simpler || ours < CLEARLY_BETTER * theirs).then_some((verdict, by_likelihood));
+        Ok(by_likelihood.unwrap_or((joint, search)))
     }
 
     /// An extended fit, or one beside the base as it is where a curve only trades torque with the base: such a pair runs away beyond the recorded range.

@@ -106,7 +106,7 @@ impl Dataset<'_> {
                 return None;
             }
             let mut gain = fit.minus_two_log_likelihood - polished.minus_two_log_likelihood;
-            if proposal.info.domain == Domain::Delay {
+            if is_delay(&proposal.term) {
                 gain -= self.smoothing_gain(fit, &polished.model).max(0.0);
             }
             Some(Alternative {

@@ -1,9 +1,9 @@
 //! The search for what was left out: forward, with swaps, and backward.
 
-use gmhm::terms::{Domain, KINDS};
+use gmhm::terms::KINDS;
 
 use crate::diagnose::DiagnoseError;
-use crate::diagnose::explain::{Alternative, Search};
+use crate::diagnose::explain::{Alternative, Search, is_delay};
 use crate::kinds;
 use crate::numerics::vector::dot;
 use crate::regression::dataset::Dataset;
@@ -129,7 +129,7 @@ impl Dataset<'_> {
             let places = self.places(&without, search);
             let rest = self.fit(&without, &places, Some(&extended.noise), 6)?;
             let mut gain = rest.minus_two_log_likelihood - extended.minus_two_log_likelihood;
-            if extended.model.terms[term].info().is_some_and(|info| info.domain == Domain::Delay) {
+            if is_delay(&extended.model.terms[term]) {
                 gain -= self.smoothing_gain(&rest, &extended.model).max(0.0);
             }
             let parameters = crate::regression::parameters::of_term(&extended.model, term).len();

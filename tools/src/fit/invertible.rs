@@ -16,6 +16,7 @@ use crate::fit::thresholds::THRESHOLDS;
 use crate::numerics::autoregression::Noise;
 use crate::numerics::bounded::{Bound, back_substitute, factor_of_rows, forward_substitute, solve};
 use crate::numerics::qr::Triangle;
+use crate::numerics::vector::dot;
 use crate::regression::assembly::Assembly;
 use crate::regression::deflection_zeros::DEFLECTION_ZERO;
 use crate::regression::polish::Polished;
@@ -220,10 +221,6 @@ fn nearest(factor: &Triangle, inequalities: &[(Vec<f64>, f64)]) -> Option<Vec<f6
     let moved: Vec<f64> = (0..count).map(|i| right[i] - residual[i] / residual[count]).collect();
     let found = back_substitute(factor, count, &moved);
     found.iter().all(|x| x.is_finite()).then_some(found)
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 #[cfg(test)]

@@ -187,6 +187,13 @@ fn bridge_outliers(residual: &[f64], marks: &[Mark]) -> Vec<f64> {
     bridged
 }
 
+/// The errors of prediction forward and backward that belong together at an order: a higher one has a row less, the earliest of those predicted and the latest of those that predict.
+fn of_order((forward, backward): &mut (Vec<f64>, Vec<f64>), order: usize) -> (&mut [f64], &mut [f64]) {
+    let lost = (order - 1).min(forward.len());
+    let rows = forward.len() - lost;
+    (&mut forward[lost..], &mut backward[..rows])
+}
+
 /// Reflection coefficient and error variance of the orders 1 … highest, by Burg's recursion over several runs.
 fn burg(residual: &[f64], runs: &[std::ops::Range<usize>], variance: f64, highest: usize) -> Vec<(f64, f64)> {
     // A colour does not need more rows than this.
@@ -205,12 +212,9 @@ fn burg(residual: &[f64], runs: &[std::ops::Range<usize>], variance: f64, highes
     let mut error = variance;
     let mut steps = Vec::with_capacity(highest);
     for order in 1..=highest {
-        // A higher order has a row less: the earliest of those predicted, the latest of those that predict.
-        let lost = order - 1;
         let (mut cross, mut power) = (0.0, 0.0);
-        for (f, b) in &errors {
-            let count = f.len().saturating_sub(lost);
-            let (f, b) = (&f[f.len() - count..], &b[..count]);
+        for pair in &mut errors {
+            let (f, b) = of_order(pair, order);
             cross += dot(f, b);
             power += dot(f, f) + dot(b, b);
         }
@@ -218,10 +222,9 @@ fn burg(residual: &[f64], runs: &[std::ops::Range<usize>], variance: f64, highes
             break;
         }
         let reflection = 2.0 * cross / power;
-        for (f, b) in &mut errors {
-            let count = f.len().saturating_sub(lost);
-            let from = f.len() - count;
-            lattice(reflection, &mut f[from..], &mut b[..count]);
+        for pair in &mut errors {
+            let (f, b) = of_order(pair, order);
+            lattice(reflection, f, b);
         }
         error *= 1.0 - reflection * reflection;
         if error <= 1e-12 * variance {

@@ -223,7 +223,7 @@ impl WithSimd for Reflect<'_> {
                 let top = r[l * columns + j];
                 let column = &mut right[(l - j - 1) * capacity..][..rows];
                 let amount = scale * (first * top + dot_within(simd, reflector, column));
-                axpy_within(simd, -amount, reflector, column);
+                axpy_within(-amount, reflector, column);
                 r[l * columns + j] = top - amount * first;
             }
             r[j * columns + j] = diagonal;

@@ -49,7 +49,7 @@ pub fn dot_within<S: Simd>(simd: S, a: &[f64], b: &[f64]) -> f64 {
 
 /// [`axpy`] within [`wide`].
 #[inline(always)]
-pub fn axpy_within<S: Simd>(_simd: S, factor: f64, x: &[f64], y: &mut [f64]) {
+pub fn axpy_within(factor: f64, x: &[f64], y: &mut [f64]) {
     for (y, x) in y.iter_mut().zip(x) {
         *y += factor * x;
     }
@@ -72,8 +72,8 @@ impl WithSimd for Axpy<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        axpy_within(simd, self.0, self.1, self.2);
+    fn with_simd<S: Simd>(self, _simd: S) {
+        axpy_within(self.0, self.1, self.2);
     }
 }
 

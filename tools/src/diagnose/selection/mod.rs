@@ -1,4 +1,4 @@
-//! Joint selection of what a model leaves out, by how well held-out rows are predicted.
+//! Joint selection of the physics that a model lacks, by the prediction error on held-out rows.
 //!
 //! | file | what |
 //! |---|---|
@@ -50,7 +50,7 @@ pub struct Selected {
     pub confidence: f64,
     /// What the best other kinds save in its place.
     pub tried: Vec<(&'static str, f64)>,
-    /// Whether the second selection found it, among what the first leaves unexplained.
+    /// Whether a later selection found it, in the residual of the first.
     pub in_remainder: bool,
 }
 

@@ -1,7 +1,7 @@
-//! A second selection beside a memory that the base model lacks, priced by what the first selection leaves unexplained.
+//! A second selection, for effects that are small beside a memory that the base model lacks. Its prices are shares of the first selection's residual.
 //!
-//! Slip elements follow any hysteresis closely, so an effect of a tenth of its torque is visible once they are fitted. Beside other kinds there is no second
-//! selection: what they leave is mostly the difference between their shape and the true one.
+//! Slip elements follow any hysteresis closely, so an effect of a tenth of its torque is visible once they are fitted. After other kinds no second selection is
+//! made: their residual is mostly the error of their approximate shapes.
 
 use super::{Selected, Selection};
 use crate::diagnose::DiagnoseError;
