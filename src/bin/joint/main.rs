@@ -32,9 +32,9 @@ fn main() -> ! {
         while read(STATE) & RX_FULL == 0 {}
         let request = receiver.feed(read(DATA) as u8);
         let Some(answer) = request.and_then(|request| drive.answer(request)) else { continue };
-        for byte in frame::encode(&answer) {
+        for byte in frame::encode(&answer).iter() {
             while read(STATE) & TX_FULL != 0 {}
-            write(DATA, u32::from(byte));
+            write(DATA, u32::from(*byte));
         }
     }
 }
