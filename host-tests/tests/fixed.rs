@@ -8,7 +8,7 @@ use gmhm::memory::MemoryLaw;
 use gmhm::memory::masing::Masing as MasingLaw;
 use gmhm::memory::time::Time;
 use gmhm::scalar::{Fixed, Scalar};
-use gmhm::{Elastic, Gate, Gear, Inverse, Kernel, Law, Memory, Params};
+use gmhm::{Elastic, Gate, Gear, Inverse, Kernel, Law, Memory, Output, Params};
 use gmhm_host_tests::integral::{Clock, Integral};
 use gmhm_host_tests::masing::Masing;
 use gmhm_host_tests::paths::{self, Path};
@@ -245,7 +245,7 @@ fn storm<L: MemoryLaw<Fixed>>(gear: &Gear<Fixed, L>, dice: &mut ChaCha8Rng) {
         let after = gear.step(&mut state, u);
         assert_eq!(state.status().refused, u.abs() > limit);
         if state.status().refused {
-            assert_eq!(after, before);
+            assert_eq!(after, Output { refused: true, ..before });
         }
         gear.start_uncertainty(&state);
     }

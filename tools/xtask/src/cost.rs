@@ -55,13 +55,13 @@ const LIMITS: [(&str, f64); 14] = [
     ("inverse of law `masing`, worst of 300 000", 700.0),
     ("law `phase`, away from a reversal", 250.0),
     ("law `phase`, reversal by a large step", 265.0),
-    ("law `time`, kernel `deflection`, gate `cycle`", 75.0),
+    ("law `time`, kernel `deflection`, gate `cycle`", 77.0),
     ("law `time`, kernel `rate`, gate `none`", 75.0),
     ("adaptation of law `masing`, the worst period of 1 ms", 350.0),
 ];
 
 const FIXED_LIMITS: [(&str, f64); 7] = [
-    ("law `masing`, away from a reversal", 410.0),
+    ("law `masing`, away from a reversal", 415.0),
     ("law `masing`, reversal with a full stack", 1100.0),
     ("law `masing`, full stack wiped out", 1100.0),
     ("law `masing`, reversal that wipes out a full stack", 1100.0),
