@@ -8,8 +8,8 @@ use std::fmt::Debug;
 use std::path::PathBuf;
 
 use gmhm::block::{
-    BlockError, BlockLaw, FORMAT_VERSION, Header, Identity, Joint, Parameters, ScalarKind, TermStack, TorqueUnit, Word,
-    Writer, verify,
+    BlockError, BlockLaw, FORMAT_VERSION, Header, Identity, Joint, Parameters, PreparedLaw, ScalarKind, TermStack,
+    TorqueUnit, Word, Writer, verify,
 };
 use gmhm::diagnostics::SelfTest;
 use gmhm::memory::AnyLaw;
@@ -22,7 +22,7 @@ use gmhm::{Gate, Gear, Inverse, Kernel, Law, Params};
 const PERIOD_S: f64 = 1e-3;
 
 /// File, CRC-32.
-const GOLDEN: [(&str, u32); 15] = [
+const GOLDEN: [(&str, u32); 18] = [
     ("block-1-masing", 0xbc7d_4194),
     ("block-1-phase", 0x7a4e_255d),
     ("block-1-time", 0x6913_b125),
@@ -38,6 +38,9 @@ const GOLDEN: [(&str, u32); 15] = [
     ("block-1-tested-fixed", 0x2b72_d216),
     ("block-1-prepared", 0xa44a_a311),
     ("block-1-prepared-fixed", 0x864b_1aa7),
+    ("block-1-phase-prepared-tested", 0),
+    ("block-1-time-prepared-tested", 0),
+    ("block-1-time-prepared-tested-fixed", 0),
 ];
 
 fn file(name: &str) -> PathBuf {
@@ -126,15 +129,11 @@ fn written(name: &str) -> Vec<u8> {
     };
     done.expect("a gear");
     if name.contains("prepared") {
-        match scalar {
-            ScalarKind::F32 => {
-                writer.prepared(&Inverse::of(&params, Masing::<f32>::new(&params), PERIOD_S).expect("one"))
-            }
-            ScalarKind::Fixed => {
-                writer.prepared(&Inverse::of(&params, Masing::<Fixed>::new(&params), PERIOD_S).expect("one"))
-            }
+        match (scalar, params.memory().law) {
+            (ScalarKind::F32, _) => prepare(&mut writer, &params, AnyLaw::<f32>::new(&params, PERIOD_S)),
+            (ScalarKind::Fixed, Law::Time) => prepare(&mut writer, &params, Time::<Fixed>::new(&params, PERIOD_S)),
+            (ScalarKind::Fixed, _) => prepare(&mut writer, &params, Masing::<Fixed>::new(&params)),
         }
-        .expect("room");
     }
     let joint = Joint { ratio: Some(-100.0), deflection_zero_rad: 0.125, motor_side: unit == TorqueUnit::Ampere };
     writer.joint(&joint).expect("a joint");
@@ -147,6 +146,10 @@ fn written(name: &str) -> Vec<u8> {
     let length = writer.finish().expect("room");
     buffer.truncate(length);
     buffer
+}
+
+fn prepare<S: Word, L: PreparedLaw<S>>(writer: &mut Writer<'_>, params: &Params, law: L) {
+    writer.prepared(&Inverse::of(params, law, PERIOD_S).expect("an inverse")).expect("room");
 }
 
 fn gear<S: Word, L: BlockLaw<S>>(

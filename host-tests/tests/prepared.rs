@@ -5,20 +5,31 @@ mod common;
 use std::fmt::Debug;
 
 use gmhm::block::{
-    BlockError, Header, Identity, PREPARED, Parameters, Prepared, SELF_TEST, ScalarKind, Word, Writer, crc32,
+    BlockError, Header, Identity, PHASE, PREPARED, PREPARED_GEAR, Parameters, Prepared, PreparedLaw, SELF_TEST,
+    ScalarKind, TIME, Word, Writer, crc32,
 };
 use gmhm::diagnostics::SelfTest;
 use gmhm::feedforward::{Controls, Demand, FeedForward, Limits, Settings};
+use gmhm::memory::AnyLaw;
 use gmhm::memory::masing::Masing;
+use gmhm::memory::phase::Phase;
+use gmhm::memory::time::Time;
 use gmhm::scalar::Fixed;
-use gmhm::{Inverse, Params};
+use gmhm::{Gate, Inverse, Kernel, Law, Params};
+
+const PERIOD_S: f64 = 1e-3;
 
 fn block<S: Word>(params: &Params) -> (Vec<u8>, Inverse<S, Masing<S>>) {
-    let inverse = Inverse::of(params, Masing::<S>::new(params), 0.0).expect("an inverse");
+    block_of(params, Masing::new(params))
+}
+
+fn block_of<S: Word, L: PreparedLaw<S>>(params: &Params, law: L) -> (Vec<u8>, Inverse<S, L>) {
+    let inverse = Inverse::of(params, law, PERIOD_S).expect("an inverse");
     let mut buffer = vec![0; 1024];
-    let mut writer = Writer::new(&mut buffer, Header::new(Identity::of_name("bench"), S::KIND));
+    let header = Header { period_s: PERIOD_S as f32, ..Header::new(Identity::of_name("bench"), S::KIND) };
+    let mut writer = Writer::new(&mut buffer, header);
     writer.gear(inverse.gear(), params).expect("a gear");
-    writer.inverse::<S>(params, 0.0).expect("an inverse");
+    writer.inverse::<S>(params, PERIOD_S).expect("an inverse");
     writer.self_test(inverse.gear(), Some(&inverse)).expect("room");
     writer.prepared(&inverse).expect("room");
     writer.joint(&gmhm::block::Joint::default()).expect("a joint");
@@ -46,26 +57,60 @@ fn words_of(block: &[u8], tag: u16) -> usize {
     }
 }
 
-fn same<S: Word>()
+fn same<S: Word, L: PreparedLaw<S> + PartialEq + Debug>(params: &Params, law: L)
 where
-    Inverse<S, Masing<S>>: PartialEq + Debug,
+    Inverse<S, L>: PartialEq + Debug,
 {
-    let params = common::masing();
-    let (bytes, inverse) = block::<S>(&params);
-    let prepared = Prepared::<S>::load(&bytes, 16).expect("a good block");
+    let (bytes, inverse) = block_of(params, law);
+    let prepared = Prepared::<S, L>::load(&bytes, 16).expect("a good block");
     assert_eq!((prepared.inverse, prepared.self_test), (inverse, SelfTest::Passed));
-    let whole = Parameters::<S, Masing<S>, ()>::load(&bytes, 16).expect("the same block");
+    let whole = Parameters::<S, L, ()>::load(&bytes, 16).expect("the same block");
     assert_eq!(whole.inverse, Some(inverse));
     // A sector holds more than the block.
     let sector = [bytes.as_slice(), &[0xFF; 300]].concat();
-    assert_eq!(Prepared::<S>::load(&sector, 16), Ok(prepared));
-    assert_eq!(Prepared::<S>::load(&bytes, 8), Err(BlockError::StackDepth(16)));
+    assert_eq!(Prepared::<S, L>::load(&sector, 16), Ok(prepared));
+    assert_eq!(Prepared::<S, L>::load(&bytes, 8), Err(BlockError::StackDepth(16)));
 }
 
 #[test]
 fn the_words_are_those_of_the_host() {
-    same::<f32>();
-    same::<Fixed>();
+    let masing = common::masing();
+    same::<f32, _>(&masing, Masing::new(&masing));
+    same::<Fixed, _>(&masing, Masing::new(&masing));
+    for kernel in [Kernel::Deflection, Kernel::Rate] {
+        for gate in [Gate::Cycle, Gate::None] {
+            let [phase, time] = [Law::Phase, Law::Time].map(|law| common::params(law, kernel, gate));
+            same::<f32, _>(&phase, Phase::new(&phase));
+            same::<f32, _>(&time, Time::new(&time, PERIOD_S));
+            same::<Fixed, _>(&time, Time::new(&time, PERIOD_S));
+            for params in [&masing, &phase, &time] {
+                same::<f32, _>(params, AnyLaw::new(params, PERIOD_S));
+            }
+        }
+    }
+}
+
+#[test]
+fn a_block_of_another_law_is_refused() {
+    let [phase, time] = [Law::Phase, Law::Time].map(|law| common::params(law, Kernel::Deflection, Gate::Cycle));
+    let (of_phase, _) = block_of(&phase, Phase::<f32>::new(&phase));
+    let (of_time, _) = block_of(&time, Time::<f32>::new(&time, PERIOD_S));
+    assert_eq!(Prepared::<f32>::load(&of_phase, 16).map(drop), Err(BlockError::Missing(PREPARED.tag)));
+    assert_eq!(Prepared::<f32, Phase<f32>>::load(&of_time, 16).map(drop), Err(BlockError::Missing(PHASE.tag)));
+    assert_eq!(Prepared::<f32, Time<f32>>::load(&of_phase, 16).map(drop), Err(BlockError::Missing(TIME.tag)));
+    let at = words_of(&of_phase, PREPARED_GEAR.tag);
+    let mut nameless = of_phase.clone();
+    nameless[at - 4..at - 2].copy_from_slice(&0x8077_u16.to_le_bytes());
+    let loaded = Prepared::<f32, AnyLaw<f32>>::load(&restamp(nameless), 16).map(drop);
+    assert_eq!(loaded, Err(BlockError::Missing(PREPARED_GEAR.tag)));
+    // A law that differs from the one that was prepared comes out otherwise.
+    for (bytes, tag) in [(&of_phase, PHASE.tag), (&of_time, TIME.tag)] {
+        let mut changed = bytes.clone();
+        let at = words_of(bytes, tag) + if tag == PHASE.tag { 4 } else { 32 };
+        changed[at..at + 4].copy_from_slice(&0.01_f32.to_le_bytes());
+        let loaded = Prepared::<f32, AnyLaw<f32>>::load(&restamp(changed), 16).map(drop);
+        assert_eq!(loaded, Err(BlockError::SelfTest));
+    }
 }
 
 #[test]

@@ -60,11 +60,11 @@ pub(super) fn number<S: Word>(word: u32) -> S {
     S::of_word(word).unwrap_or(S::ZERO)
 }
 
-fn kernel_of(number: u32) -> Kernel {
+pub(super) fn kernel_of(number: u32) -> Kernel {
     if number == Kernel::Rate as u32 { Kernel::Rate } else { Kernel::Deflection }
 }
 
-fn gate_of(number: u32) -> Gate {
+pub(super) fn gate_of(number: u32) -> Gate {
     if number == Gate::None as u32 { Gate::None } else { Gate::Cycle }
 }
 

@@ -201,7 +201,7 @@ const fn sample(name: &'static str, words: &'static str) -> FieldInfo {
     field(Coding::Scalar, name, "N·m; T_A in fixed point", Range::Any, words)
 }
 
-/// What the set-up of law `masing` and its inverse comes to; absent in other laws, without an inverse and in blocks of before.
+/// What the set-up of law `masing` and its inverse comes to; absent in other laws, which have [`PREPARED_GEAR`], without an inverse and in blocks of before.
 pub const PREPARED: RecordInfo = RecordInfo {
     tag: MAY_SKIP | 0x0003,
     name: "prepared",
@@ -238,6 +238,42 @@ pub const PREPARED: RecordInfo = RecordInfo {
     words: "law `masing` and its inverse as the host has set them up, for loaders without double precision",
 };
 
+/// What the set-up of laws `phase` and `time` and of their inverse comes to; absent in law `masing`, without an inverse and in blocks of before.
+pub const PREPARED_GEAR: RecordInfo = RecordInfo {
+    tag: MAY_SKIP | 0x0004,
+    name: "prepared_gear",
+    fields: &[
+        word("rated", "as in `prepared`"),
+        word("inverse_rated", "as in `prepared`"),
+        word("torque_scale", "as in `prepared`"),
+        word("deflection_limit", "as in `prepared`"),
+        word("k1", "as in `gear`"),
+        word("k3", "as in `gear`"),
+        word("k5", "as in `gear`"),
+        word("knee", "as in `prepared`"),
+        word("knee_torque", "as in `prepared`"),
+        word("knee_stiffness", "as in `prepared`"),
+        word("slope_2", "as in `prepared`"),
+        word("slope_4", "as in `prepared`"),
+        word("bend_1", "as in `prepared`"),
+        word("bend_3", "as in `prepared`"),
+        word("tolerance", "as in `prepared`"),
+        word("last_step", "as in `prepared`"),
+        word("last_chord", "as in `prepared`"),
+        word("last_width", "as in `prepared`"),
+        word("least_slope", "as in `inverse`"),
+        word("reach", "r"),
+        word("inner_reach", "as in `prepared`"),
+        word("inner_half_tangent", "as in `prepared`"),
+        word("inverse_torque_scale", "as in `prepared`"),
+        word("torque_limit", "as in `prepared`"),
+        word("longest_period", "s"),
+        word("gain", "as in `time`; 0 in law `phase`"),
+        word("beta", "as in `time`; 0 in law `phase`"),
+    ],
+    words: "laws `phase` and `time` and their inverse as the host has set them up, for loaders without double precision; the coefficients of the law are in its own record",
+};
+
 const fn word(name: &'static str, words: &'static str) -> FieldInfo {
     field(Coding::Scalar, name, "1", Range::Any, words)
 }
@@ -247,7 +283,8 @@ pub const NAME: RecordInfo =
     RecordInfo { tag: MAY_SKIP | 0x0001, name: "name", fields: &[], words: "the model file's name, for people" };
 
 /// All of them.
-pub const RECORDS: [&RecordInfo; 9] = [&GEAR, &MASING, &PHASE, &TIME, &INVERSE, &JOINT, &NAME, &SELF_TEST, &PREPARED];
+pub const RECORDS: [&RecordInfo; 10] =
+    [&GEAR, &MASING, &PHASE, &TIME, &INVERSE, &JOINT, &NAME, &SELF_TEST, &PREPARED, &PREPARED_GEAR];
 
 impl FieldInfo {
     /// The words that it chooses among; none where it is a number.

@@ -7,7 +7,7 @@
 //! |---|---|---|
 //! | [`verify`] | magic, version, header, length, CRC-32, the walk over the records | bytes that are no block, or not the whole of one |
 //! | [`Parameters::load`] | every word against its range; gear, inverse and terms set up | values that cannot be, records that this firmware does not know |
-//! | [`Prepared::load`] | the words of law `masing` as the host has computed them: less flash and stack | as `verify`, and a block without them |
+//! | [`Prepared::load`] | the words of law and inverse as the host has computed them: less flash, stack and time | as `verify`, and a block without them |
 //! | [`self_test`] | golden samples computed anew | an arithmetic that computes otherwise than the host's |
 //!
 //! Nothing is changed by a refusal, and whatever the bytes, nothing panics. Coefficients are stored as the host rounded them, so the gear of a block computes
@@ -60,11 +60,11 @@ pub use error::{BlockError, sdo_abort};
 pub use header::{FORMAT_VERSION, HEADER_BYTES, Header, Identity, MAGIC, TorqueUnit};
 pub use law::{BlockLaw, LawWords};
 pub use layout::{
-    Coding, FIRST_TERM, FieldInfo, GEAR, INVERSE, JOINT, MASING, MAY_SKIP, NAME, PHASE, PREPARED, RECORDS, RecordInfo,
-    SELF_TEST, TIME,
+    Coding, FIRST_TERM, FieldInfo, GEAR, INVERSE, JOINT, MASING, MAY_SKIP, NAME, PHASE, PREPARED, PREPARED_GEAR,
+    RECORDS, RecordInfo, SELF_TEST, TIME,
 };
 pub use parameters::{CheckedTerms, Joint, Parameters, Scales, TermStack, TorqueUnitError};
-pub use prepared::Prepared;
+pub use prepared::{Prepared, PreparedLaw};
 pub use record::{Block, FieldValues, MOST_BYTES, Record, Records, verify, verify_first};
 pub use term::TermRecord;
 pub use word::{ScalarKind, Word};

@@ -5,16 +5,15 @@ use heapless::Vec;
 use super::error::BlockError;
 use super::header::{HEADER_BYTES, Header, SEQUENCE_AT};
 use super::law::BlockLaw;
-use super::layout::{FIRST_TERM, GEAR, INVERSE, JOINT, NAME, PREPARED, RecordInfo, SELF_TEST};
+use super::layout::{FIRST_TERM, GEAR, INVERSE, JOINT, NAME, RecordInfo, SELF_TEST};
 use super::parameters::Joint;
+use super::prepared::{MOST_WORDS, PreparedLaw};
 use super::record::{MOST_BYTES, check, double_words, verify};
 use super::self_test::samples;
 use super::{Word, crc32, term};
 use crate::elastic::Polynomial;
 use crate::gear::Gear;
-use crate::inverse::words::WORDS;
 use crate::inverse::{Inverse, InverseError, Monotony};
-use crate::memory::masing::Masing;
 use crate::params::Params;
 use crate::terms::{Source, tag_of_kind};
 
@@ -107,11 +106,11 @@ impl<'a> Writer<'a> {
     ///
     /// # Errors
     /// No room.
-    pub fn prepared<S: Word>(&mut self, inverse: &Inverse<S, Masing<S>>) -> Result<(), BlockError> {
-        let mut words: Vec<u32, WORDS> = Vec::new();
-        // There is room: so many words.
-        inverse.words(|word| words.extend([word.word()]));
-        self.fixed::<S>(&PREPARED, &words)
+    pub fn prepared<S: Word, L: PreparedLaw<S>>(&mut self, inverse: &Inverse<S, L>) -> Result<(), BlockError> {
+        let mut words: Vec<u32, MOST_WORDS> = Vec::new();
+        // There is room: no record has more words.
+        let info = L::prepared_words(inverse, |word| words.extend([word.word()]));
+        self.fixed::<S>(info, &words)
     }
 
     /// The joint.

@@ -1,38 +1,60 @@
-//! An inverse of law `masing` as words: what a prepared block holds.
+//! An inverse as words: what a prepared block holds beside the words of its law.
 
 use super::solve::{Limits, Spring};
 use super::{Inverse, Solver};
 use crate::elastic::ElasticTorque;
 use crate::gear::Gear;
+use crate::inverse::Invertible;
 use crate::memory::Frame;
-use crate::memory::masing::Masing;
 use crate::scalar::Scalar;
 
-/// How many words there are.
-pub(crate) const WORDS: usize = 28;
+/// Words of scales and elastic torque.
+pub(crate) const GEAR_WORDS: usize = 10;
+/// Words of the search.
+pub(crate) const SEARCH_WORDS: usize = 15;
 
-impl<S: Scalar> Inverse<S, Masing<S>> {
-    /// Hands out its words, in the order of the record `prepared`.
-    pub(crate) fn words(&self, mut put: impl FnMut(S)) {
-        let Self { gear, solver, inverse_torque_scale, limit, longest_period } = self;
-        let Masing { e, h, half_play } = *gear.law();
-        let Limits { tolerance, last_step, last_chord, last_width } = solver.limits;
-        gear.frame().words().into_iter().for_each(&mut put);
-        gear.elastic().words().into_iter().for_each(&mut put);
-        [e, h, half_play].into_iter().for_each(&mut put);
-        solver.spring.words().into_iter().for_each(&mut put);
-        [tolerance, last_step, last_chord, last_width].into_iter().for_each(&mut put);
-        [solver.least_slope, solver.reach, solver.inner_reach, solver.inner_half_tangent]
-            .into_iter()
-            .for_each(&mut put);
-        [*inverse_torque_scale, *limit, *longest_period].into_iter().for_each(&mut put);
+impl<S: Scalar, L: Invertible<S>> Inverse<S, L> {
+    /// Scales and elastic torque, in the order of the records `prepared` and `prepared_gear`.
+    pub(crate) fn gear_words(&self) -> [S; GEAR_WORDS] {
+        let [rated, inverse_rated, torque_scale, limit] = self.gear.frame().words();
+        let [k1, k3, k5, knee, knee_torque, knee_stiffness] = self.gear.elastic().words();
+        [rated, inverse_rated, torque_scale, limit, k1, k3, k5, knee, knee_torque, knee_stiffness]
     }
 
-    /// The inverse of such words.
-    pub(crate) fn of_words(words: &[S; WORDS]) -> Self {
-        let [r, ir, t, dl, k1, k3, k5, kn, kt, ks, e, h, half_play, s2, s4, b1, b3, ..] = *words;
+    /// What the search goes by, in their order.
+    pub(crate) fn search_words(&self) -> [S; SEARCH_WORDS] {
+        let Self { solver, inverse_torque_scale, limit, longest_period, .. } = self;
+        let Solver { spring, limits, least_slope, reach, inner_reach, inner_half_tangent } = solver;
+        let Limits { tolerance, last_step, last_chord, last_width } = *limits;
+        let [s2, s4, b1, b3] = spring.words();
+        [
+            s2,
+            s4,
+            b1,
+            b3,
+            tolerance,
+            last_step,
+            last_chord,
+            last_width,
+            *least_slope,
+            *reach,
+            *inner_reach,
+            *inner_half_tangent,
+            *inverse_torque_scale,
+            *limit,
+            *longest_period,
+        ]
+    }
+
+    /// The inverse of such words and a law.
+    pub(crate) fn of_words(gear: &[S; GEAR_WORDS], law: L, search: &[S; SEARCH_WORDS]) -> Self {
+        let [rated, inverse_rated, torque_scale, deflection_limit, k1, k3, k5, knee, knee_torque, knee_stiffness] =
+            *gear;
         let [
-            ..,
+            s2,
+            s4,
+            b1,
+            b3,
             tolerance,
             last_step,
             last_chord,
@@ -44,12 +66,19 @@ impl<S: Scalar> Inverse<S, Masing<S>> {
             inverse_torque_scale,
             limit,
             longest_period,
-        ] = *words;
-        let elastic = ElasticTorque::of_words([k1, k3, k5, kn, kt, ks]);
+        ] = *search;
+        let elastic = ElasticTorque::of_words([k1, k3, k5, knee, knee_torque, knee_stiffness]);
         let spring = Spring::of_words(elastic.polynomial(), [s2, s4, b1, b3]);
         let limits = Limits { tolerance, last_step, last_chord, last_width };
         let solver = Solver { spring, limits, least_slope, reach, inner_reach, inner_half_tangent };
-        let gear = Gear::of(Frame::of_words([r, ir, t, dl]), elastic, Masing { e, h, half_play });
-        Self { gear, solver, inverse_torque_scale, limit, longest_period }
+        let frame = Frame::of_words([rated, inverse_rated, torque_scale, deflection_limit]);
+        Self { gear: Gear::of(frame, elastic, law), solver, inverse_torque_scale, limit, longest_period }
+    }
+
+    /// The same numbers with another law.
+    pub(crate) fn with_law<M: Invertible<S>>(&self, law: M) -> Inverse<S, M> {
+        let Self { gear, solver, inverse_torque_scale, limit, longest_period } = *self;
+        let gear = Gear::of(*gear.frame(), *gear.elastic(), law);
+        Inverse { gear, solver, inverse_torque_scale, limit, longest_period }
     }
 }

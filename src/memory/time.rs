@@ -142,9 +142,13 @@ impl<S: Scalar> Time<S> {
 
     /// The law of its rates and of coefficients that are rounded already, at a period: what a step forgets, adds per level and per increment; the largest m.
     pub(crate) fn of(rates: Rates<f64>, gate: Gate, step: [S::Gain; 3], bound: [S; 2]) -> Self {
+        Self::of_rates(rates.cast(), gate, step, bound)
+    }
+
+    /// [`of`](Self::of) with rates that are rounded already, too.
+    pub(crate) fn of_rates(rates: Rates<S>, gate: Gate, step: [S::Gain; 3], bound: [S; 2]) -> Self {
         let [forgotten, level, increment] = step;
-        let step = TimeStep { forgotten, level, increment };
-        Self { rates: rates.cast(), step, bound, gate, has_period: true }
+        Self { rates, step: TimeStep { forgotten, level, increment }, bound, gate, has_period: true }
     }
 
     /// The law without a sample period: a gear then refuses every sample that does not bring its own.

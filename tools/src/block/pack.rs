@@ -1,8 +1,8 @@
 //! From a model to the bytes of its block.
 
 use gmhm::block::{
-    Block, BlockError, BlockLaw, FIRST_TERM, GEAR, Header, INVERSE, Identity, Joint, MASING, MOST_BYTES, PREPARED,
-    Parameters, SELF_TEST, ScalarKind, TorqueUnit, Word, Writer,
+    Block, BlockError, FIRST_TERM, GEAR, Header, INVERSE, Identity, Joint, MASING, MOST_BYTES, PREPARED, Parameters,
+    PreparedLaw, SELF_TEST, ScalarKind, TorqueUnit, Word, Writer,
 };
 use gmhm::memory::AnyLaw;
 use gmhm::memory::masing::Masing;
@@ -96,20 +96,9 @@ pub fn pack(model: &Model, options: &PackOptions) -> Result<Packed, PackError> {
     if let Some(params) = &params {
         let law = (options.arithmetic, params.memory().law);
         without_inverse = match law {
-            (Arithmetic::F32, Law::Masing) => {
-                let without = write_gear(&mut writer, params, AnyLaw::<f32>::new(params, period_s), period_s)?;
-                if without.is_none() {
-                    write_prepared(&mut writer, params, Masing::<f32>::new(params), period_s)?;
-                }
-                without
-            }
             (Arithmetic::F32, _) => write_gear(&mut writer, params, AnyLaw::<f32>::new(params, period_s), period_s)?,
             (Arithmetic::Fixed, Law::Masing) => {
-                let without = write_gear(&mut writer, params, Masing::<Fixed>::new(params), period_s)?;
-                if without.is_none() {
-                    write_prepared(&mut writer, params, Masing::<Fixed>::new(params), period_s)?;
-                }
-                without
+                write_gear(&mut writer, params, Masing::<Fixed>::new(params), period_s)?
             }
             (Arithmetic::Fixed, Law::Time) => {
                 write_gear(&mut writer, params, Time::<Fixed>::new(params, period_s), period_s)?
@@ -153,9 +142,6 @@ pub fn with_params(block: &Block<'_>, params: &Params) -> Result<Packed, PackErr
     let mut buffer = vec![0; MOST_BYTES];
     let mut writer = Writer::new(&mut buffer, *block.header());
     let without_inverse = write_gear(&mut writer, params, AnyLaw::<f32>::new(params, period_s), period_s)?;
-    if without_inverse.is_none() {
-        write_prepared(&mut writer, params, Masing::<f32>::new(params), period_s)?;
-    }
     let of_gear = [&GEAR, &MASING, &INVERSE, &SELF_TEST, &PREPARED].map(|info| info.tag);
     for record in block.records().filter(|record| !of_gear.contains(&record.tag)) {
         let words: Vec<u32> = record.words().collect();
@@ -167,8 +153,8 @@ pub fn with_params(block: &Block<'_>, params: &Params) -> Result<Packed, PackErr
     Ok(Packed { bytes: buffer, without_inverse })
 }
 
-/// Writes gear and inverse; why there is none where there is none.
-fn write_gear<S: Word, L: BlockLaw<S>>(
+/// Writes gear and inverse with what their set-up comes to; why there is no inverse where there is none.
+fn write_gear<S: Word, L: PreparedLaw<S>>(
     writer: &mut Writer<'_>,
     params: &Params,
     law: L,
@@ -181,17 +167,10 @@ fn write_gear<S: Word, L: BlockLaw<S>>(
         writer.inverse::<S>(params, period_s)?;
     }
     writer.self_test(&gear, inverse.as_ref().ok())?;
+    if let Ok(inverse) = &inverse {
+        writer.prepared(inverse)?;
+    }
     Ok(inverse.err().map(|error| error.to_string()))
-}
-
-/// Writes what the set-up of law `masing` comes to.
-fn write_prepared<S: Word>(
-    writer: &mut Writer<'_>,
-    params: &Params,
-    law: Masing<S>,
-    period_s: f64,
-) -> Result<(), BlockError> {
-    Inverse::of(params, law, period_s).map_or(Ok(()), |inverse| writer.prepared(&inverse))
 }
 
 /// Loads a block as a drive would: what the drive's numbers cannot hold shows here, the model itself was checked in `f64`.

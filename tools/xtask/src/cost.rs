@@ -151,7 +151,7 @@ fn count(shell: &Shell, machine: Machine, place: &str) -> Result<Vec<Call>> {
 }
 
 /// The name and the ticks a call of a line.
-fn measurement(line: &str) -> Result<(&str, f64)> {
+pub fn measurement(line: &str) -> Result<(&str, f64)> {
     let mut words = line.splitn(3, ' ');
     let mut number = || words.next()?.parse::<f64>().ok();
     let (Some(ticks), Some(calls)) = (number(), number()) else {

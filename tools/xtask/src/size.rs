@@ -8,6 +8,7 @@ use object::{Object, ObjectSection, ObjectSymbol, SectionKind};
 use rustc_demangle::demangle;
 use xshell::Shell;
 
+use crate::cost;
 use crate::emulator::{self, Clock};
 use crate::golden;
 use crate::machine::{self, Machine};
@@ -92,6 +93,12 @@ const STACK_LIMIT: u64 = 512;
 /// Stack of a loader, once at boot, B.
 const LOADER_STACK_LIMIT: u64 = 1024;
 
+/// The image that counts what set-up takes.
+const BOOT: &str = "boot";
+
+/// Instructions from a prepared block to the first torque.
+const BOOT_LIMIT: f64 = 60_000.0;
+
 /// What a control path weighs.
 struct Weight {
     code: u64,
@@ -105,7 +112,7 @@ pub fn run(shell: &Shell, overwrite: bool) -> Result<()> {
         "# Size of the control path\n\n\
          Bytes on a Cortex-M4F in `f32` unless said otherwise, start-up code included. Written by `cargo xtask size --overwrite`; the command fails on\n\
          any panic or double-precision arithmetic left in an image, in fixed point on any floating-point arithmetic or wide multiplication, where more is taken than is\n\
-         allowed, and where a number changes. Flash and stack may change by one in a hundred, or by eight bytes: so much is for another patch version of the\n\
+         allowed, and where a number changes. Flash, stack and set-up may change by one in a hundred, or by eight bytes: so much is for another patch version of the\n\
          compiler to move. Law `masing` alone, forward and inverse, is nearer than that to what it is allowed: it bears the difference and no more.\n\n\
          | control path of a joint | code and constants, flash | allowed | coefficients of a gear | state of a joint, RAM |\n|---|---:|---:|---:|---:|\n",
     );
@@ -133,6 +140,23 @@ pub fn run(shell: &Shell, overwrite: bool) -> Result<()> {
         ensure!(bytes <= limit, "{name} takes {bytes} B of stack, and at most {limit} are allowed");
         writeln!(table, "| {name} | {bytes} |")?;
     }
+    table.push_str(
+        "\nInstructions from the bytes of a stored block to the first torque, counted by the emulator: the checks of the block, the set-up of law and inverse, the self-test and a step. `gmhm pack` writes the\n\
+         words of the set-up into every block with an inverse. Blocks without them are set up on the drive in `f64`, and parameters in SI units have their invertible range searched there, too.\n\n\
+         | set-up | instructions |\n|---|---:|\n",
+    );
+    let image = machine::M4F.build(shell, BOOT)?;
+    for line in emulator::lines(&image, machine::M4F, Clock::Instructions)?.lines() {
+        let (name, ticks) = cost::measurement(line)?;
+        ensure!(ticks > 0.0, "the image `{BOOT}` says: {name}");
+        let instructions = (ticks * machine::M4F.instructions_per_tick).round();
+        let is_prepared = !name.contains(", from");
+        ensure!(
+            !is_prepared || instructions <= BOOT_LIMIT,
+            "set-up of {name} takes {instructions} instructions, and at most {BOOT_LIMIT} are allowed"
+        );
+        writeln!(table, "| {name} | {instructions} |")?;
+    }
     print!("{table}");
     let file = shell.current_dir().join(TABLE);
     let golden = if overwrite { None } else { shell.read_file(&file).ok() };
@@ -145,7 +169,7 @@ pub fn run(shell: &Shell, overwrite: bool) -> Result<()> {
     golden::check(&file, &table, overwrite)
 }
 
-/// Whether two tables differ in flash and stack alone, and there by little.
+/// Whether two tables differ in flash, stack and set-up alone, and there by little.
 fn is_close(table: &str, golden: &str) -> bool {
     let close = |now: &str, then: &str| {
         let [Ok(now), Ok(then)] = [now, then].map(str::parse::<u64>) else { return false };
