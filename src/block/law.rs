@@ -55,7 +55,7 @@ fn expect(block: &Block<'_>, info: &'static RecordInfo) -> Result<(), BlockError
     if found.tag == info.tag { Ok(()) } else { Err(BlockError::Unknown(found.tag)) }
 }
 
-/// A number whose range was checked.
+/// A number whose range was checked; 0 for what is none.
 pub(super) fn number<S: Word>(word: u32) -> S {
     S::of_word(word).unwrap_or(S::ZERO)
 }

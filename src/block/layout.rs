@@ -253,6 +253,8 @@ pub const PREPARED_GEAR: RecordInfo = RecordInfo {
         word("knee", "as in `prepared`"),
         word("knee_torque", "as in `prepared`"),
         word("knee_stiffness", "as in `prepared`"),
+        word("gain", "as in `time`; 0 in law `phase`"),
+        word("beta", "as in `time`; 0 in law `phase`"),
         word("slope_2", "as in `prepared`"),
         word("slope_4", "as in `prepared`"),
         word("bend_1", "as in `prepared`"),
@@ -268,8 +270,6 @@ pub const PREPARED_GEAR: RecordInfo = RecordInfo {
         word("inverse_torque_scale", "as in `prepared`"),
         word("torque_limit", "as in `prepared`"),
         word("longest_period", "s"),
-        word("gain", "as in `time`; 0 in law `phase`"),
-        word("beta", "as in `time`; 0 in law `phase`"),
     ],
     words: "laws `phase` and `time` and their inverse as the host has set them up, for loaders without double precision; the coefficients of the law are in its own record",
 };

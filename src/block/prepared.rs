@@ -36,11 +36,13 @@
 use super::Word;
 use super::error::BlockError;
 use super::header::Header;
-use super::law::{BlockLaw, gate_of, kernel_of};
-use super::layout::{MASING, PHASE, PREPARED, PREPARED_GEAR, RecordInfo, SELF_TEST, TIME};
-use super::record::{Block, verify_first};
+use super::law::{BlockLaw, gate_of, kernel_of, number};
+use super::layout::{JOINT, MASING, MAY_SKIP, PHASE, PREPARED, PREPARED_GEAR, RECORDS, RecordInfo, SELF_TEST, TIME};
+use super::parameters::{CheckedTerms, TermStack};
+use super::record::{Block, Record, verify_first};
 use super::self_test::{IS_COMPARED, SAMPLES, samples};
 use crate::diagnostics::SelfTest;
+use crate::feedforward::{FeedForward, FeedForwardError, Limits};
 use crate::gear::Gear;
 use crate::inverse::Inverse;
 use crate::inverse::words::{GEAR_WORDS, SEARCH_WORDS};
@@ -49,9 +51,12 @@ use crate::memory::masing::Masing;
 use crate::memory::phase::Phase;
 use crate::memory::time::{Rates, Time};
 use crate::scalar::Float;
+use crate::terms::Setting;
 
 /// The most words that a set-up takes.
 pub(super) const MOST_WORDS: usize = GEAR_WORDS + 3 + SEARCH_WORDS;
+/// The words of the record of laws `phase` and `time`.
+const GEAR_RECORD_WORDS: usize = GEAR_WORDS + 2 + SEARCH_WORDS;
 
 /// A law whose set-up blocks can hold.
 pub trait PreparedLaw<S: Word>: BlockLaw<S> {
@@ -65,104 +70,99 @@ pub trait PreparedLaw<S: Word>: BlockLaw<S> {
     fn prepared_words(inverse: &Inverse<S, Self>, put: impl FnMut(S)) -> &'static RecordInfo;
 }
 
-/// The words of a record, whatever they say.
-fn words<const N: usize>(block: &Block<'_>, info: &RecordInfo) -> Result<[u32; N], BlockError> {
+/// The one record of a tag, of so many words. Not of a [`RecordInfo`]: its words for people would be linked.
+fn only<'a>(block: &Block<'a>, tag: u16, words: usize) -> Result<Record<'a>, BlockError> {
     let mut found = None;
     for record in block.records() {
-        if record.tag == info.tag && found.replace(record).is_some() {
-            return Err(BlockError::Twice(info.tag));
+        if record.tag == tag && found.replace(record).is_some() {
+            return Err(BlockError::Twice(tag));
         }
     }
-    let record = found.ok_or(BlockError::Missing(info.tag))?;
-    if record.payload.len() != 4 * N {
-        return Err(BlockError::Malformed(info.tag));
-    }
+    let record = found.ok_or(BlockError::Missing(tag))?;
+    if record.payload.len() == 4 * words { Ok(record) } else { Err(BlockError::Malformed(tag)) }
+}
+
+/// The words of a record, whatever they say.
+fn words<const N: usize>(block: &Block<'_>, tag: u16) -> Result<[u32; N], BlockError> {
     let mut words = [0; N];
-    words.iter_mut().zip(record.words()).for_each(|(to, word)| *to = word);
+    words.iter_mut().zip(only(block, tag, N)?.words()).for_each(|(to, word)| *to = word);
     Ok(words)
 }
 
-/// Words as numbers.
-fn numbers<S: Word, const N: usize>(words: &[u32], info: &RecordInfo) -> Result<[S; N], BlockError> {
+/// The words of a record as numbers.
+fn numbers<S: Word, const N: usize>(block: &Block<'_>, tag: u16) -> Result<[S; N], BlockError> {
     let mut numbers = [S::ZERO; N];
-    for (to, word) in numbers.iter_mut().zip(words) {
-        *to = S::of_word(*word).ok_or(BlockError::Malformed(info.tag))?;
+    for (to, word) in numbers.iter_mut().zip(only(block, tag, N)?.words()) {
+        *to = S::of_word(word).ok_or(BlockError::Malformed(tag))?;
     }
     Ok(numbers)
 }
 
-/// The words of laws `phase` and `time`: those of the gear, those of the search, gain and β.
-type GearWords<S> = ([S; GEAR_WORDS], [S; SEARCH_WORDS], [S; 2]);
-
-fn gear_words<S: Word>(block: &Block<'_>) -> Result<GearWords<S>, BlockError> {
-    let words = words::<{ GEAR_WORDS + SEARCH_WORDS + 2 }>(block, &PREPARED_GEAR)?;
-    let (gear, rest) = words.split_at(GEAR_WORDS);
-    let (search, rates) = rest.split_at(SEARCH_WORDS);
-    Ok((numbers(gear, &PREPARED_GEAR)?, numbers(search, &PREPARED_GEAR)?, numbers(rates, &PREPARED_GEAR)?))
+/// What lies between the words of the gear and those of the search: `N` words.
+fn between<S, const N: usize>(words: &[S]) -> Option<(&[S; GEAR_WORDS], &[S; N], &[S; SEARCH_WORDS])> {
+    let (gear, rest) = words.split_first_chunk()?;
+    let (law, search) = rest.split_first_chunk()?;
+    Some((gear, law, search.first_chunk()?))
 }
 
-fn put_gear_words<S: Word, L: BlockLaw<S>>(
-    inverse: &Inverse<S, L>,
-    rates: [S; 2],
-    put: impl FnMut(S),
-) -> &'static RecordInfo {
-    inverse.gear_words().into_iter().chain(inverse.search_words()).chain(rates).for_each(put);
-    &PREPARED_GEAR
+fn put_words<S: Word, L: BlockLaw<S>, const N: usize>(inverse: &Inverse<S, L>, law: [S; N], put: impl FnMut(S)) {
+    inverse.gear_words().into_iter().chain(law).chain(inverse.search_words()).for_each(put);
 }
 
 impl<S: Word> PreparedLaw<S> for Masing<S> {
+    #[inline(always)]
     fn of_prepared(block: &Block<'_>) -> Result<Inverse<S, Self>, BlockError> {
-        let words = words::<MOST_WORDS>(block, &PREPARED)?;
-        let (gear, rest) = words.split_at(GEAR_WORDS);
-        let (law, search) = rest.split_at(3);
-        let [e, h, half_play] = numbers(law, &PREPARED)?;
-        let (gear, search) = (numbers(gear, &PREPARED)?, numbers(search, &PREPARED)?);
-        Ok(Inverse::of_words(&gear, Self { e, h, half_play }, &search))
+        let words = numbers::<S, MOST_WORDS>(block, PREPARED.tag)?;
+        let (gear, &[e, h, half_play], search) = between(&words).ok_or(BlockError::Malformed(PREPARED.tag))?;
+        Ok(Inverse::of_words(gear, Self { e, h, half_play }, search))
     }
 
     fn prepared_words(inverse: &Inverse<S, Self>, put: impl FnMut(S)) -> &'static RecordInfo {
         let Self { e, h, half_play } = *inverse.gear().law();
-        inverse.gear_words().into_iter().chain([e, h, half_play]).chain(inverse.search_words()).for_each(put);
+        put_words(inverse, [e, h, half_play], put);
         &PREPARED
     }
 }
 
 impl<S: Word + Float> PreparedLaw<S> for Phase<S> {
     fn of_prepared(block: &Block<'_>) -> Result<Inverse<S, Self>, BlockError> {
-        let [gate, law @ ..] = words::<4>(block, &PHASE)?;
-        let [quadrature, in_phase, rho] = numbers(&law, &PHASE)?;
-        let (gear, search, _) = gear_words(block)?;
-        Ok(Inverse::of_words(&gear, Self { quadrature, in_phase, rho, gate: gate_of(gate) }, &search))
+        let [gate, law @ ..] = words::<4>(block, PHASE.tag)?;
+        let [quadrature, in_phase, rho] = law.map(number);
+        let words = numbers::<S, GEAR_RECORD_WORDS>(block, PREPARED_GEAR.tag)?;
+        let (gear, [_, _], search) = between(&words).ok_or(BlockError::Malformed(PREPARED_GEAR.tag))?;
+        Ok(Inverse::of_words(gear, Self { quadrature, in_phase, rho, gate: gate_of(gate) }, search))
     }
 
     fn prepared_words(inverse: &Inverse<S, Self>, put: impl FnMut(S)) -> &'static RecordInfo {
-        put_gear_words(inverse, [S::ZERO; 2], put)
+        put_words(inverse, [S::ZERO; 2], put);
+        &PREPARED_GEAR
     }
 }
 
 impl<S: Word> PreparedLaw<S> for Time<S> {
     fn of_prepared(block: &Block<'_>) -> Result<Inverse<S, Self>, BlockError> {
-        let [kernel, gate, _, _, _, _, f0, f1, l0, l1, i0, i1, bound @ ..] = words::<14>(block, &TIME)?;
+        let [kernel, gate, _, _, _, _, f0, f1, l0, l1, i0, i1, bound @ ..] = words::<14>(block, TIME.tag)?;
         let step = |words| S::gain_of_words(words).map(|(gain, _)| gain).ok_or(BlockError::Malformed(TIME.tag));
         let step = [step([f0, f1])?, step([l0, l1])?, step([i0, i1])?];
-        let bound = numbers(&bound, &TIME)?;
-        let (gear, search, [gain, beta_per_s]) = gear_words(block)?;
+        let words = numbers::<S, GEAR_RECORD_WORDS>(block, PREPARED_GEAR.tag)?;
+        let (gear, &[gain, beta_per_s], search) = between(&words).ok_or(BlockError::Malformed(PREPARED_GEAR.tag))?;
         let rates = Rates { kernel: kernel_of(kernel), gain, beta_per_s };
-        Ok(Inverse::of_words(&gear, Self::of_rates(rates, gate_of(gate), step, bound), &search))
+        Ok(Inverse::of_words(gear, Self::of_rates(rates, gate_of(gate), step, bound.map(number)), search))
     }
 
     fn prepared_words(inverse: &Inverse<S, Self>, put: impl FnMut(S)) -> &'static RecordInfo {
         let law = inverse.gear().law();
-        put_gear_words(inverse, [law.gain(), law.beta_per_s()], put)
+        put_words(inverse, [law.gain(), law.beta_per_s()], put);
+        &PREPARED_GEAR
     }
 }
 
 impl<S: Word + Float> PreparedLaw<S> for AnyLaw<S> {
     fn of_prepared(block: &Block<'_>) -> Result<Inverse<S, Self>, BlockError> {
-        let has = |info: &RecordInfo| block.records().any(|record| record.tag == info.tag);
-        if has(&MASING) {
+        let has = |tag| block.records().any(|record| record.tag == tag);
+        if has(MASING.tag) {
             Masing::of_prepared(block).map(|inverse| inverse.with_law(Self::Masing(*inverse.gear().law())))
-        } else if has(&PHASE) {
+        } else if has(PHASE.tag) {
             Phase::of_prepared(block).map(|inverse| inverse.with_law(Self::Phase(*inverse.gear().law())))
         } else {
             Time::of_prepared(block).map(|inverse| inverse.with_law(Self::Time(*inverse.gear().law())))
@@ -214,24 +214,54 @@ impl<S: Word, L: PreparedLaw<S>> Prepared<S, L> {
             return Err(BlockError::StackDepth(header.stack_depth));
         }
         let inverse = L::of_prepared(block)?;
-        let mut self_test = SelfTest::NotRun;
-        let expected = block.records().find(|record| record.tag == SELF_TEST.tag);
-        if let (Some(expected), true) = (expected, IS_COMPARED) {
-            let found = samples(inverse.gear(), Some(&inverse));
-            let mut differs = expected.payload.len() != 4 * SAMPLES;
-            for (expected, found) in expected.words().zip(found) {
-                differs |= expected != found;
-            }
-            if differs {
-                return Err(BlockError::SelfTest);
-            }
-            self_test = SelfTest::Passed;
-        }
+        let self_test = match only(block, SELF_TEST.tag, SAMPLES) {
+            _ if !IS_COMPARED => SelfTest::NotRun,
+            Err(BlockError::Missing(_)) => SelfTest::NotRun,
+            Ok(expected) if expected.words().eq(samples(inverse.gear(), Some(&inverse))) => SelfTest::Passed,
+            _ => return Err(BlockError::SelfTest),
+        };
         Ok(Self { header, crc: block.crc(), inverse, self_test })
+    }
+
+    /// The feed-forward of the gear.
+    ///
+    /// # Errors
+    /// [`FeedForwardError`]: limits that cannot be, a law `time` for another control period than [`Limits::period_s`].
+    pub fn feed_forward(&self, limits: &Limits<S>) -> Result<FeedForward<S, L>, FeedForwardError>
+    where
+        S: Float,
+    {
+        let stored_s = self.header.period_s;
+        if self.gear().law().knows_time() && limits.period_s.word() != stored_s.word() {
+            return Err(FeedForwardError::Period { stored_s });
+        }
+        FeedForward::of_inverse(&self.inverse, limits)
     }
 
     /// The gear.
     pub fn gear(&self) -> &Gear<S, L> {
         self.inverse.gear()
+    }
+}
+
+impl<L: PreparedLaw<f32>> Prepared<f32, L> {
+    /// The terms of the block that this was loaded from, checked and counted in single precision. The c1 that `thermal_stiffness` scales is that of
+    /// [`Parameters`](super::Parameters) within 2 units in the last place.
+    ///
+    /// # Errors
+    /// [`BlockError`]: a term that cannot be, more than `K`, a record that this firmware does not know and may not skip.
+    pub fn terms<const K: usize>(&self, block: &Block<'_>) -> Result<CheckedTerms<K>, BlockError> {
+        let [.., side] = words::<5>(block, JOINT.tag)?;
+        let frame = self.gear().frame();
+        let c1 = self.gear().elastic().polynomial().k1 * frame.torque_scale() * frame.inverse_rated();
+        let sigma = if side == 1 { 1.0 } else { -1.0 };
+        let mut terms = CheckedTerms::empty(Setting { sigma, c1, rated_deflection: frame.rated() }, true);
+        for record in block.records() {
+            let is_fixed = RECORDS.iter().any(|info| info.tag == record.tag);
+            if !is_fixed && !terms.take(&record)? && record.tag & MAY_SKIP == 0 {
+                return Err(BlockError::Unknown(record.tag));
+            }
+        }
+        Ok(terms)
     }
 }

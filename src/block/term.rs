@@ -160,7 +160,7 @@ pub(super) fn encode(name: &str, source: &dyn Source<f32>) -> Result<(u16, Vec<u
         let mut put = |word: u32| words.push(word).map_err(|_| room);
         match (key.form, source.get(key)) {
             (Form::Number, Some(Value::Number(x))) => put(x.to_bits())?,
-            (Form::Number, None) if key.optional => put((key.absent as f32).to_bits())?,
+            (Form::Number, None) if key.optional => put(key.absent.to_bits())?,
             (Form::Choice(_), None) if key.optional => put(key.absent as u32)?,
             (Form::List { .. }, Some(Value::List(list))) => {
                 put(list.len() as u32)?;
@@ -176,7 +176,7 @@ pub(super) fn encode(name: &str, source: &dyn Source<f32>) -> Result<(u16, Vec<u
             (form, Some(_)) => return Err(TermError::WrongForm { key: key.name, form }),
         }
         let default = match key.form {
-            Form::Number => Some((key.absent as f32).to_bits()),
+            Form::Number => Some(key.absent.to_bits()),
             Form::Choice(_) => Some(key.absent as u32),
             Form::List { .. } => None,
         };
