@@ -2,13 +2,13 @@
 
 use core::mem::MaybeUninit;
 
-use gmhm::block::{TorqueUnit, verify_first};
+use gmhm::block::{Block, BlockError, CheckedTerms, INVERSE, Prepared, TorqueUnit, verify_first};
 use gmhm::feedforward::FeedForwardError;
 use gmhm::memory::AnyLaw;
 use gmhm::terms::Stack;
 use gmhm::terms::feedforward::{CompensatedFeedForward, CompensatedFeedForwardState};
 
-use crate::joint::{DEPTH, NO_SETTING, TERMS, check, plant, status_flags, sum};
+use crate::joint::{DEPTH, NO_SETTING, TERMS, plant, status_flags, sum};
 use crate::types::{ContributionC, DemandC, LimitsC, SampleC, flag, need};
 use crate::{NO_INVERSE, NULL, OK, PERIOD, UNIT, VALUE, bytes};
 
@@ -41,15 +41,25 @@ impl core::fmt::Debug for FeedForwardC {
     }
 }
 
+/// The gear of a good block and its terms, nothing of it in double precision. A frame of its own: firmware has little stack.
+#[inline(never)]
+fn check(block: &Block<'_>) -> Result<(Prepared<f32, AnyLaw<f32>>, CheckedTerms<TERMS>), BlockError> {
+    let prepared = Prepared::of_block(block, DEPTH)?;
+    let terms = prepared.terms(block)?;
+    Ok((prepared, terms))
+}
+
 impl FeedForwardC {
     fn load(&mut self, block: &[u8], limits: &LimitsC) -> Result<(), u16> {
         let block = verify_first(block).map_err(|error| error.code())?;
-        let parameters = check(&block).map_err(|error| error.code())?;
-        if parameters.header.torque_unit != TorqueUnit::NewtonMetre {
+        if block.records().all(|record| record.tag != INVERSE.tag) {
+            return Err(NO_INVERSE);
+        }
+        let (prepared, terms) = check(&block).map_err(|error| error.code())?;
+        if prepared.header.torque_unit != TorqueUnit::NewtonMetre {
             return Err(UNIT);
         }
-        let feed_forward = parameters.feed_forward(&limits.limits()).map_err(|error| match error {
-            FeedForwardError::NoInverse => NO_INVERSE,
+        let feed_forward = prepared.feed_forward(&limits.limits()).map_err(|error| match error {
             FeedForwardError::Period { .. } => PERIOD,
             _ => VALUE,
         })?;
@@ -60,7 +70,7 @@ impl FeedForwardC {
         });
         let before = core::mem::replace(&mut force.feed.feed_forward, feed_forward);
         force.period_s = limits.period_s;
-        plant(&mut force.feed.stack, &parameters.terms, &block);
+        plant(&mut force.feed.stack, &terms, &block);
         if let Some(state) = &mut force.state {
             force.feed.take_over(&before, state);
         }

@@ -122,7 +122,7 @@ impl Force {
 
 /// The parameters of a good block, but for its terms. A frame of its own, gone before the terms are set up: firmware has little stack.
 #[inline(never)]
-pub(crate) fn check(block: &Block<'_>) -> Result<Parameters<f32, AnyLaw<f32>, CheckedTerms<TERMS>>, BlockError> {
+fn check(block: &Block<'_>) -> Result<Parameters<f32, AnyLaw<f32>, CheckedTerms<TERMS>>, BlockError> {
     Parameters::of_block(block, DEPTH)
 }
 

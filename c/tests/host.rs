@@ -7,12 +7,13 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use common::Small;
-use gmhm::block::{Header, Identity, Joint, Parameters, ScalarKind, Writer};
+use gmhm::block::{Header, Identity, Joint, Parameters, Prepared, ScalarKind, Writer, verify};
 use gmhm::feedforward::{Controls, Demand, Limits};
 use gmhm::link::{Answer, Origin, Receiver, Request, Tag};
+use gmhm::memory::AnyLaw;
 use gmhm::terms::feedforward::CompensatedFeedForward;
 use gmhm::terms::{KINDS, Sample, Side, kind};
-use gmhm::{Elastic, Gear, Memory, Params, Solution};
+use gmhm::{Elastic, Gear, Inverse, Memory, Params, Solution};
 use gmhm_c::{
     FEED_FORWARD_WORDS, FLASH, JOINT_WORDS, LAW_WORDS, LINK_WORDS, NO_BLOCK, NO_INVERSE, NO_SPACE, NOT_NEWER, NULL,
     PERIOD, PLACE, READ_BACK, STORE_WORDS, StatusC, UNIT, VALUE, flag,
@@ -33,6 +34,9 @@ fn block(params: &Params, terms: &[&str]) -> Vec<u8> {
     let mut writer = Writer::new(&mut buffer, header);
     writer.gear(&Gear::<f32>::with_period(params, PERIOD_S).expect("a period"), params).expect("a gear");
     writer.inverse::<f32>(params, PERIOD_S).expect("an inverse");
+    let inverse = Inverse::<f32>::with_period(params, PERIOD_S).expect("an inverse");
+    writer.self_test(inverse.gear(), Some(&inverse)).expect("room");
+    writer.prepared(&inverse).expect("room");
     writer.joint(&Joint { ratio: Some(100.0), ..Joint::default() }).expect("a joint");
     for term in terms {
         writer.term(term, &Small).expect("a term");
@@ -90,8 +94,10 @@ fn expected(block: &[u8]) -> Vec<String> {
         torque_slew_nm_per_s: 400.0,
         largest_rate_rad_per_s: f32::INFINITY,
     };
-    let feed_forward = parameters.feed_forward(&limits).expect("an inverse");
-    let feed = CompensatedFeedForward::new(feed_forward, &parameters.terms);
+    let verified = verify(block).expect("a good block");
+    let prepared = Prepared::<f32, AnyLaw<f32>>::of_block(&verified, 16).expect("a prepared block");
+    let terms = prepared.terms::<8>(&verified).expect("terms").plant(&verified);
+    let feed = CompensatedFeedForward::new(prepared.feed_forward(&limits).expect("limits"), &terms);
     let controls = Controls { on: true, ..Controls::default() };
     let mut fed = None;
     let mut base = gear.start::<16>(0.0);

@@ -8,21 +8,21 @@ use std::fmt::Debug;
 use std::path::PathBuf;
 
 use gmhm::block::{
-    BlockError, BlockLaw, FORMAT_VERSION, Header, Identity, Joint, Parameters, PreparedLaw, ScalarKind, TermStack,
-    TorqueUnit, Word, Writer, verify,
+    BlockError, BlockLaw, FORMAT_VERSION, Header, Identity, Joint, Parameters, Prepared, PreparedLaw, ScalarKind,
+    TermStack, TorqueUnit, Word, Writer, verify,
 };
 use gmhm::diagnostics::SelfTest;
 use gmhm::memory::AnyLaw;
 use gmhm::memory::masing::Masing;
 use gmhm::memory::time::Time;
 use gmhm::scalar::Fixed;
-use gmhm::terms::{Form, KINDS, KeyInfo, KindInfo, Setting, Source, Stack, Term, Value};
+use gmhm::terms::{Form, KINDS, KeyInfo, KindInfo, Setting, Source, Stack, Term, TermError, Value};
 use gmhm::{Gate, Gear, Inverse, Kernel, Law, Params};
 
 const PERIOD_S: f64 = 1e-3;
 
 /// File, CRC-32.
-const GOLDEN: [(&str, u32); 18] = [
+const GOLDEN: [(&str, u32); 22] = [
     ("block-1-masing", 0xbc7d_4194),
     ("block-1-phase", 0x7a4e_255d),
     ("block-1-time", 0x6913_b125),
@@ -41,6 +41,10 @@ const GOLDEN: [(&str, u32); 18] = [
     ("block-1-phase-prepared-tested", 0),
     ("block-1-time-prepared-tested", 0),
     ("block-1-time-prepared-tested-fixed", 0),
+    ("block-1-prepared-terms-1", 0),
+    ("block-1-prepared-terms-9", 0),
+    ("block-1-prepared-terms-17", 0),
+    ("block-1-prepared-shapes", 0),
 ];
 
 fn file(name: &str) -> PathBuf {
@@ -89,7 +93,7 @@ fn terms(name: &str) -> Vec<Grown> {
         Some(Form::Choice(words)) => words.len(),
         _ => 0,
     };
-    if name == "block-1-shapes" {
+    if name.ends_with("shapes") {
         let kinds = KINDS.iter().filter(|info| info.name != "wear");
         return kinds.flat_map(|info| (0..shaped(info)).map(move |shape| Grown::first(info, shape))).collect();
     }
@@ -228,7 +232,31 @@ fn golden_blocks_hold_their_terms() {
         }
         count += loaded.terms.terms().len();
     }
-    assert_eq!(count, 2 + FIRST_KINDS + 8 + 8);
+    assert_eq!(count, 2 + 2 * (FIRST_KINDS + 8) + 8);
+}
+
+/// What a loader without double precision makes of a block is what the other one does.
+#[test]
+fn prepared_blocks_load_to_the_same_gear_and_terms() {
+    let mut count = 0;
+    for (name, _) in GOLDEN.iter().filter(|(name, _)| name.contains("prepared") && !name.ends_with("fixed")) {
+        let bytes = golden(name);
+        let (block, loaded) = (verify(&bytes).expect("a good block"), Parameters::<f32>::load(&bytes, 16));
+        let loaded = loaded.expect("a good block");
+        let prepared = Prepared::<f32, AnyLaw<f32>>::of_block(&block, 16).expect("a prepared block");
+        assert_eq!((Some(prepared.inverse), prepared.self_test), (loaded.inverse, loaded.self_test), "{name}");
+        let terms = prepared.terms::<8>(&block).expect("good terms").plant(&block);
+        assert_eq!(terms.terms(), loaded.terms.plant().terms(), "{name}");
+        count += terms.terms().len();
+        assert_eq!(
+            prepared.terms::<8>(&block).map(drop),
+            prepared.terms::<7>(&block).map(drop).or_else(|error| {
+                let full = matches!(error, BlockError::Term { error: TermError::StackFull, .. });
+                if full && loaded.terms.terms().len() == 8 { Ok(()) } else { Err(error) }
+            })
+        );
+    }
+    assert!(count > FIRST_KINDS, "{count} terms");
 }
 
 /// What is written stays the same too. A change that means to write otherwise gives what it writes golden blocks of its own, and leaves these.

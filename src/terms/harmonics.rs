@@ -31,7 +31,7 @@ impl Angle {
         }
         let all = reader.list::<MOST_ORDERS>(orders)?;
         let range = Range::AboveOne;
-        if all.iter().all(|order| range.holds(order.to_f64())) {
+        if all.iter().all(|order| range.holds_in(*order)) {
             Ok(Self::Output)
         } else {
             Err(TermError::OutOfRange { key: orders.name, range })

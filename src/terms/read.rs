@@ -161,7 +161,7 @@ impl<'a, S: Float> Reader<'a, S> {
     fn check(key: &'static KeyInfo, x: S) -> Result<S, TermError> {
         if !x.is_finite() {
             Err(TermError::NotFinite { key: key.name })
-        } else if !key.range.holds(x.to_f64()) {
+        } else if !key.range.holds_in(x) {
             Err(TermError::OutOfRange { key: key.name, range: key.range })
         } else {
             Ok(x)
@@ -173,7 +173,7 @@ impl<'a, S: Float> Reader<'a, S> {
         match self.source.get(key) {
             Some(Value::Number(x)) => Self::check(key, x),
             Some(_) => Err(TermError::WrongForm { key: key.name, form: key.form }),
-            None if key.optional => Ok(S::from_f64(key.absent)),
+            None if key.optional => Ok(S::from_f64(f64::from(key.absent))),
             None => Err(TermError::Missing { key: key.name }),
         }
     }

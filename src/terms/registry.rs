@@ -1,5 +1,7 @@
 //! What there is to know of a kind of term before it has numbers: the source of checks, docs, parameter blocks and the search for missing physics.
 
+use crate::scalar::Float;
+
 /// Whether a term is physics of the gear or a fault of the measurement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Side {
@@ -127,18 +129,24 @@ impl Range {
     /// Whether a number lies within it; NaN and infinities never do.
     #[must_use]
     pub fn holds(self, x: f64) -> bool {
-        // A NaN is in no range.
+        self.holds_in(x)
+    }
+
+    /// [`holds`](Self::holds) in the precision of a drive.
+    pub(crate) fn holds_in<S: Float>(self, x: S) -> bool {
+        // A NaN compares false.
+        let within = |low: f64, high: f64| x >= S::from_f64(low) && x <= S::from_f64(high);
         match self {
             Self::Any => x.is_finite(),
-            Self::AtLeastZero => (0.0..f64::INFINITY).contains(&x),
-            Self::Positive => x > 0.0 && x.is_finite(),
-            Self::Fraction => x > 0.0 && x <= 1.0,
-            Self::Share => (0.0..=1.0).contains(&x),
-            Self::Normalised => (-8.0..=8.0).contains(&x),
-            Self::NormalisedSize => (0.0..=8.0).contains(&x),
-            Self::Measure => (1e-12..=1e12).contains(&x),
-            Self::NotZero => x != 0.0 && x.is_finite(),
-            Self::AboveOne => x > 1.0 && x.is_finite(),
+            Self::AtLeastZero => x >= S::ZERO && x.is_finite(),
+            Self::Positive => x > S::ZERO && x.is_finite(),
+            Self::Fraction => x > S::ZERO && x <= S::ONE,
+            Self::Share => x >= S::ZERO && x <= S::ONE,
+            Self::Normalised => within(-8.0, 8.0),
+            Self::NormalisedSize => within(0.0, 8.0),
+            Self::Measure => within(1e-12, 1e12),
+            Self::NotZero => x != S::ZERO && x.is_finite(),
+            Self::AboveOne => x > S::ONE && x.is_finite(),
         }
     }
 
@@ -199,7 +207,7 @@ pub struct KeyInfo {
     /// Whether it may be left out, and is [`absent`](Self::absent) then.
     pub optional: bool,
     /// What it is where it is left out: a number, or the number of a word. 0 unless stated.
-    pub absent: f64,
+    pub absent: f32,
     /// Whether its kind has got it since the first format of blocks: a record ends before it where it is what it is when left out.
     pub appended: bool,
     /// The shapes that have it; all where empty.
@@ -284,7 +292,7 @@ impl KeyInfo {
 
     /// May be left out, and is so much then. Its kind has got it since the first format of blocks.
     #[must_use]
-    pub const fn appended(mut self, absent: f64) -> Self {
+    pub const fn appended(mut self, absent: f32) -> Self {
         (self.optional, self.appended, self.absent) = (true, true, absent);
         self
     }

@@ -135,7 +135,7 @@ pub(super) fn values(plan: &Plan) -> String {
                 }
                 (Some(Value::Choice(chosen)), _) => format!("{chosen}u"),
                 (_, Form::Choice(_)) => format!("{}u", key.absent),
-                _ => number(key.absent),
+                _ => number(f64::from(key.absent)),
             };
             let _ = writeln!(text, "        .{} = {value},", key.name);
         }

@@ -196,7 +196,7 @@ pub fn get(term: &Term, key: &KeyInfo, index: Option<usize>) -> f64 {
     match (term.values.get(key.name), index) {
         (Some(TermValue::Number(x)), _) => *x,
         (Some(TermValue::List(list)), Some(i)) => list.get(i).copied().unwrap_or(0.0),
-        _ => key.absent,
+        _ => f64::from(key.absent),
     }
 }
 

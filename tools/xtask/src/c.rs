@@ -24,23 +24,32 @@ const CODE_LIMIT: u64 = 160_000;
 /// Code and constants of what `gmhm_law` calls on a Cortex-M4F, with what it needs of the C library.
 const LAW_CODE_LIMIT: u64 = 12_000;
 
-/// Code and constants of a C program that calls `gmhm_law` alone; refuses double precision in it.
-fn law_code(shell: &Shell, functions: &[String], archive: &Path, linked: &Path) -> Result<u64> {
-    let roots = functions.iter().filter(|name| name.starts_with("gmhm_law"));
+/// The same of `gmhm_feed_forward`.
+const FEED_FORWARD_CODE_LIMIT: u64 = 90_000;
+
+/// Code and constants of a C program that calls the functions of one type alone; refuses double precision in it, and more than a limit.
+fn code_of(shell: &Shell, kind: &str, limit: u64, functions: &[String], archive: &Path, linked: &Path) -> Result<()> {
+    let roots = functions.iter().filter(|name| name.starts_with(kind));
     let roots: Vec<String> = roots.map(|name| format!("-Wl,--undefined={name}")).collect();
     let library = archive.join("lib/libgmhm.a");
-    let linking = ["-nostartfiles", "--specs=nano.specs", "-Wl,--gc-sections,--entry=gmhm_law_init"];
-    cmd!(shell, "{COMPILER} -Os {M4F_OPTIONS...} {linking...} {roots...} {library} -o {linked}")
-        .quiet()
-        .run()
-        .context("a program that calls gmhm_law does not link: run `cargo xtask setup` first")?;
+    let linking = ["-nostartfiles", "--specs=nano.specs", "-Wl,--gc-sections"];
+    cmd!(
+        shell,
+        "{COMPILER} -Os {M4F_OPTIONS...} {linking...} -Wl,--entry={kind}_init {roots...} {library} -o {linked}"
+    )
+    .quiet()
+    .run()
+    .with_context(|| format!("a program that calls {kind} does not link: run `cargo xtask setup` first"))?;
     let elf = shell.read_binary_file(linked)?;
     let file = object::File::parse(&*elf)?;
     for symbol in file.symbols() {
         let name = symbol.name()?;
-        ensure!(!is_double(name), "gmhm_law computes in double precision: `{name}`");
+        ensure!(!is_double(name), "{kind} computes in double precision: `{name}`");
     }
-    Ok(held(&file))
+    let code = held(&file);
+    ensure!(code <= limit, "{kind} takes {code} B of code on the M4F, and at most {limit} are allowed");
+    println!("c: a program that calls {kind} alone links {code} B on the M4F, library functions included");
+    Ok(())
 }
 
 /// Builds and checks the library for both ends of the range of cores.
@@ -77,12 +86,9 @@ pub fn run(shell: &Shell) -> Result<()> {
     }
     let archive = folder.path().join("arm");
     c_archive::write(shell, Some(M4F.target), &archive)?;
-    let law = law_code(shell, &functions, &archive, &folder.path().join("law"))?;
-    ensure!(
-        law <= LAW_CODE_LIMIT,
-        "gmhm_law takes {law} B of code on the M4F, and at most {LAW_CODE_LIMIT} are allowed"
-    );
-    println!("c: a program that calls gmhm_law alone links {law} B on the M4F, library functions included");
+    for (kind, limit) in [("gmhm_law", LAW_CODE_LIMIT), ("gmhm_feed_forward", FEED_FORWARD_CODE_LIMIT)] {
+        code_of(shell, kind, limit, &functions, &archive, &folder.path().join(kind))?;
+    }
     c_archive::check(shell, &archive)?;
     c_program::run(shell)
 }

@@ -9,8 +9,23 @@ use crate::emulator;
 use crate::machine::{M3, M4F, Machine};
 use crate::setup::{COMPILER, M4F_OPTIONS};
 
-/// Golden blocks of single precision: each law, and terms of every kind that fit.
-const BLOCKS: [&str; 7] = ["masing", "phase", "time", "terms-1", "terms-9", "terms-17", "shapes"];
+/// Golden blocks of single precision: each law, and terms of every kind that fit; then the same with the words of their set-up, which a feed-forward needs.
+const BLOCKS: [&str; 14] = [
+    "masing",
+    "phase",
+    "time",
+    "terms-1",
+    "terms-9",
+    "terms-17",
+    "shapes",
+    "prepared",
+    "phase-prepared-tested",
+    "time-prepared-tested",
+    "prepared-terms-1",
+    "prepared-terms-9",
+    "prepared-terms-17",
+    "prepared-shapes",
+];
 
 /// Cores, the target of the library, and the options of the compiler. The Cortex-M3 runs the code of the Cortex-M0, which has no emulated board with room for the program.
 const CORES: [(Machine, &str, &[&str]); 2] =
