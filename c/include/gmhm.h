@@ -300,7 +300,8 @@ uint32_t gmhm_law_step(gmhm_law *law, const gmhm_demand *demand, gmhm_contributi
 
 /*
  * Feed-forward of every law with the terms of the block: friction, ripple, gravity and temperature act on what is fed forward. Blocks in newton metres, with an inverse.
- * In law `time` limits->period_s must be the period that the block was made for (GMHM_PERIOD).
+ * In law `time` limits->period_s must be the period that the block was made for (GMHM_PERIOD). The block holds the words of its set-up, as `gmhm pack` writes them; one without is
+ * answered by GMHM_ERROR_MISSING. Nothing is computed in double precision.
  *
  *     static gmhm_feed_forward feed;
  *     if (gmhm_feed_forward_init(&feed, block, sizeof block, &limits) != GMHM_OK) { ... }

@@ -97,7 +97,7 @@ const LOADER_STACK_LIMIT: u64 = 1024;
 const BOOT: &str = "boot";
 
 /// Instructions from a prepared block to the first torque.
-const BOOT_LIMIT: f64 = 60_000.0;
+const BOOT_LIMIT: f64 = 12_000.0;
 
 /// What a control path weighs.
 struct Weight {
