@@ -5,7 +5,7 @@ use std::mem::MaybeUninit;
 
 use gmhm::block::{Header, Identity, Joint as JointOfGear, ScalarKind, TorqueUnit, Writer};
 use gmhm::terms::{Form, KeyInfo, Source, Value};
-use gmhm::{Elastic, Gear, Memory, Params};
+use gmhm::{Elastic, Gear, Inverse, Memory, Params};
 use gmhm_c::{Joint, OK, OutputC, SampleC, SolutionC, StatusC};
 
 /// The functions of `gmhm.h`, their results as values.
@@ -55,7 +55,10 @@ fn write(stiffness: f64, terms: &[&str], joint: &JointOfGear, torque_unit: Torqu
     let header = Header { period_s: 1e-3, torque_unit, ..Header::new(Identity::of_name("joint 3"), ScalarKind::F32) };
     let mut writer = Writer::new(&mut buffer, header);
     writer.gear(&Gear::<f32>::with_period(&params, 1e-3).expect("a period"), &params).expect("a gear");
+    let inverse = Inverse::<f32>::with_period(&params, 1e-3).expect("an inverse");
     writer.inverse::<f32>(&params, 1e-3).expect("an inverse");
+    writer.self_test(inverse.gear(), Some(&inverse)).expect("room");
+    writer.prepared(&inverse).expect("room");
     writer.joint(joint).expect("a joint");
     for term in terms {
         writer.term(term, &Small).expect("a term");

@@ -14,7 +14,7 @@ pub const IN_TESTS: u64 = 300_000;
 const TARGETS: [(&str, &str); 2] = [("link", "256"), ("store", "1200")];
 
 /// Seeded tests: what they fuzz, where they are, which of their file, and what a failure means.
-const TESTS: [(&str, &str, &str, &str, &str); 3] = [
+const TESTS: [(&str, &str, &str, &str, &str); 4] = [
     ("block", "gmhm-host-tests", "block_fuzz", "", "a block was neither refused nor computed with"),
     (
         "cascade, feed-forward and servo",
@@ -24,6 +24,7 @@ const TESTS: [(&str, &str, &str, &str, &str); 3] = [
         "bad input left its limits, or did not pass",
     ),
     ("library for C", "gmhm-c", "faults", "fuzzed", "a sample was not answered with finite numbers"),
+    ("feed-forward for C", "gmhm-c", "feed_forward", "fuzzed", "a period was not answered with finite numbers"),
 ];
 
 /// Runs each fuzzer so often, from one seed.

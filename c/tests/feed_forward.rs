@@ -1,0 +1,164 @@
+//! The feed-forward of `gmhm.h`: what cannot be is refused by its code, another block makes no step, and whatever a program hands over, it answers with finite numbers and is back at the next good period.
+//!
+//! `GMHM_FUZZ=10000000 cargo test --release -p gmhm-c --test feed_forward` fuzzes as many periods; `GMHM_FUZZ_SEED` chooses others.
+
+mod common;
+
+use std::mem::MaybeUninit;
+
+use common::{A, block_of, block_with};
+use gmhm::block::{Joint, PREPARED, TorqueUnit, crc32};
+use gmhm::terms::Need;
+use gmhm_c::{
+    ContributionC, DemandC, FeedForwardC, LimitsC, NO_INVERSE, NULL, OK, SampleC, UNIT, VALUE, flag,
+    gmhm_feed_forward_init, gmhm_feed_forward_load, gmhm_feed_forward_needs, gmhm_feed_forward_restart,
+    gmhm_feed_forward_step, need,
+};
+
+const PERIOD_S: f32 = 1e-3;
+const LIMITS: LimitsC = LimitsC {
+    period_s: PERIOD_S,
+    ramp_s: 0.1,
+    offset_slew_rad_per_s: 0.05,
+    torque_slew_nm_per_s: 200.0,
+    largest_rate_rad_per_s: f32::INFINITY,
+};
+const DEMAND: DemandC = DemandC { torque_nm: 0.0, deflection_rad: 0.0, gain_ratio: 1.0, on: 1, along_measurement: 0 };
+
+fn feed_forward(block: &[u8]) -> Box<FeedForwardC> {
+    let mut feed = Box::new(MaybeUninit::uninit());
+    // SAFETY: the block outlives the call, and gmhm_feed_forward_init writes the feed-forward.
+    unsafe {
+        let code = gmhm_feed_forward_init(Some(&mut feed), block.as_ptr(), block.len() as u32, Some(&LIMITS));
+        assert_eq!(code, OK);
+        feed.assume_init()
+    }
+}
+
+fn load(feed: &mut FeedForwardC, block: &[u8], limits: &LimitsC) -> u16 {
+    // SAFETY: the block outlives the call.
+    unsafe { gmhm_feed_forward_load(Some(feed), block.as_ptr(), block.len() as u32, Some(limits)) }
+}
+
+fn step(feed: &mut FeedForwardC, demand: &DemandC, sample: &SampleC) -> (ContributionC, u32) {
+    let mut to = MaybeUninit::uninit();
+    let flags = gmhm_feed_forward_step(Some(feed), Some(demand), Some(sample), Some(&mut to));
+    // SAFETY: gmhm_feed_forward_step has written it.
+    (unsafe { to.assume_init() }, flags)
+}
+
+/// The last of so many periods under a torque, turning slowly.
+fn held(feed: &mut FeedForwardC, torque_nm: f32, periods: u32) -> ContributionC {
+    let sample = SampleC { velocity_rad_per_s: 0.5, temperature_c: 20.0, ..SampleC::default() };
+    let demand = DemandC { torque_nm, ..DEMAND };
+    (0..periods).map(|_| step(feed, &demand, &sample).0).last().expect("a period")
+}
+
+#[test]
+fn what_cannot_be_is_refused_by_its_code() {
+    let good = block_with(1.0, &["coulomb_friction"]);
+    let mut feed = feed_forward(&good);
+    let velocity = need::ALL.iter().position(|need| *need == Need::Velocity).expect("a need");
+    assert_eq!(gmhm_feed_forward_needs(Some(&feed)), 1 << velocity);
+    let before = held(&mut feed, 20.0, 1000);
+    assert_eq!(load(&mut feed, &block_of(&Joint::default(), TorqueUnit::Ampere), &LIMITS), UNIT);
+    assert_eq!(load(&mut feed, &good, &LimitsC { ramp_s: 0.0, ..LIMITS }), VALUE);
+    let mut joint = good.clone();
+    let place =
+        |block: &[u8], tag: u16| block.windows(2).position(|word| word == tag.to_le_bytes()).expect("the record");
+    let seal = |mut block: Vec<u8>| {
+        let end = block.len() - 4;
+        let crc = crc32(&block[..end]).to_le_bytes();
+        block[end..].copy_from_slice(&crc);
+        block
+    };
+    let at = place(&joint, PREPARED.tag);
+    joint[at..at + 2].copy_from_slice(&0x8077_u16.to_le_bytes());
+    assert_eq!(load(&mut feed, &seal(joint.clone()), &LIMITS), 0x010C);
+    // The records of a block begin behind its header.
+    let at = 48 + place(&joint[48..], gmhm::block::INVERSE.tag);
+    joint[at..at + 2].copy_from_slice(&0x8078_u16.to_le_bytes());
+    assert_eq!(load(&mut feed, &seal(joint), &LIMITS), NO_INVERSE);
+    assert_eq!(gmhm_feed_forward_restart(None, 0.0), NULL);
+    // Nothing of it moved what is in force.
+    let after = held(&mut feed, 20.0, 1);
+    assert_eq!((after.offset_rad, after.joint_terms_nm), (before.offset_rad, before.joint_terms_nm));
+}
+
+#[test]
+fn another_block_and_a_restart_make_no_step() {
+    let mut feed = feed_forward(&block_with(1.0, &["coulomb_friction"]));
+    let slew = 1.01 * LIMITS.offset_slew_rad_per_s * PERIOD_S;
+    let mut before = held(&mut feed, 20.0, 1000);
+    for (stiffness, terms) in [(1.2, &["coulomb_friction"][..]), (1.2, &[]), (1.0, &["viscous_friction"])] {
+        assert_eq!(load(&mut feed, &block_with(stiffness, terms), &LIMITS), OK);
+        let first = held(&mut feed, 20.0, 1);
+        assert!((first.offset_rad - before.offset_rad).abs() <= slew, "{first:?} after {before:?}");
+        let last = held(&mut feed, 20.0, 1000);
+        assert_ne!(last.offset_rad, before.offset_rad, "{stiffness} {terms:?}");
+        before = last;
+    }
+    assert_eq!(gmhm_feed_forward_restart(Some(&mut feed), 0.5 * A), OK);
+    let first = held(&mut feed, 20.0, 1);
+    assert!((first.offset_rad - before.offset_rad).abs() <= slew, "{first:?} after {before:?}");
+    assert_ne!(first.offset_rad, before.offset_rad, "the past is unknown");
+}
+
+#[test]
+fn a_torque_beyond_the_range_says_so() {
+    let mut feed = feed_forward(&block_with(1.0, &[]));
+    let (_, flags) = step(&mut feed, &DemandC { torque_nm: 200.0, ..DEMAND }, &SampleC::default());
+    assert_eq!(flags & flag::SATURATED, flag::SATURATED);
+}
+
+fn number(name: &str, otherwise: u64) -> u64 {
+    std::env::var(name).map_or(otherwise, |text| text.parse().unwrap_or_else(|_| panic!("{name} must be a number")))
+}
+
+#[test]
+fn fuzzed_periods_are_answered() {
+    let mut random = number("GMHM_FUZZ_SEED", 1) as u32 | 1;
+    let mut next = move || {
+        random ^= random << 13;
+        random ^= random >> 17;
+        random ^= random << 5;
+        random
+    };
+    let blocks = [&[][..], &["coulomb_friction", "viscous_friction"]].map(|terms| block_with(1.0, terms));
+    for (block, along_measurement) in [(&blocks[0], 0), (&blocks[0], 1), (&blocks[1], 0), (&blocks[1], 1)] {
+        let mut feed = feed_forward(block);
+        let mut refused = 0_u64;
+        for k in 0..number("GMHM_FUZZ", 100_000) / 4 {
+            let phase = k as f32 * 1e-3;
+            let mut demand = DemandC {
+                torque_nm: 15.0 * phase.sin(),
+                deflection_rad: 0.5 * A * phase.sin(),
+                along_measurement,
+                ..DEMAND
+            };
+            let mut sample = SampleC { velocity_rad_per_s: phase.cos(), ..SampleC::default() };
+            let bad = next() % 8 == 0;
+            if bad {
+                let strange = match next() % 5 {
+                    0 => f32::NAN,
+                    1 => f32::INFINITY,
+                    2 => -1e30,
+                    _ => f32::from_bits(next()),
+                };
+                match next() % 4 {
+                    0 => demand.torque_nm = strange,
+                    1 => demand.deflection_rad = strange,
+                    2 => demand.gain_ratio = strange,
+                    _ => sample.velocity_rad_per_s = strange,
+                }
+            }
+            let (now, flags) = step(&mut feed, &demand, &sample);
+            refused += u64::from(flags & flag::REFUSED != 0);
+            assert!(now.offset_rad.abs() <= 2.0 * A && now.hysteresis_nm.abs() <= 40.0, "{k}: {now:?}");
+            let numbers = [now.change_rad, now.gain, now.certainty, now.gear_terms_nm, now.joint_terms_nm];
+            assert!(numbers.iter().all(|x| x.is_finite()), "{k}: {now:?}");
+            assert!(bad || flags & flag::REFUSED == 0, "{k}: a good period is taken, {flags:x}");
+        }
+        assert!(refused > 0);
+    }
+}
