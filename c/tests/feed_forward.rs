@@ -94,6 +94,8 @@ fn another_block_and_a_restart_make_no_step() {
         assert_eq!(load(&mut feed, &block_with(stiffness, terms), &LIMITS), OK);
         let first = held(&mut feed, 20.0, 1);
         assert!((first.offset_rad - before.offset_rad).abs() <= slew, "{first:?} after {before:?}");
+        let terms_step = (first.joint_terms_nm - before.joint_terms_nm).abs();
+        assert!(terms_step <= 2.0 * PERIOD_S / LIMITS.ramp_s * before.joint_terms_nm.abs().max(0.25), "{first:?}");
         let last = held(&mut feed, 20.0, 1000);
         assert_ne!(last.offset_rad, before.offset_rad, "{stiffness} {terms:?}");
         before = last;
@@ -102,6 +104,14 @@ fn another_block_and_a_restart_make_no_step() {
     let first = held(&mut feed, 20.0, 1);
     assert!((first.offset_rad - before.offset_rad).abs() <= slew, "{first:?} after {before:?}");
     assert_ne!(first.offset_rad, before.offset_rad, "the past is unknown");
+}
+
+#[test]
+fn terms_of_gear_and_joint_are_told_apart() {
+    let of_gear = held(&mut feed_forward(&block_with(1.0, &["stiffness_asymmetry"])), 20.0, 1000);
+    assert!(of_gear.gear_terms_nm != 0.0 && of_gear.joint_terms_nm == 0.0, "{of_gear:?}");
+    let of_joint = held(&mut feed_forward(&block_with(1.0, &["coulomb_friction"])), 20.0, 1000);
+    assert!(of_joint.gear_terms_nm == 0.0 && of_joint.joint_terms_nm != 0.0, "{of_joint:?}");
 }
 
 #[test]
