@@ -6,11 +6,11 @@ mod common;
 
 use std::mem::MaybeUninit;
 
-use common::{A, block_of, block_with};
+use common::{A, block_in_time, block_of, block_with};
 use gmhm::block::{Joint, PREPARED, TorqueUnit, crc32};
 use gmhm::terms::Need;
 use gmhm_c::{
-    ContributionC, DemandC, FeedForwardC, LimitsC, NO_INVERSE, NULL, OK, SampleC, UNIT, VALUE, flag,
+    ContributionC, DemandC, FeedForwardC, LimitsC, NO_INVERSE, NULL, OK, PERIOD, SampleC, UNIT, VALUE, flag,
     gmhm_feed_forward_init, gmhm_feed_forward_load, gmhm_feed_forward_needs, gmhm_feed_forward_restart,
     gmhm_feed_forward_step, need,
 };
@@ -79,6 +79,7 @@ fn what_cannot_be_is_refused_by_its_code() {
     let at = 48 + place(&joint[48..], gmhm::block::INVERSE.tag);
     joint[at..at + 2].copy_from_slice(&0x8078_u16.to_le_bytes());
     assert_eq!(load(&mut feed, &seal(joint), &LIMITS), NO_INVERSE);
+    assert_eq!(load(&mut feed, &block_in_time(), &LimitsC { period_s: 2.0 * PERIOD_S, ..LIMITS }), PERIOD);
     assert_eq!(gmhm_feed_forward_restart(None, 0.0), NULL);
     // Nothing of it moved what is in force.
     let after = held(&mut feed, 20.0, 1);

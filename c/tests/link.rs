@@ -11,8 +11,8 @@ use gmhm::block::{stamp, verify};
 use gmhm::link::message::SAVE;
 use gmhm::link::{Answer, Origin, Receiver, Refusal, Request, Tag};
 use gmhm_c::{
-    DriveC, FLASH, FlashC, Joint, LinkC, NO_BLOCK, OK, PLACE, gmhm_link_boot, gmhm_link_elapse, gmhm_link_init,
-    gmhm_link_receive, gmhm_load,
+    DriveC, FLASH, FlashC, Joint, LinkC, NO_BLOCK, NO_SPACE, NOT_NEWER, OK, PLACE, READ_BACK, StoreC, gmhm_link_boot,
+    gmhm_link_elapse, gmhm_link_init, gmhm_link_receive, gmhm_load, gmhm_store_init, gmhm_store_read, gmhm_store_write,
 };
 
 const SECTOR: u32 = 1024;
@@ -232,9 +232,49 @@ fn a_flash_that_fails_or_cannot_be_is_refused() {
     }
     *bench.broken.borrow_mut() = true;
     let mut store = MaybeUninit::uninit();
-    assert_eq!(gmhm_c::gmhm_store_init(Some(&mut store), Some(&bench.flash())), OK);
+    assert_eq!(gmhm_store_init(Some(&mut store), Some(&bench.flash())), OK);
     let block = stamped(block(), 1);
     // SAFETY: gmhm_store_init has written the store, and the block outlives the call.
-    let code = unsafe { gmhm_c::gmhm_store_write(Some(store.assume_init_mut()), block.as_ptr(), block.len() as u32) };
+    let code = unsafe { gmhm_store_write(Some(store.assume_init_mut()), block.as_ptr(), block.len() as u32) };
     assert_eq!(code, FLASH);
+}
+
+/// A write that ends with a wrong byte.
+unsafe extern "C" fn write_wrong(context: *mut c_void, address: u32, from: *const u8, length: u32) -> u32 {
+    // SAFETY: as above.
+    let (answer, bench) = unsafe { (write(context, address, from, length), bench(context)) };
+    bench.cells.borrow_mut()[(address + length - 1) as usize] ^= 1;
+    answer
+}
+
+#[test]
+fn a_store_answers_by_its_codes() {
+    let bench = Bench::new();
+    let block = stamped(block(), 1);
+    let length = block.len() as u32;
+    let store_of = |flash: &FlashC| {
+        let mut store = MaybeUninit::uninit();
+        assert_eq!(gmhm_store_init(Some(&mut store), Some(flash)), OK);
+        // SAFETY: gmhm_store_init has written it.
+        unsafe { store.assume_init() }
+    };
+    // SAFETY: the block outlives the call.
+    let write_to = |store: &mut StoreC| unsafe { gmhm_store_write(Some(store), block.as_ptr(), length) };
+    let mut store = store_of(&bench.flash());
+    assert_eq!((write_to(&mut store), write_to(&mut store)), (OK, NOT_NEWER));
+    let mut read_with = |room: u32| {
+        let (mut to, mut found) = (vec![0; room as usize], MaybeUninit::uninit());
+        // SAFETY: the buffer has so much room, and gmhm_store_read writes the length.
+        unsafe {
+            let code = gmhm_store_read(Some(&mut store), to.as_mut_ptr(), room, Some(&mut found));
+            (code, found.assume_init(), to)
+        }
+    };
+    assert_eq!(read_with(length - 1), (NO_SPACE, 0, vec![0; length as usize - 1]));
+    assert_eq!(read_with(length), (OK, length, block.clone()));
+    let small = FlashC { erase_size: 64, second_slot: 64, slot_size: 64, ..bench.flash() };
+    assert_eq!(write_to(&mut store_of(&small)), NO_SPACE);
+    let bench = Bench::new();
+    let wrong = FlashC { write: Some(write_wrong), ..bench.flash() };
+    assert_eq!(write_to(&mut store_of(&wrong)), READ_BACK);
 }

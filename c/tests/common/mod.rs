@@ -5,7 +5,7 @@ use std::mem::MaybeUninit;
 
 use gmhm::block::{Header, Identity, Joint as JointOfGear, ScalarKind, TorqueUnit, Writer};
 use gmhm::terms::{Form, KeyInfo, Source, Value};
-use gmhm::{Elastic, Gear, Inverse, Memory, Params};
+use gmhm::{Elastic, Gear, Inverse, Law, Memory, Params};
 use gmhm_c::{Joint, OK, OutputC, SampleC, SolutionC, StatusC};
 
 /// The functions of `gmhm.h`, their results as values.
@@ -47,9 +47,18 @@ pub fn block_with(stiffness: f64, terms: &[&str]) -> Vec<u8> {
     write(stiffness, terms, &JointOfGear::default(), TorqueUnit::NewtonMetre)
 }
 
+/// The published gear in law `time`, for a control period of 1 ms.
+pub fn block_in_time() -> Vec<u8> {
+    write_law(Law::Time, 1.0, &[], &JointOfGear::default(), TorqueUnit::NewtonMetre)
+}
+
 fn write(stiffness: f64, terms: &[&str], joint: &JointOfGear, torque_unit: TorqueUnit) -> Vec<u8> {
+    write_law(Law::Masing, stiffness, terms, joint, torque_unit)
+}
+
+fn write_law(law: Law, stiffness: f64, terms: &[&str], joint: &JointOfGear, torque_unit: TorqueUnit) -> Vec<u8> {
     let elastic = Elastic { c1_nm_per_rad: stiffness * 2.4737e4, c2_nm_per_rad3: 1.0e9, c3_nm_per_rad5: -1.1774e14 };
-    let memory = Memory { alpha: 2.6532e6, beta_per_s: 422.68, omega_per_s: 226.31, ..Memory::default() };
+    let memory = Memory { alpha: 2.6532e6, beta_per_s: 422.68, omega_per_s: 226.31, law, ..Memory::default() };
     let params = Params::new(f64::from(A), elastic, memory).expect("the published gear");
     let mut buffer = vec![0; 4096];
     let header = Header { period_s: 1e-3, torque_unit, ..Header::new(Identity::of_name("joint 3"), ScalarKind::F32) };
