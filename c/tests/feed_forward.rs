@@ -116,6 +116,18 @@ fn terms_of_gear_and_joint_are_told_apart() {
 }
 
 #[test]
+fn terms_take_the_period_that_was_loaded_last() {
+    let damped = block_with(1.0, &["viscous_damping"]);
+    let mut feeds = [(); 2].map(|()| feed_forward(&damped));
+    for feed in &mut feeds {
+        held(feed, 0.0, 1);
+    }
+    assert_eq!(load(&mut feeds[1], &damped, &LimitsC { period_s: 20.0 * PERIOD_S, ..LIMITS }), OK);
+    let [fast, slow] = feeds.each_mut().map(|feed| held(feed, 20.0, 1).gear_terms_nm);
+    assert!(fast > 5.0 * slow.abs(), "the same motion in 20 times the time: {fast} {slow}");
+}
+
+#[test]
 fn a_torque_beyond_the_range_says_so() {
     let mut feed = feed_forward(&block_with(1.0, &[]));
     let (_, flags) = step(&mut feed, &DemandC { torque_nm: 200.0, ..DEMAND }, &SampleC::default());

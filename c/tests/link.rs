@@ -6,13 +6,15 @@ use std::cell::RefCell;
 use std::ffi::c_void;
 use std::mem::MaybeUninit;
 
-use common::{block, block_with, gmhm_get_status, joint};
-use gmhm::block::{stamp, verify};
+use common::{block, block_of, block_with, gmhm_get_status, joint};
+use gmhm::block::{Joint as JointOfGear, TorqueUnit, stamp, verify};
+use gmhm::diagnostics::{Fault, SelfTest};
 use gmhm::link::message::SAVE;
 use gmhm::link::{Answer, Origin, Receiver, Refusal, Request, Tag};
 use gmhm_c::{
-    DriveC, FLASH, FlashC, Joint, LinkC, NO_BLOCK, NO_SPACE, NOT_NEWER, OK, PLACE, READ_BACK, StoreC, gmhm_link_boot,
-    gmhm_link_elapse, gmhm_link_init, gmhm_link_receive, gmhm_load, gmhm_store_init, gmhm_store_read, gmhm_store_write,
+    DiagnosticsC, DriveC, FLASH, FlashC, Joint, LinkC, LiveC, NO_BLOCK, NO_SPACE, NOT_NEWER, OK, PLACE, READ_BACK,
+    StoreC, UNIT, flag, gmhm_link_boot, gmhm_link_elapse, gmhm_link_init, gmhm_link_receive, gmhm_load,
+    gmhm_store_init, gmhm_store_read, gmhm_store_write,
 };
 
 const SECTOR: u32 = 1024;
@@ -25,6 +27,8 @@ struct Bench {
     joint: RefCell<Box<Joint>>,
     sent: RefCell<Vec<u8>>,
     compensation: RefCell<(u32, f32)>,
+    live: RefCell<LiveC>,
+    diagnostics: RefCell<DiagnosticsC>,
 }
 
 /// # Safety
@@ -82,6 +86,21 @@ unsafe extern "C" fn set_compensation(context: *mut c_void, on: u32, gain_ratio:
     *unsafe { bench(context) }.compensation.borrow_mut() = (on, gain_ratio);
 }
 
+unsafe extern "C" fn get_live(context: *mut c_void, to: *mut LiveC) {
+    // SAFETY: as above.
+    unsafe { *to = *bench(context).live.borrow() };
+}
+
+unsafe extern "C" fn get_diagnostics(context: *mut c_void, to: *mut DiagnosticsC) {
+    // SAFETY: as above.
+    unsafe { *to = *bench(context).diagnostics.borrow() };
+}
+
+unsafe extern "C" fn clear_diagnostics(context: *mut c_void) {
+    // SAFETY: as above.
+    *unsafe { bench(context) }.diagnostics.borrow_mut() = DiagnosticsC::default();
+}
+
 impl Bench {
     fn new() -> Self {
         Self {
@@ -91,6 +110,8 @@ impl Bench {
             joint: RefCell::new(joint()),
             sent: RefCell::default(),
             compensation: RefCell::default(),
+            live: RefCell::default(),
+            diagnostics: RefCell::default(),
         }
     }
 
@@ -120,9 +141,9 @@ impl Bench {
             adopt: Some(adopt),
             is_enabled: Some(is_enabled),
             set_compensation: Some(set_compensation),
-            get_live: None,
-            get_diagnostics: None,
-            clear_diagnostics: None,
+            get_live: Some(get_live),
+            get_diagnostics: Some(get_diagnostics),
+            clear_diagnostics: Some(clear_diagnostics),
         }
     }
 
@@ -190,6 +211,8 @@ fn a_block_goes_over_the_line_into_the_joint_and_into_flash() {
     let on = bench.ask(&mut link, Request::Compensate { on: true }, Tag { turn: tag.turn + 2, ..tag });
     assert!(matches!(Answer::decode(&on), Some((_, _, Answer::Done))));
     assert_eq!(*bench.compensation.borrow(), (1, 1.0));
+    let body = bench.ask(&mut link, Request::Status, Tag::default());
+    assert!(matches!(Answer::decode(&body), Some((_, _, Answer::Status(status))) if status.compensating), "{body:?}");
 
     *bench.joint.borrow_mut() = joint();
     let (mut link, code) = bench.power_up();
@@ -237,6 +260,70 @@ fn a_flash_that_fails_or_cannot_be_is_refused() {
     // SAFETY: gmhm_store_init has written the store, and the block outlives the call.
     let code = unsafe { gmhm_store_write(Some(store.assume_init_mut()), block.as_ptr(), block.len() as u32) };
     assert_eq!(code, FLASH);
+}
+
+#[test]
+fn what_the_drive_measures_goes_to_the_host() {
+    let bench = Bench::new();
+    let (mut link, _) = bench.power_up();
+    let body = bench.ask(&mut link, Request::Identify, Tag::default());
+    let Some((_, _, Answer::Identified(it))) = Answer::decode(&body) else { panic!("{body:?}") };
+    let tag = Tag { session: it.session, turn: 0 };
+    for (flags, expected) in [
+        (0, (false, false)),
+        (flag::OUT_OF_RANGE, (true, false)),
+        (flag::REFUSED, (false, true)),
+        (flag::QUARANTINED, (false, true)),
+    ] {
+        let live = LiveC {
+            deflection_rad: 1e-3,
+            torque_nm: 20.0,
+            hysteresis_nm: -2.0,
+            contribution_nm: 0.5,
+            flags,
+            ticks: 7,
+            loop_cost: 900,
+        };
+        *bench.live.borrow_mut() = live;
+        let body = bench.ask(&mut link, Request::Live, Tag::default());
+        let Some((_, _, Answer::Live(it))) = Answer::decode(&body) else { panic!("{body:?}") };
+        assert_eq!((it.out_of_range, it.refused), expected);
+        assert_eq!((it.deflection_rad, it.torque_nm, it.hysteresis_nm), (1e-3, 20.0, -2.0));
+        assert_eq!((it.contribution_nm, it.ticks, it.loop_cost), (0.5, 7, 900));
+    }
+    let (last_fault, self_test) = (u32::from(Fault::Restarted.number()), u32::from(SelfTest::Passed.number()));
+    *bench.diagnostics.borrow_mut() = DiagnosticsC {
+        refused: 1,
+        out_of_range: 2,
+        quarantined: 3,
+        restarted: 4,
+        merged_pairs: 5,
+        last_fault,
+        self_test,
+    };
+    let mut counted = || {
+        let body = bench.ask(&mut link, Request::Diagnostics, Tag::default());
+        let Some((_, _, Answer::Diagnostics(it))) = Answer::decode(&body) else { panic!("{body:?}") };
+        it.joint
+    };
+    let found = counted();
+    let counts = [found.refused, found.out_of_range, found.quarantined, found.restarted, found.merged_pairs];
+    assert_eq!((counts, found.last, found.self_test), ([1, 2, 3, 4, 5], Fault::Restarted, SelfTest::Passed));
+    let body = bench.ask(&mut link, Request::ClearDiagnostics, tag);
+    assert!(matches!(Answer::decode(&body), Some((_, _, Answer::Done))), "{body:?}");
+    assert_eq!(bench.diagnostics.borrow().refused, 0);
+}
+
+#[test]
+fn a_stored_block_that_the_joint_refuses_is_told_at_boot() {
+    let bench = Bench::new();
+    let mut store = MaybeUninit::uninit();
+    assert_eq!(gmhm_store_init(Some(&mut store), Some(&bench.flash())), OK);
+    let amperes = stamped(block_of(&JointOfGear::default(), TorqueUnit::Ampere), 1);
+    // SAFETY: gmhm_store_init has written the store, and the block outlives the call.
+    let code = unsafe { gmhm_store_write(Some(store.assume_init_mut()), amperes.as_ptr(), amperes.len() as u32) };
+    assert_eq!(code, OK);
+    assert_eq!(bench.power_up().1, UNIT);
 }
 
 /// A write that ends with a wrong byte.
