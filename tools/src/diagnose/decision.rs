@@ -23,10 +23,25 @@ const LARGE: f64 = 0.2;
 const LEAST_ALONE: f64 = 0.1;
 /// A selection that leaves less than this part of the held-out squares that likelihood's finding leaves stands.
 const CLEARLY_BETTER: f64 = 0.95;
+/// Beside structure to which likelihood gives no name, the names of a selection stand if they predict this part of what is predictable,
+const MOST_OF_PREDICTABLE: f64 = 0.6;
+/// or leave less than this part of the held-out squares.
+const MUCH_BETTER: f64 = 0.5;
+/// A name that likelihood withheld stands if the selection leaves less than this part.
+const BETTER: f64 = 0.8;
 /// A curve explains at most so many times the squares that the base leaves.
 const MOST_OF_RESIDUAL: f64 = 100.0;
 /// Steps of the fit beside the base as it is.
 const STEPS: usize = 5;
+
+/// Whether likelihood, which sees structure without a name, speaks against the names of a selection that leaves so many times its held-out squares: the selection leaves much of
+/// what is predictable, or a name of it was withheld.
+fn is_doubted(verdict: &DiagnosisVerdict, selection: &Selection, times: f64) -> bool {
+    let withheld = |kind: &str| verdict.effects.iter().any(|e| e.closest.as_deref() == Some(kind));
+    let partial = times > MUCH_BETTER && selection.named() < MOST_OF_PREDICTABLE * selection.predictable();
+    let refused = times > BETTER && selection.selected.iter().any(|s| withheld(s.kind));
+    verdict.effects.iter().any(|e| e.name == UNKNOWN) && (partial || refused)
+}
 
 impl Dataset<'_> {
     /// The verdict: by held-out error where structure is loud, unless likelihood explains as much with fewer names; else by likelihood against coloured noise,
@@ -45,16 +60,20 @@ impl Dataset<'_> {
             return self.decided_loud(model, &base, selection, taken, search);
         }
         let (verdict, by_likelihood) = self.found(model, search)?;
-        let selection = self.confirmed(&base, selection.clone(), search)?;
-        let better = left(&selection.fit) < CLEARLY_BETTER * left(&verdict.extended);
+        let selection = self.confirmed(&base, selection.clone(), &verdict.base, search)?;
+        let (ours, theirs) = (left(&selection.fit), left(&verdict.extended));
+        let better = ours < CLEARLY_BETTER * theirs;
         // Where likelihood sees nothing, a little that is saved on held-out blocks may be chance.
-        let helps = left(&selection.fit) < left(&base) && (verdict.mismatch || selection.named() >= LEAST_ALONE);
+        let helps = ours < left(&base) && (verdict.mismatch || selection.named() >= LEAST_ALONE);
         let loud = selection.named() >= LARGE;
-        let nameless = verdict.effects.iter().all(|e| e.name == UNKNOWN);
+        let nameless = verdict.effects.iter().all(|e| e.name == UNKNOWN) && ours <= theirs;
         // A curve predicts, but names nothing.
-        let names_more =
-            || -> Result<bool, DiagnoseError> { Ok(left(&selection.fit) <= self.left_by_kinds(&verdict, search)?) };
-        if helps && !selection.selected.is_empty() && (better || (loud && (nameless || names_more()?))) {
+        let names_more = || -> Result<bool, DiagnoseError> { Ok(ours <= self.left_by_kinds(&verdict, search)?) };
+        if helps
+            && !selection.selected.is_empty()
+            && (better || (loud && (nameless || names_more()?)))
+            && !is_doubted(&verdict, &selection, ours / theirs.max(f64::MIN_POSITIVE))
+        {
             let joint = self.joint_verdict(&base, &selection, search)?;
             if joint.mismatch && (better || joint.effects.iter().any(|e| e.name != UNKNOWN)) {
                 return Ok((joint, search));

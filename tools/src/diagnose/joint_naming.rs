@@ -26,9 +26,9 @@ const LEAST_CURVE_PART: f64 = 0.05;
 /// Curves at most.
 const MOST_CURVES: usize = 2;
 /// A kind that saves this part of what is left needs no likelihood to be believed,
-const CLEAR_GAIN: f64 = 0.25;
+const CLEAR_GAIN: f64 = 1.0;
 /// or this part where no free function of its coordinates confirms it.
-const CLEAR_GAIN_ALONE: f64 = 0.5;
+const CLEAR_GAIN_ALONE: f64 = 2.0;
 /// Steps of the fits that confirm.
 const CONFIRMING_STEPS: usize = 3;
 /// Steps of the refit with a curve.
@@ -134,6 +134,7 @@ impl Dataset<'_> {
     }
 
     /// The selection without kinds that save little and that likelihood does not see: against coloured noise a small gain on held-out blocks may be chance.
+    /// `likeliest_base` is the base model fitted against coloured noise.
     ///
     /// # Errors
     /// A model that cannot be evaluated.
@@ -141,6 +142,7 @@ impl Dataset<'_> {
         &self,
         base: &Fitted,
         mut selection: Selection,
+        likeliest_base: &Fitted,
         search: Search<'_>,
     ) -> Result<Selection, DiagnoseError> {
         let weak = |s: &Selected, left: f64| {
@@ -162,7 +164,10 @@ impl Dataset<'_> {
             let mut at = 0..model.terms.len();
             without.terms.retain(|term| !at.next().is_some_and(|at| found(at, term)));
             let rest = self.fit(&without, &free(&without), None, CONFIRMING_STEPS)?;
-            let gain = rest.minus_two_log_likelihood - whole.minus_two_log_likelihood;
+            // Without its only kind the model is the base, of which the likelihood is known better.
+            let is_base = without.terms.len() == search.base_terms;
+            let known = if is_base { likeliest_base.minus_two_log_likelihood } else { f64::INFINITY };
+            let gain = rest.minus_two_log_likelihood.min(known) - whole.minus_two_log_likelihood;
             let numbers = free(&model).len() - free(&without).len();
             if gain < self.penalty(numbers) + MARGIN {
                 let mut at = 0..kept.terms.len();
