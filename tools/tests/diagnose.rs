@@ -79,6 +79,26 @@ fn nothing_left_out_is_nothing_found() {
 }
 
 #[test]
+fn a_tone_close_to_half_the_sample_rate_is_structure_over_frequency() {
+    let dir = bench();
+    dir.succeed(&format!("{RUNNING} --noise torque=0.05 --seed 4 -o quiet.csv"));
+    let quiet = dir.read("quiet.csv");
+    let (header, rows) = quiet.split_once('\n').unwrap();
+    let column = |name: &str| header.split(',').position(|c| c == name).unwrap();
+    let (time, torque) = (column("time_s"), column("torque_nm"));
+    let with_tone = |row: &str| {
+        let mut cells: Vec<f64> = row.split(',').map(|cell| cell.parse().unwrap()).collect();
+        cells[torque] += 0.21 * (std::f64::consts::TAU * 60.0 * cells[time]).sin();
+        cells.iter().map(f64::to_string).collect::<Vec<_>>().join(",")
+    };
+    let rows: Vec<String> = rows.lines().map(with_tone).collect();
+    dir.write("rec.csv", &format!("{header}\n{}\n", rows.join("\n")));
+    let found = findings(&dir, "rec.csv");
+    assert_eq!(names(&found), ["unknown"], "{found}");
+    assert_eq!(found["where"][0]["coordinate"], "frequency", "{found}");
+}
+
+#[test]
 fn recordings_that_take_no_part_are_predicted() {
     let dir = bench();
     dir.succeed(&format!("{RUNNING} --hide viscous_friction=0.15 --seed 4 -o rec.csv --key key.toml"));

@@ -77,8 +77,8 @@ fn lines(dataset: &Dataset<'_>, see: &Coordinates, values: &[f64], gain: impl Fn
     found
 }
 
-/// The highest frequency looked for, as a share of the sample rate.
-const HIGHEST_SHARE: f64 = 0.25;
+/// The highest frequency looked for, as a share of the sample rate: just below half of it.
+const HIGHEST_SHARE: f64 = 0.48;
 /// Lines that are looked at for a tone.
 const STRONGEST: usize = 3;
 /// Neighbours on either side, one over the window apart, that a line's power is compared with.
