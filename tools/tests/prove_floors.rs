@@ -13,5 +13,10 @@ fn sixty_concealed_cases_score_no_worse_than_before() {
     assert!(all.class_hits.hits * 20 >= all.class_hits.of * 19, "class hits {}\n{report}", all.class_hits);
     assert!(all.wrong_names <= 10, "wrong names {}\n{report}", all.wrong_names);
     assert!(all.false_alarms.hits <= 1, "false alarms {}\n{report}", all.false_alarms);
+    // On a motion that nobody saw an extended model may be of little use, but never far worse than the base.
+    for case in &report.cases {
+        let most_nm = 3.0 * case.base_leaves_nm.max(0.05);
+        assert!(case.unseen_error_nm < most_nm, "case {}: {} N·m", case.index, case.unseen_error_nm);
+    }
     assert_eq!(all.failed, 0, "{report}");
 }

@@ -31,6 +31,8 @@ const MUCH_BETTER: f64 = 0.5;
 const BETTER: f64 = 0.8;
 /// A curve explains at most so many times the squares that the base leaves.
 const MOST_OF_RESIDUAL: f64 = 100.0;
+/// Without what is no property of the gear (its past, offsets) an extended model leaves at most so many times the squares that the base leaves.
+const MOST_WITHOUT_PAST: f64 = 4.0;
 /// Steps of the fit beside the base as it is.
 const STEPS: usize = 5;
 
@@ -106,8 +108,15 @@ impl Dataset<'_> {
         Ok(by_likelihood.unwrap_or((joint, search)))
     }
 
-    /// An extended fit, or one beside the base as it is where a curve only trades torque with the base: such a pair runs away beyond the recorded range.
-    pub(super) fn steady(&self, base: &Fitted, extended: Fitted, search: Search<'_>) -> Result<Fitted, DiagnoseError> {
+    /// An extended fit, or one beside the base as it is (as `model` gives it, where its refit has run away) where a curve only trades torque with the base, or the gear with a past
+    /// that was not recorded: such a model runs away on other motions.
+    pub(super) fn steady(
+        &self,
+        model: &Model,
+        base: &Fitted,
+        extended: Fitted,
+        search: Search<'_>,
+    ) -> Result<Fitted, DiagnoseError> {
         let size = |x: &[f64]| {
             let own = self.layout().masked(x);
             let mean = own.iter().sum::<f64>() / own.len().max(1) as f64;
@@ -115,7 +124,12 @@ impl Dataset<'_> {
         };
         let total = self.total(&extended.model)?;
         let (given, found) = (search.base_terms, extended.model.terms.len());
-        let mut trades = false;
+        let alone = |model: &Model| -> Result<f64, DiagnoseError> { Ok(size(&self.centred(&self.total(model)?))) };
+        let mut steady = &base.model;
+        if alone(steady)? > MOST_WITHOUT_PAST * alone(model)? {
+            steady = model;
+        }
+        let mut trades = found > given && alone(&extended.model)? > MOST_WITHOUT_PAST * alone(steady)?;
         for curve in (given..found).filter(|t| extended.model.terms[*t].kind == UNKNOWN) {
             let added = self.added_by(&extended.model, &total, curve)?;
             trades |= size(&added) > MOST_OF_RESIDUAL * size(&base.residual);
@@ -123,7 +137,7 @@ impl Dataset<'_> {
         if !trades {
             return Ok(extended);
         }
-        let mut model = base.model.clone();
+        let mut model = steady.clone();
         model.terms.extend(extended.model.terms[given..].iter().cloned());
         for curve in model.terms[given..].iter_mut().filter(|t| t.kind == UNKNOWN) {
             if let Some(TermValue::List(values)) = curve.values.get_mut("values_nm") {

@@ -139,7 +139,7 @@ pub fn diagnose(
             };
         }
     }
-    verdict.extended = dataset.steady(&verdict.base, verdict.extended, search)?;
+    verdict.extended = dataset.steady(&model, &verdict.base, verdict.extended, search)?;
     dataset.drop_curves(&mut verdict, search)?;
     check()?;
     progress.report("checking on rows held out", 0.9);
