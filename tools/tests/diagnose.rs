@@ -92,7 +92,7 @@ fn a_tone_close_to_half_the_sample_rate_is_structure_over_frequency() {
         cells.iter().map(f64::to_string).collect::<Vec<_>>().join(",")
     };
     let rows: Vec<String> = rows.lines().map(with_tone).collect();
-    dir.write("rec.csv", &format!("{header}\n{}\n", rows.join("\n")));
+    dir.write("rec.csv", format!("{header}\n{}\n", rows.join("\n")));
     let found = findings(&dir, "rec.csv");
     assert_eq!(names(&found), ["unknown"], "{found}");
     assert_eq!(found["where"][0]["coordinate"], "frequency", "{found}");
