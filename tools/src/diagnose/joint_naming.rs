@@ -25,10 +25,14 @@ const LEAST_CURVE_SHARE: f64 = 0.04;
 const LEAST_CURVE_PART: f64 = 0.05;
 /// Curves at most.
 const MOST_CURVES: usize = 2;
-/// A kind that saves this part of what is left needs no likelihood to be believed,
-const CLEAR_GAIN: f64 = 1.0;
-/// or this part where no free function of its coordinates confirms it.
-const CLEAR_GAIN_ALONE: f64 = 2.0;
+/// A kind that almost every machine has needs no likelihood to be believed where it saves this part of what is left,
+const CLEAR_GAIN_OF_COMMON: f64 = 0.25;
+/// another where it saves this part,
+const CLEAR_GAIN: f64 = 0.5;
+/// or this part where no free function of its coordinates confirms it;
+const CLEAR_GAIN_ALONE: f64 = 1.0;
+/// of a kind that follows a slow signal, which slow noise follows by chance, so many times as much.
+const CLEAR_GAIN_OF_SLOW: f64 = 4.0;
 /// Steps of the fits that confirm.
 const CONFIRMING_STEPS: usize = 3;
 /// Steps of the refit with a curve.
@@ -146,7 +150,14 @@ impl Dataset<'_> {
         search: Search<'_>,
     ) -> Result<Selection, DiagnoseError> {
         let weak = |s: &Selected, left: f64| {
-            let clear = if s.fidelity.is_some() { CLEAR_GAIN } else { CLEAR_GAIN_ALONE };
+            let is_common = kinds::of(s.kind).is_some_and(|kind| kind.is_common());
+            let alone = match s.fidelity {
+                None => CLEAR_GAIN_ALONE,
+                Some(_) if is_common => CLEAR_GAIN_OF_COMMON,
+                Some(_) => CLEAR_GAIN,
+            };
+            let is_slow = coordinates(s.kind).iter().any(|c| matches!(*c, "temperature" | "time"));
+            let clear = if is_slow { CLEAR_GAIN_OF_SLOW * alone } else { alone };
             s.gains.iter().sum::<f64>() < clear * left
         };
         let doubtful: Vec<&'static str> =
