@@ -229,7 +229,7 @@ pub fn curves(dataset: &Dataset<'_>, see: &Coordinates, fit: &Fitted) -> Vec<Cur
     let range = |x: &[f64]| {
         x.iter().copied().fold(f64::NEG_INFINITY, f64::max) - x.iter().copied().fold(f64::INFINITY, f64::min)
     };
-    let turns = |x: &[f64]| range(x) / std::f64::consts::TAU;
+    let turns = |x: &[f64]| dataset.turns(x);
     let sign: Option<Vec<f64>> = see.velocity.as_deref().filter(|v| largest(v) > 0.0).map(|v| {
         let soft = 0.015 * largest(v);
         v.iter().map(|v| (v / soft).tanh()).collect()

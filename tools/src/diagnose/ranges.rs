@@ -13,16 +13,7 @@ impl Dataset<'_> {
     /// What the recordings span, and the orders that the residual of a fit holds.
     pub fn ranges(&self, evaluations: &[Evaluation<'_>], fit: &Fitted) -> Ranges {
         let largest = |x: &[f64]| x.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
-        let travel = |angle: &Option<Vec<f64>>| {
-            angle.as_deref().map_or(0.0, |q| {
-                let spans = self.spans.iter().map(|span| {
-                    let own = &q[span.clone()];
-                    own.iter().copied().fold(f64::NEG_INFINITY, f64::max)
-                        - own.iter().copied().fold(f64::INFINITY, f64::min)
-                });
-                spans.fold(0.0, f64::max) / TAU
-            })
-        };
+        let travel = |angle: &Option<Vec<f64>>| angle.as_deref().map_or(0.0, |q| self.turns(q));
         let motor = self.signal(evaluations, |s| s.motor_angle_rad.as_deref());
         let output = self.signal(evaluations, |s| s.output_angle_rad.as_deref());
         let velocity = self.signal(evaluations, |s| s.velocity_rad_per_s.as_deref());
@@ -62,8 +53,21 @@ impl Dataset<'_> {
                 let lines = self.order_spectrum(fit, &motor, &signed);
                 ranges.friction_orders = spectrum::peaks(&lines, motor_turns, 3);
             }
+            // Less than this is a slope, and a wave made of it is anything elsewhere.
+            for orders in [&mut ranges.motor_orders, &mut ranges.friction_orders] {
+                orders.retain(|order| order * motor_turns >= FEWEST_PERIODS);
+            }
         }
         ranges
+    }
+
+    /// The turns that an angle makes in the recording in which it makes most.
+    pub fn turns(&self, angle: &[f64]) -> f64 {
+        let range = |span: &Range<usize>| {
+            let own = angle[span.clone()].iter().copied();
+            own.clone().fold(f64::NEG_INFINITY, f64::max) - own.fold(f64::INFINITY, f64::min)
+        };
+        self.spans.iter().map(range).fold(0.0, f64::max) / TAU
     }
 
     /// The residual of a fit, filtered by its noise forth and back: its product with a column is what least squares sees of that column.
@@ -105,6 +109,9 @@ impl Dataset<'_> {
         (re * re + im * im) / noise.innovation_sd.max(1e-12).powi(2)
     }
 }
+
+/// Periods of a wave that an angle covers at least.
+const FEWEST_PERIODS: f64 = 4.0;
 
 #[cfg(test)]
 mod tests {

@@ -379,12 +379,18 @@ fn accepts_positive_only(key: &KeyInfo) -> bool {
     matches!(key.range, Range::AtLeastZero | Range::Positive)
 }
 
+/// An order moves by at most this part of itself in a refit.
+const NEAR_ORDER: f64 = 0.1;
 /// The key of the orders of harmonics.
 const ORDERS: &str = "orders";
 
 /// The bounds of a number by its entry in the registry. A shape stays near what gears have, and is at most divided or multiplied by three at a time.
 fn usual_bounds(term: &Term, key: &KeyInfo, index: Option<usize>) -> (f64, f64) {
     let value = get(term, key, index);
+    if key.name == ORDERS {
+        // Further away is another line of the spectrum.
+        return ((1.0 - NEAR_ORDER) * value, (1.0 + NEAR_ORDER) * value);
+    }
     let low = match key.range {
         // A memory shorter than creep is damping.
         Range::Positive if key.unit == "s" => key.plausible.0,
@@ -392,7 +398,7 @@ fn usual_bounds(term: &Term, key: &KeyInfo, index: Option<usize>) -> (f64, f64) 
         range => range.lowest(),
     };
     match key.role {
-        Role::Nonlinear if key.unit == "1" && key.name != ORDERS => (key.plausible.0, key.plausible.1),
+        Role::Nonlinear if key.unit == "1" => (key.plausible.0, key.plausible.1),
         Role::Nonlinear if key.range == Range::Positive => (low, (3.0 * value).max(key.plausible.0)),
         Role::Nonlinear if key.range == Range::AtLeastZero => (low, key.plausible.1.max(value)),
         _ => (low, f64::INFINITY),

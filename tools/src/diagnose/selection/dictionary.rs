@@ -3,7 +3,7 @@
 use gmhm::terms::{KeyInfo, Role};
 use rayon::prelude::*;
 
-use super::free_functions::{free_functions, turns, wave_pair};
+use super::free_functions::{free_functions, wave_pair};
 use super::search::Candidate;
 use crate::diagnose::DiagnoseError;
 use crate::diagnose::candidates::{Proposal, has_room, proposals_over};
@@ -296,7 +296,7 @@ impl Dictionary {
         let mut wanted: Vec<(bool, f64)> = Vec::new();
         for (motor, q) in [(true, &see.motor), (false, &see.output)] {
             let Some(q) = q.as_deref() else { continue };
-            let turns = turns(q);
+            let turns = dataset.turns(q);
             let fastest = usual_speed(q, dataset) * rate / std::f64::consts::TAU;
             let possible = |order: f64| order * turns >= FEWEST_PERIODS && order * fastest < HIGHEST_RATE * rate;
             let ratio = model.gear.ratio.map_or(1.0, f64::abs);

@@ -1,6 +1,6 @@
 //! Functions without physics over every recorded coordinate: what they predict of rows that took no part is what any model could predict.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 use std::ops::Range;
 
 use crate::diagnose::nonparametric::{Coordinates, knots, linear_splines};
@@ -147,11 +147,6 @@ pub fn stop_operator(x: &[f64], spans: &[Range<usize>], radius: f64) -> Vec<f64>
         }
     }
     column
-}
-
-/// The turns of an angle.
-pub fn turns(q: &[f64]) -> f64 {
-    range(q) / TAU
 }
 
 fn times(columns: Vec<Vec<f64>>, factor: &[f64]) -> Vec<Vec<f64>> {
