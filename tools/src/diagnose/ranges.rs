@@ -154,4 +154,15 @@ mod tests {
             assert!((ranges.period_s - 0.01).abs() < 1e-9, "{}", ranges.period_s);
         }
     }
+
+    #[test]
+    fn an_angle_that_stands_still_in_each_recording_makes_no_turns() {
+        let text = "format = 1\n[gear]\n[[term]]\nkind = \"gravity_load\"\ncos_nm = 0.0\nsin_nm = 0.0\n";
+        let model = parse("joint.toml", text).unwrap();
+        let recordings = [noise(0.1, 0.01, 1), noise(0.1, 0.01, 2)];
+        let dataset = Dataset::new(&recordings, &model).unwrap();
+        let locked: Vec<f64> =
+            (0..dataset.len()).map(|row| if dataset.spans[0].contains(&row) { 0.2 } else { 4.1 }).collect();
+        assert_eq!(dataset.turns(&locked), 0.0);
+    }
 }
