@@ -8,8 +8,8 @@ use gmhm::memory::AnyLaw;
 use gmhm::terms::Stack;
 use gmhm::terms::feedforward::{CompensatedFeedForward, CompensatedFeedForwardState};
 
-use crate::joint::{DEPTH, NO_SETTING, TERMS, plant, status_flags, sum};
-use crate::types::{ContributionC, DemandC, LimitsC, SampleC, flag, need};
+use crate::joint::{DEPTH, NO_SETTING, TERMS, plant};
+use crate::types::{ContributionC, DemandC, LimitsC, SampleC, flag, need, status_flags, sum};
 use crate::{NO_INVERSE, NULL, OK, PERIOD, UNIT, VALUE, bytes};
 
 /// 64-bit words of `gmhm_feed_forward`.

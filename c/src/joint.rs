@@ -6,9 +6,11 @@ use gmhm::drive::{EncoderPair, Mounting, Reading};
 use gmhm::memory::AnyLaw;
 use gmhm::terms::compensated::{Compensated, CompensatedState, Total};
 use gmhm::terms::{Sample, Setting, Stack};
-use gmhm::{Gear, Inverse, Output, Solution, State, Status};
+use gmhm::{Gear, Inverse, Output, Solution, State};
 
-use crate::types::{Answer, DiagnosticsC, EncodersC, OutputC, SampleC, SolutionC, StatusC, flag, need};
+use crate::types::{
+    Answer, DiagnosticsC, EncodersC, OutputC, SampleC, SolutionC, StatusC, flag, need, status_flags, sum,
+};
 
 /// Turning points that a joint remembers.
 pub(crate) const DEPTH: usize = 16;
@@ -331,10 +333,6 @@ impl Joint {
     }
 }
 
-pub(crate) fn sum(flags: &[(bool, u32)]) -> u32 {
-    flags.iter().filter(|(set, _)| *set).fold(0, |sum, (_, flag)| sum | flag)
-}
-
 fn solution(solution: &Solution<f32>, converged: bool) -> SolutionC {
     let flags = [
         (solution.refused, flag::REFUSED),
@@ -354,15 +352,6 @@ fn base_output(output: Output<f32>, state: &State<f32, DEPTH>) -> OutputC {
         deflection_rad: state.theta(),
         flags: status_flags(status.refused, &status),
     }
-}
-
-pub(crate) fn status_flags(refused: bool, status: &Status) -> u32 {
-    sum(&[
-        (refused, flag::REFUSED),
-        (status.out_of_range, flag::OUT_OF_RANGE),
-        (status.quarantined, flag::QUARANTINED),
-        (status.restarted, flag::RESTARTED),
-    ])
 }
 
 fn total_output(total: &Total<f32>, state: &State<f32, DEPTH>) -> OutputC {

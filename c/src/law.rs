@@ -6,8 +6,7 @@ use gmhm::block::{BlockError, Prepared, TorqueUnit};
 use gmhm::feedforward::{FeedForward, FeedForwardState};
 use gmhm::memory::masing::Masing;
 
-use crate::joint::{status_flags, sum};
-use crate::types::{ContributionC, DemandC, LimitsC, flag};
+use crate::types::{ContributionC, DemandC, LimitsC, flag, status_flags, sum};
 use crate::{NULL, OK, UNIT, VALUE, bytes};
 
 /// Turning points that it remembers.

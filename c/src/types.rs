@@ -1,8 +1,8 @@
 //! The structures of `gmhm.h`, field by field.
 
-use gmhm::Output;
 use gmhm::feedforward::{Contribution, Controls, Demand, Limits, Source};
 use gmhm::terms::Sample;
+use gmhm::{Output, Status};
 
 /// `gmhm_sample`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -307,6 +307,21 @@ pub mod flag {
     pub const RESTARTED: u32 = 0x80;
     /// No encoders are set, or they do not go with the block.
     pub const NO_ENCODERS: u32 = 0x100;
+}
+
+/// The [`flag`]s that are set.
+pub(crate) fn sum(flags: &[(bool, u32)]) -> u32 {
+    flags.iter().filter(|(set, _)| *set).fold(0, |sum, (_, flag)| sum | flag)
+}
+
+/// The [`flag`]s of a gear's last sample.
+pub(crate) fn status_flags(refused: bool, status: &Status) -> u32 {
+    sum(&[
+        (refused, flag::REFUSED),
+        (status.out_of_range, flag::OUT_OF_RANGE),
+        (status.quarantined, flag::QUARANTINED),
+        (status.restarted, flag::RESTARTED),
+    ])
 }
 
 /// Bits of the signals that terms need, in the order of this list.

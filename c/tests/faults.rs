@@ -6,7 +6,9 @@ mod common;
 
 use std::mem::MaybeUninit;
 
-use common::{A, at, block, block_of, gmhm_get_status, gmhm_invert, gmhm_step, gmhm_step_counts, joint};
+use common::{
+    A, at, block, block_of, gmhm_get_status, gmhm_invert, gmhm_step, gmhm_step_counts, joint, number, random,
+};
 use gmhm::block::{Joint as JointOfGear, TorqueUnit};
 use gmhm::diagnostics::{Fault, SelfTest};
 use gmhm_c::{
@@ -15,13 +17,6 @@ use gmhm_c::{
 };
 
 const EXECUTIONS: u64 = 100_000;
-
-fn number(name: &str, otherwise: u64) -> u64 {
-    match std::env::var(name) {
-        Ok(text) => text.parse().unwrap_or_else(|_| panic!("{name} must be a number")),
-        Err(_) => otherwise,
-    }
-}
 
 #[test]
 fn a_spike_is_quarantined_and_a_new_place_is_a_start() {
@@ -117,13 +112,7 @@ fn amperes_are_not_taken_for_newton_metres() {
 
 #[test]
 fn fuzzed_samples_are_answered() {
-    let mut random = number("GMHM_FUZZ_SEED", 1) as u32 | 1;
-    let mut next = move || {
-        random ^= random << 13;
-        random ^= random >> 17;
-        random ^= random << 5;
-        random
-    };
+    let mut next = random();
     for gated in [false, true] {
         let mut joint = joint();
         if gated {

@@ -6,7 +6,7 @@ mod common;
 
 use std::mem::MaybeUninit;
 
-use common::{A, block_in_time, block_of, block_with};
+use common::{A, block_in_time, block_of, block_with, number, random};
 use gmhm::block::{Joint, PREPARED, TorqueUnit, crc32};
 use gmhm::terms::Need;
 use gmhm_c::{
@@ -134,19 +134,9 @@ fn a_torque_beyond_the_range_says_so() {
     assert_eq!(flags & flag::SATURATED, flag::SATURATED);
 }
 
-fn number(name: &str, otherwise: u64) -> u64 {
-    std::env::var(name).map_or(otherwise, |text| text.parse().unwrap_or_else(|_| panic!("{name} must be a number")))
-}
-
 #[test]
 fn fuzzed_periods_are_answered() {
-    let mut random = number("GMHM_FUZZ_SEED", 1) as u32 | 1;
-    let mut next = move || {
-        random ^= random << 13;
-        random ^= random >> 17;
-        random ^= random << 5;
-        random
-    };
+    let mut next = random();
     let blocks = [&[][..], &["coulomb_friction", "viscous_friction"]].map(|terms| block_with(1.0, terms));
     for (block, along_measurement) in [(&blocks[0], 0), (&blocks[0], 1), (&blocks[1], 0), (&blocks[1], 1)] {
         let mut feed = feed_forward(block);

@@ -161,19 +161,19 @@ impl<S: Word + Float> PreparedLaw<S> for AnyLaw<S> {
     fn of_prepared(block: &Block<'_>) -> Result<Inverse<S, Self>, BlockError> {
         let has = |tag| block.records().any(|record| record.tag == tag);
         if has(MASING.tag) {
-            Masing::of_prepared(block).map(|inverse| inverse.with_law(Self::Masing(*inverse.gear().law())))
+            Masing::of_prepared(block).map(|inverse| inverse.map_law(Self::Masing))
         } else if has(PHASE.tag) {
-            Phase::of_prepared(block).map(|inverse| inverse.with_law(Self::Phase(*inverse.gear().law())))
+            Phase::of_prepared(block).map(|inverse| inverse.map_law(Self::Phase))
         } else {
-            Time::of_prepared(block).map(|inverse| inverse.with_law(Self::Time(*inverse.gear().law())))
+            Time::of_prepared(block).map(|inverse| inverse.map_law(Self::Time))
         }
     }
 
     fn prepared_words(inverse: &Inverse<S, Self>, put: impl FnMut(S)) -> &'static RecordInfo {
         match *inverse.gear().law() {
-            Self::Masing(law) => Masing::prepared_words(&inverse.with_law(law), put),
-            Self::Phase(law) => Phase::prepared_words(&inverse.with_law(law), put),
-            Self::Time(law) => Time::prepared_words(&inverse.with_law(law), put),
+            Self::Masing(law) => Masing::prepared_words(&inverse.map_law(|_| law), put),
+            Self::Phase(law) => Phase::prepared_words(&inverse.map_law(|_| law), put),
+            Self::Time(law) => Time::prepared_words(&inverse.map_law(|_| law), put),
         }
     }
 }

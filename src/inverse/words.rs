@@ -75,10 +75,10 @@ impl<S: Scalar, L: Invertible<S>> Inverse<S, L> {
         Self { gear: Gear::of(frame, elastic, law), solver, inverse_torque_scale, limit, longest_period }
     }
 
-    /// The same numbers with another law.
-    pub(crate) fn with_law<M: Invertible<S>>(&self, law: M) -> Inverse<S, M> {
+    /// The same numbers with a law that is made of this one.
+    pub(crate) fn map_law<M: Invertible<S>>(&self, law: impl FnOnce(L) -> M) -> Inverse<S, M> {
         let Self { gear, solver, inverse_torque_scale, limit, longest_period } = *self;
-        let gear = Gear::of(*gear.frame(), *gear.elastic(), law);
+        let gear = Gear::of(*gear.frame(), *gear.elastic(), law(*gear.law()));
         Inverse { gear, solver, inverse_torque_scale, limit, longest_period }
     }
 }

@@ -90,6 +90,22 @@ pub fn at(deflection_rad: f32) -> SampleC {
     SampleC { deflection_rad, ..SampleC::default() }
 }
 
+/// A number of the environment.
+pub fn number(name: &str, otherwise: u64) -> u64 {
+    std::env::var(name).map_or(otherwise, |text| text.parse().unwrap_or_else(|_| panic!("{name} must be a number")))
+}
+
+/// The xorshift generator (Marsaglia 2003) of `GMHM_FUZZ_SEED`.
+pub fn random() -> impl FnMut() -> u32 {
+    let mut random = number("GMHM_FUZZ_SEED", 1) as u32 | 1;
+    move || {
+        random ^= random << 13;
+        random ^= random >> 17;
+        random ^= random << 5;
+        random
+    }
+}
+
 /// Small values for every key.
 pub struct Small;
 

@@ -33,11 +33,11 @@ fn main() -> ! {
 #[inline(never)]
 fn measure() -> Option<()> {
     let masing = published(Law::Masing)?;
-    law(("law `masing`", "law `masing`, from a block without the words of its set-up"), &masing, Masing::new(&masing))?;
+    law(["law `masing`", "law `masing`, from a block without the words of its set-up"], &masing, Masing::new(&masing))?;
     let phase = published(Law::Phase)?;
-    law(("law `phase`", "law `phase`, from a block without the words of its set-up"), &phase, Phase::new(&phase))?;
+    law(["law `phase`", "law `phase`, from a block without the words of its set-up"], &phase, Phase::new(&phase))?;
     let time = published(Law::Time)?;
-    let names = ("law `time`", "law `time`, from a block without the words of its set-up");
+    let names = ["law `time`", "law `time`, from a block without the words of its set-up"];
     law(names, &time, Time::new(&time, PERIOD_S))?;
     let call = |params| Inverse::<f32>::new(params).ok().map(|inverse| first_torque(&inverse));
     say!("{} 1 law `masing`, from SI units", counter::ticks(1, &[&masing], call));
@@ -50,18 +50,16 @@ fn published(law: Law) -> Option<Params> {
 
 /// A law from blocks with and without the words of its set-up.
 #[inline(never)]
-fn law<L: PreparedLaw<f32>>(names: (&'static str, &'static str), params: &Params, law: L) -> Option<()> {
+fn law<L: PreparedLaw<f32>>(names: [&'static str; 2], params: &Params, law: L) -> Option<()> {
     let inverse = Inverse::of(params, law, PERIOD_S).ok()?;
-    let mut buffer = [0; 768];
-    let length = write(params, &inverse, &mut buffer, true)?;
-    let prepared = buffer.get(..length)?;
-    prepared_torque::<L>(prepared)?;
-    say!("{} {} {}", counter::ticks(CALLS, &[prepared], prepared_torque::<L>), CALLS, names.0);
-    let mut buffer = [0; 768];
-    let length = write(params, &inverse, &mut buffer, false)?;
-    let plain = buffer.get(..length)?;
-    plain_torque(plain)?;
-    say!("{} {} {}", counter::ticks(CALLS, &[plain], plain_torque), CALLS, names.1);
+    let loaders: [(fn(&[u8]) -> Option<f32>, bool); 2] = [(prepared_torque::<L>, true), (plain_torque, false)];
+    for ((load, is_prepared), name) in loaders.into_iter().zip(names) {
+        let mut buffer = [0; 768];
+        let length = write(params, &inverse, &mut buffer, is_prepared)?;
+        let block = buffer.get(..length)?;
+        load(block)?;
+        say!("{} {} {}", counter::ticks(CALLS, &[block], load), CALLS, name);
+    }
     Some(())
 }
 
