@@ -1,6 +1,6 @@
 //! Latched diagnostics of a joint: what went wrong since they were cleared, and what last.
 //!
-//! A drive shows each sample's [`Status`] and each period's [`Contribution`] to its [`Diagnostics`]; a host reads them over the [link](crate::link), or C by
+//! A drive shows each sample's [`Status`] and each period's [`Contribution`] to its [`Diagnostics`]; a host reads them over the link (feature `link`), or C by
 //! `gmhm_get_diagnostics`, and clears them by command. Counters stop at `u32::MAX`.
 //!
 //! ```

@@ -2,7 +2,7 @@
 //!
 //! A harmonic drive transmits the torque T = f(θ) + z at the torsional deflection θ = q_m/N − q_o: an elastic part f and a
 //! hysteresis torque z that remembers the path. This crate computes both, sample by sample, on the drive's microcontroller:
-//! no allocator, no panic in the hot path, in `f32`, `f64` or [fixed point](scalar::fixed).
+//! no allocator, no panic in the hot path, in `f32`, `f64` or [fixed point].
 //!
 //! | module | what |
 //! |---|---|
@@ -21,6 +21,8 @@
 //! | [`drive`] | the control tick over encoders and a torque command, by `embedded-hal` |
 //! | [`registry`] | names, units, ranges and words of all parameters |
 //! | [`scalar`] | the operations the model asks of a number |
+//!
+//! # Features
 //!
 //! | feature | adds | needs |
 //! |---|---|---|
@@ -54,6 +56,15 @@
 //! assert!((out.torque - -0.16).abs() < 0.01); // the published unloading branch, N·m
 //! # Ok::<(), gmhm::ParamError>(())
 //! ```
+//!
+// Where a feature is off, what it adds is named and leads to the table of the features.
+#![cfg_attr(feature = "fixed", doc = "[fixed point]: scalar::fixed")]
+#![cfg_attr(not(feature = "fixed"), doc = "[fixed point]: #features")]
+#![cfg_attr(not(feature = "adapt"), doc = "[`adapt`]: #features")]
+#![cfg_attr(not(feature = "terms"), doc = "[`terms`]: #features\n[`registry`]: #features")]
+#![cfg_attr(not(feature = "block"), doc = "[`block`]: #features")]
+#![cfg_attr(not(feature = "store"), doc = "[`store`]: #features")]
+#![cfg_attr(not(feature = "link"), doc = "[`link`]: #features")]
 #![no_std]
 // One instruction of the cores with a floating-point unit is not to be had otherwise: `scalar::float` allows it there.
 #![cfg_attr(not(any(all(target_arch = "arm", target_abi = "eabihf"), riscv_float_unit)), forbid(unsafe_code))]

@@ -34,6 +34,9 @@
 //! assert_eq!(reading.deflection, 0.0);
 //! # Ok::<(), gmhm::drive::SetupError>(())
 //! ```
+//!
+#![cfg_attr(not(feature = "link"), doc = "[`lockstep`]: crate#features")]
+#![cfg_attr(not(feature = "drive"), doc = "[`as5047p`]: crate#features\n[`pwm`]: crate#features")]
 
 #[cfg(feature = "drive")]
 pub mod as5047p;

@@ -44,15 +44,19 @@ pub fn run(shell: &Shell) -> Result<()> {
     Ok(())
 }
 
-/// Checks the core with each of its features alone, and that it depends on two packages without any.
+/// Checks the core and its documentation with each of its features alone, and that it depends on two packages without any.
 fn features(shell: &Shell) -> Result<()> {
-    for feature in ["", "fixed", "terms", "block", "store", "link", "lock", "drive", "serde"] {
+    for feature in ["", "fixed", "terms", "adapt", "block", "store", "link", "lock", "drive", "serde", "full"] {
         cmd!(
             shell,
             "cargo clippy --quiet --package gmhm --no-default-features --features {feature} --locked -- -D warnings"
         )
         .run()
         .with_context(|| format!("the core does not build with the features `{feature}`"))?;
+        cmd!(shell, "cargo doc --quiet --package gmhm --no-deps --no-default-features --features {feature} --locked")
+            .env("RUSTDOCFLAGS", "-D warnings")
+            .run()
+            .with_context(|| format!("the documentation of the core is not whole with the features `{feature}`"))?;
     }
     let tree = cmd!(shell, "cargo tree --package gmhm --edges normal --depth 1 --prefix none --locked").read()?;
     let direct: Vec<&str> = tree.lines().skip(1).filter_map(|line| line.split(' ').next()).collect();
