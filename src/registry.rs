@@ -4,9 +4,12 @@
 //! |---|---|
 //! | [`SECTIONS`] | the sections of a model file |
 //! | [`KINDS`](crate::terms::KINDS) | the kinds of `[[term]]`, in model files and blocks |
-//! | [`RECORDS`](crate::block::RECORDS) | the fixed records of blocks |
+//! | [`RECORDS`] | the fixed records of blocks |
 //!
 //! The reader of model files, the layout of blocks, `gmhm inspect` and the pages in `docs/` follow from these lists.
+//!
+#![cfg_attr(feature = "block", doc = "[`RECORDS`]: crate::block::RECORDS")]
+#![cfg_attr(not(feature = "block"), doc = "[`RECORDS`]: crate#features")]
 
 use crate::params::{Gate, Kernel, Law};
 use crate::terms::{KeyInfo, Range};

@@ -122,7 +122,7 @@ fn fuzzed_samples_are_answered() {
         for k in 0..number("GMHM_FUZZ", EXECUTIONS) / 2 {
             let mut theta = 0.8 * A * (k as f32 * 1e-2).sin();
             good += 1;
-            if next() % 8 == 0 {
+            if next().is_multiple_of(8) {
                 good = 0;
                 theta = match next() % 5 {
                     0 => f32::NAN,
@@ -137,10 +137,10 @@ fn fuzzed_samples_are_answered() {
             assert!(good == 0 || output.flags & flag::REFUSED == 0);
             // Samples that agreed may have been taken for a new place.
             assert!(good < 4 || output.flags == 0, "{k}: {:x}", output.flags);
-            let torque = if next() % 8 == 0 { f32::from_bits(next()) } else { output.torque_nm };
+            let torque = if next().is_multiple_of(8) { f32::from_bits(next()) } else { output.torque_nm };
             let solution = gmhm_invert(Some(&joint), torque, None);
             assert!(solution.deflection_rad.abs() <= 1.01e5 * A, "{solution:?} for {torque}");
-            if next() % 10_000 == 0 {
+            if next().is_multiple_of(10_000) {
                 gmhm_restart(Some(&mut joint));
             }
         }

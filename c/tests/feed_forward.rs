@@ -150,7 +150,7 @@ fn fuzzed_periods_are_answered() {
                 ..DEMAND
             };
             let mut sample = SampleC { velocity_rad_per_s: phase.cos(), ..SampleC::default() };
-            let bad = next() % 8 == 0;
+            let bad = next().is_multiple_of(8);
             if bad {
                 let strange = match next() % 5 {
                     0 => f32::NAN,

@@ -3,6 +3,8 @@
 //! [`Scalar`] is what the quasi-static law and the memory in real time need: sums, products, one square root. [`Float`] adds what the memory
 //! in pseudo-time and varying sample periods need. Both are implemented for `f32` and `f64` by the `libm` crate alone, [`Scalar`] also for
 //! [`Fixed`] point, so that host and microcontroller agree bit by bit.
+//!
+#![cfg_attr(not(feature = "fixed"), doc = "[`Fixed`]: crate#features")]
 
 pub mod circle;
 #[cfg(feature = "fixed")]

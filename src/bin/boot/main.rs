@@ -21,6 +21,9 @@ const PERIOD_S: f64 = 1e-4;
 /// Loads of each block.
 const CALLS: u32 = 20;
 
+/// From the bytes of a block to the first torque.
+type Loader = fn(&[u8]) -> Option<f32>;
+
 #[cortex_m_rt::entry]
 fn main() -> ! {
     counter::start();
@@ -52,7 +55,7 @@ fn published(law: Law) -> Option<Params> {
 #[inline(never)]
 fn law<L: PreparedLaw<f32>>(names: [&'static str; 2], params: &Params, law: L) -> Option<()> {
     let inverse = Inverse::of(params, law, PERIOD_S).ok()?;
-    let loaders: [(fn(&[u8]) -> Option<f32>, bool); 2] = [(prepared_torque::<L>, true), (plain_torque, false)];
+    let loaders: [(Loader, bool); 2] = [(prepared_torque::<L>, true), (plain_torque, false)];
     for ((load, is_prepared), name) in loaders.into_iter().zip(names) {
         let mut buffer = [0; 768];
         let length = write(params, &inverse, &mut buffer, is_prepared)?;
