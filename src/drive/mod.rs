@@ -6,6 +6,7 @@
 //! | [`joint`] | the control tick: read both encoders, ask a control law, hand its torque to the power stage |
 //! | [`cascade`] | position P over velocity PI, the usual servo |
 //! | [`servo`] | encoders, feed-forward of the gear and cascade together |
+//! | [`compensated`] | the same with friction, ripple and the other plant terms |
 //! | [`lockstep`] | a servo whose joint a host plays, over a line of bytes |
 //! | [`as5047p`] | an absolute magnetic encoder on SPI, over `embedded_hal::spi::SpiDevice` |
 //! | [`pwm`] | a torque command as a PWM duty cycle, over `embedded_hal::pwm::SetDutyCycle` |
@@ -35,16 +36,20 @@
 //! # Ok::<(), gmhm::drive::SetupError>(())
 //! ```
 //!
+#![cfg_attr(not(feature = "terms"), doc = "[`compensated`]: crate#features")]
 #![cfg_attr(not(feature = "link"), doc = "[`lockstep`]: crate#features")]
 #![cfg_attr(not(feature = "drive"), doc = "[`as5047p`]: crate#features\n[`pwm`]: crate#features")]
 
 #[cfg(feature = "drive")]
 pub mod as5047p;
 pub mod cascade;
+#[cfg(feature = "terms")]
+pub mod compensated;
 pub mod joint;
 #[cfg(feature = "link")]
 pub mod lockstep;
 pub mod pair;
+mod position_loop;
 #[cfg(feature = "drive")]
 pub mod pwm;
 pub mod servo;
@@ -52,6 +57,8 @@ pub mod servo;
 #[cfg(feature = "drive")]
 pub use as5047p::As5047p;
 pub use cascade::{Cascade, CascadeState, Gains, GainsError};
+#[cfg(feature = "terms")]
+pub use compensated::{CompensatedServo, CompensatedServoState, TorqueShaft};
 pub use joint::{Fault, Joint};
 pub use pair::{EncoderPair, FromCounts, Mounting, Reading, Setup, SetupError};
 #[cfg(feature = "drive")]

@@ -5,11 +5,10 @@
 
 use core::fmt;
 
-use super::pair::{EncoderPair, FromCounts, Reading, Setup, SetupError};
-use super::{Cascade, CascadeState, Gains, GainsError};
-use crate::feedforward::{
-    Contribution, Controls, Demand, FeedForward, FeedForwardError, FeedForwardState, MotorEncoder, MotorSide, Settings,
-};
+use super::pair::{FromCounts, Reading, Setup, SetupError};
+use super::position_loop::{PositionLoop, PositionLoopState};
+use super::{Gains, GainsError};
+use crate::feedforward::{Contribution, Controls, Demand, FeedForward, FeedForwardError, FeedForwardState, Settings};
 use crate::inverse::Invertible;
 use crate::memory::{AnyLaw, MemoryLaw};
 use crate::params::Params;
@@ -90,23 +89,15 @@ pub struct Reference<S> {
 /// A servo; what it remembers is apart.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Servo<S: FromCounts, L = AnyLaw<S>> {
-    pair: EncoderPair<S>,
-    motor: MotorSide<S>,
     feed_forward: FeedForward<S, L>,
-    cascade: Cascade<S>,
-    largest_deflection: S,
+    position: PositionLoop<S>,
 }
 
 /// What the servo of one joint remembers, with room for `N` turning points.
 #[derive(Clone)]
 pub struct ServoState<S: Float<Carry = S>, const N: usize = 16, L: MemoryLaw<S> = AnyLaw<S>> {
     feed_forward: FeedForwardState<S, N, L>,
-    cascade: CascadeState<S>,
-    seen: Reading<S>,
-    /// Where the motor should be, of the period before.
-    position: i64,
-    /// The last counts were misread: `seen` is older.
-    misread: bool,
+    position: PositionLoopState<S>,
 }
 
 /// A deflection beyond this many rated ones was misread, or the joint is breaking.
@@ -130,33 +121,14 @@ impl<S: Float<Carry = S> + FromCounts, L: Invertible<S>> Servo<S, L> {
     /// # Errors
     /// [`ServoError`].
     pub fn of_feed_forward(feed_forward: FeedForward<S, L>, setup: &ServoSetup) -> Result<Self, ServoError> {
-        let ServoSetup { encoders, reference_counts_per_turn, gains, .. } = setup;
-        let encoder = MotorEncoder {
-            counts_per_turn: encoders.motor.counts_per_turn,
-            ratio: encoders.ratio,
-            reference_counts_per_turn: *reference_counts_per_turn,
-            rated_deflection_rad: encoders.rated_deflection_rad,
-        };
-        let rated = feed_forward.inverse().gear().frame().rated();
-        Ok(Self {
-            pair: EncoderPair::new(encoders)?,
-            motor: MotorSide::new(&encoder)?,
-            feed_forward,
-            cascade: Cascade::new(gains)?,
-            largest_deflection: S::from_f64(MISREAD_BEYOND) * rated,
-        })
+        let position = PositionLoop::new(setup, feed_forward.inverse().gear().frame().rated())?;
+        Ok(Self { feed_forward, position })
     }
 
     /// The state at power-up, from the raw counts of motor and output, standing at a position of the output in reference counts.
     pub fn start<const N: usize>(&self, motor: u32, output: u32, counts: i64) -> ServoState<S, N, L> {
-        let seen = self.pair.start(motor, output);
-        ServoState {
-            feed_forward: self.feed_forward.start(seen.deflection),
-            cascade: CascadeState::default(),
-            seen,
-            position: self.motor.position(counts, S::ZERO),
-            misread: false,
-        }
+        let position = self.position.start(motor, output, counts);
+        ServoState { feed_forward: self.feed_forward.start(position.seen.deflection), position }
     }
 
     /// Goes on with a state that the servo `before` had: other parameters, settings or gains with the loop running. The encoders are the same. The torque begins at
@@ -164,21 +136,19 @@ impl<S: Float<Carry = S> + FromCounts, L: Invertible<S>> Servo<S, L> {
     /// [`FADE_S`](super::cascade::FADE_S).
     pub fn take_over<const N: usize>(&self, before: &Self, state: &mut ServoState<S, N, L>) {
         self.feed_forward.take_over(&before.feed_forward, &mut state.feed_forward);
-        state.cascade.bridge();
+        state.position.cascade.bridge();
     }
 
     /// Starts anew from raw counts with the loop running: the gear's past is unknown, the torque begins at the last one.
     pub fn restart<const N: usize>(&self, state: &mut ServoState<S, N, L>, motor: u32, output: u32, counts: i64) {
-        state.seen = self.pair.start(motor, output);
-        self.feed_forward.restart(&mut state.feed_forward, state.seen.deflection);
-        state.cascade = state.cascade.restarted();
-        state.position = self.motor.position(counts, state.feed_forward.contribution().offset);
-        state.misread = false;
+        let offset = state.contribution().offset;
+        self.position.restart(&mut state.position, [motor, output], counts, offset);
+        self.feed_forward.restart(&mut state.feed_forward, state.position.seen.deflection);
     }
 
     /// One period: the raw counts that motor and output have at its start, to the torque that is to act in the next one, N·m, always within the limit.
     ///
-    /// Input that is none is refused: [`FeedForward`] and [`Cascade`] say how each goes on. Counts that give a deflection beyond [`MISREAD_BEYOND`] rated ones, in
+    /// Input that is none is refused: [`FeedForward`] and [`Cascade`](super::Cascade) say how each goes on. Counts that give a deflection beyond [`MISREAD_BEYOND`] rated ones, in
     /// whatever turn the motor is, were misread: the period that would work on them is one without input.
     #[inline]
     pub fn period<const N: usize>(
@@ -189,37 +159,22 @@ impl<S: Float<Carry = S> + FromCounts, L: Invertible<S>> Servo<S, L> {
         motor: u32,
         output: u32,
     ) -> S {
-        let demand = Demand { torque: reference.torque, deflection: state.seen.deflection };
+        let demand = Demand { torque: reference.torque, deflection: state.position.seen.deflection };
         let offset = self.feed_forward.step(&mut state.feed_forward, controls, &demand).offset;
-        let position = core::mem::replace(&mut state.position, self.motor.position(reference.counts, offset));
-        let error = self.motor.error(position, &state.seen.motor);
-        let misread = state.misread;
-        let seen = self.pair.follow(&state.seen, motor, output);
-        let seen = if self.is_plausible(&seen) { seen } else { self.pair.find_turn(&seen) };
-        state.misread = !self.is_plausible(&seen);
-        if !state.misread {
-            state.seen = seen;
-        }
-        if misread {
-            return self.cascade.refuse(&mut state.cascade);
-        }
-        self.cascade.step(&mut state.cascade, error, reference.feed_forward)
-    }
-
-    fn is_plausible(&self, seen: &Reading<S>) -> bool {
-        seen.deflection.abs() <= self.largest_deflection
+        let asked = (self.position.position(reference.counts), offset, reference.feed_forward);
+        self.position.period(&mut state.position, asked, [motor, output])
     }
 }
 
 impl<S: Float<Carry = S> + FromCounts, const N: usize, L: MemoryLaw<S>> ServoState<S, N, L> {
     /// What the encoders said last.
     pub fn seen(&self) -> &Reading<S> {
-        &self.seen
+        &self.position.seen
     }
 
     /// Whether the last period had no input to work on: it was not finite, or the counts were misread.
     pub fn is_refused(&self) -> bool {
-        self.cascade.is_refused()
+        self.position.cascade.is_refused()
     }
 
     /// What the gear's feed-forward adds.

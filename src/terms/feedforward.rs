@@ -27,6 +27,9 @@ use crate::scalar::Float;
 /// The most inverses of the gear for one sample.
 pub const MOST_TRIALS: u8 = 8;
 
+/// Terms that come to more than this many torque scales T_A are refused: no joint loses as much, and its speed or its temperature was misread.
+pub const ABSURD_BEYOND: f64 = 64.0;
+
 /// A gear's inverse and its terms.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CompensatedInverse<S: Float, L = AnyLaw<S>, const K: usize = 8> {
@@ -102,7 +105,7 @@ enum Asked {
     Carried,
 }
 
-/// Finds the torque that the gear carries when T* is asked for. Nothing of a state moves. `None` where a number of the torque, the sample or the terms is NaN or infinite.
+/// Finds the torque that the gear carries when T* is asked for. Nothing of a state moves. `None` where a number of the torque, the sample or the terms is NaN, infinite or absurd.
 fn balance<S: Float<Carry = S>, L: Invertible<S>, const N: usize, const K: usize>(
     (inverse, stack): (&Inverse<S, L>, &Stack<S, K>),
     (gear, terms, last): (&State<S, N, L>, &StackState<S, K>, &Parts<S>),
@@ -141,7 +144,10 @@ fn balance<S: Float<Carry = S>, L: Invertible<S>, const N: usize, const K: usize
     }
     let converged = !searches || (of(&parts) - taken).abs() <= tolerance;
     let (carried, error) = (torque - of(&parts), deflection_error(stack, sample));
-    (carried.is_finite() && error.is_finite()).then_some(Balance { carried, error, parts, stack: state, converged })
+    let most = S::from_f64(ABSURD_BEYOND) * inverse.gear().frame().torque_scale();
+    // A NaN compares false.
+    let accepted = carried.is_finite() && error.is_finite() && parts.gear.abs() <= most && parts.joint.abs() <= most;
+    accepted.then_some(Balance { carried, error, parts, stack: state, converged })
 }
 
 /// Σ of what stands between the gear's θ and the encoders', as far as the sample tells it.
@@ -290,7 +296,7 @@ pub struct Compensation<S> {
     pub gear_torque: S,
     /// The share of J, N·m: to add to the torque reference of the motor where σ = +1; with σ = −1 it is in the offset.
     pub joint_torque: S,
-    /// A number of the sample or the demand was NaN or infinite, or the terms were: they stay those of the period before.
+    /// A number of the sample or the demand was NaN or infinite, or the terms were so or absurd: they stay those of the period before, and everything fades with the gain.
     pub refused: bool,
 }
 
@@ -352,7 +358,8 @@ impl<S: Float<Carry = S>, L: Invertible<S>, const K: usize> CompensatedFeedForwa
                 state.error = found.error;
                 found.carried
             }
-            None => demand.torque - total(&state.terms.last, asked),
+            // No torque that the gear could be asked for.
+            None => S::from_f64(f64::NAN),
         };
         let demand = Demand { torque: carried, deflection: demand.deflection - state.error };
         let base = self.feed_forward.step(&mut state.feed_forward, controls, &demand);
