@@ -31,7 +31,7 @@ const MUCH_BETTER: f64 = 0.5;
 const BETTER: f64 = 0.8;
 /// A curve explains at most so many times the squares that the base leaves.
 const MOST_OF_RESIDUAL: f64 = 100.0;
-/// Without what is no property of the gear (its past, offsets) an extended model leaves at most so many times the squares that the base leaves.
+/// With the past of the gear at rest, an extended model leaves at most so many times the squares that the base leaves: where the past was not recorded, gear and past can trade torque.
 const MOST_WITHOUT_PAST: f64 = 4.0;
 /// Steps of the fit beside the base as it is.
 const STEPS: usize = 5;
@@ -57,24 +57,24 @@ impl Dataset<'_> {
     ) -> Result<(DiagnosisVerdict, Search<'r>), DiagnoseError> {
         let taken =
             (selection.base_squares - selection.selected_squares) / selection.selected_squares.max(f64::MIN_POSITIVE);
-        let left = |fit: &Fitted| self.rms_of_blocks(fit).powi(2);
         if taken > LOUD {
             return self.decided_loud(model, &base, selection, taken, search);
         }
         let (verdict, by_likelihood) = self.found(model, search)?;
         let selection = self.confirmed(&base, selection.clone(), &verdict.base, search)?;
-        let (ours, theirs) = (left(&selection.fit), left(&verdict.extended));
+        let (ours, theirs) =
+            (self.mean_square_of_blocks(&selection.fit), self.mean_square_of_blocks(&verdict.extended));
         let better = ours < CLEARLY_BETTER * theirs;
         // Where likelihood sees nothing, a little that is saved on held-out blocks may be chance.
-        let helps = ours < left(&base) && (verdict.mismatch || selection.named() >= LEAST_ALONE);
+        let helps = ours < self.mean_square_of_blocks(&base) && (verdict.mismatch || selection.named() >= LEAST_ALONE);
         let loud = selection.named() >= LARGE;
         let nameless = verdict.effects.iter().all(|e| e.name == UNKNOWN) && ours <= theirs;
         // A curve predicts, but names nothing.
         let names_more = || -> Result<bool, DiagnoseError> { Ok(ours <= self.left_by_kinds(&verdict, search)?) };
         if helps
             && !selection.selected.is_empty()
-            && (better || (loud && (nameless || names_more()?)))
             && !is_doubted(&verdict, &selection, ours / theirs.max(f64::MIN_POSITIVE))
+            && (better || (loud && (nameless || names_more()?)))
         {
             let joint = self.joint_verdict(&base, &selection, search)?;
             if joint.mismatch && (better || joint.effects.iter().any(|e| e.name != UNKNOWN)) {
@@ -93,23 +93,24 @@ impl Dataset<'_> {
         taken: f64,
         search: Search<'r>,
     ) -> Result<(DiagnosisVerdict, Search<'r>), DiagnoseError> {
-        let left = |fit: &Fitted| self.rms_of_blocks(fit).powi(2);
         let selection = self.with_remainder(base, selection.clone(), search)?;
         let joint = self.joint_verdict(base, &selection, search)?;
-        let is_plain = joint.effects.len() < 2 && left(&joint.extended) < LARGE * left(&joint.base);
+        let is_plain = joint.effects.len() < 2
+            && self.mean_square_of_blocks(&joint.extended) < LARGE * self.mean_square_of_blocks(&joint.base);
         if taken > VERY_LOUD || is_plain {
             return Ok((joint, search));
         }
         let (verdict, by_likelihood) = self.found(model, search)?;
-        let (ours, theirs) = (left(&verdict.extended), left(&joint.extended));
+        let (ours, theirs) =
+            (self.mean_square_of_blocks(&verdict.extended), self.mean_square_of_blocks(&joint.extended));
         let named = !verdict.effects.is_empty() && verdict.effects.iter().all(|e| e.name != UNKNOWN);
         let simpler = named && verdict.effects.len() < joint.effects.len() && ours <= AS_GOOD * theirs;
         let by_likelihood = (simpler || ours < CLEARLY_BETTER * theirs).then_some((verdict, by_likelihood));
         Ok(by_likelihood.unwrap_or((joint, search)))
     }
 
-    /// An extended fit, or one beside the base as it is (as `model` gives it, where its refit has run away) where a curve only trades torque with the base, or the gear with a past
-    /// that was not recorded: such a model runs away on other motions.
+    /// An extended fit, or one beside the base as it is (as `model` gives it, where its refit leaves much more) where a curve only trades torque with the base, or the gear with a
+    /// past that was not recorded: such a model fails on other motions.
     pub(super) fn steady(
         &self,
         model: &Model,
@@ -117,19 +118,21 @@ impl Dataset<'_> {
         extended: Fitted,
         search: Search<'_>,
     ) -> Result<Fitted, DiagnoseError> {
+        let (given, found) = (search.base_terms, extended.model.terms.len());
+        if found == given {
+            return Ok(extended);
+        }
         let size = |x: &[f64]| {
             let own = self.layout().masked(x);
             let mean = own.iter().sum::<f64>() / own.len().max(1) as f64;
             own.iter().map(|x| (x - mean).powi(2)).sum::<f64>()
         };
+        let without_past = |total: &[f64]| size(&self.centred(total));
         let total = self.total(&extended.model)?;
-        let (given, found) = (search.base_terms, extended.model.terms.len());
-        let alone = |model: &Model| -> Result<f64, DiagnoseError> { Ok(size(&self.centred(&self.total(model)?))) };
-        let mut steady = &base.model;
-        if alone(steady)? > MOST_WITHOUT_PAST * alone(model)? {
-            steady = model;
-        }
-        let mut trades = found > given && alone(&extended.model)? > MOST_WITHOUT_PAST * alone(steady)?;
+        let (as_given, refitted) = (without_past(&self.total(model)?), without_past(&self.total(&base.model)?));
+        let (steady, least) =
+            if refitted > MOST_WITHOUT_PAST * as_given { (model, as_given) } else { (&base.model, refitted) };
+        let mut trades = without_past(&total) > MOST_WITHOUT_PAST * least;
         for curve in (given..found).filter(|t| extended.model.terms[*t].kind == UNKNOWN) {
             let added = self.added_by(&extended.model, &total, curve)?;
             trades |= size(&added) > MOST_OF_RESIDUAL * size(&base.residual);
@@ -184,6 +187,6 @@ impl Dataset<'_> {
     /// The held-out mean square that an extended model leaves without its curves.
     pub(super) fn left_by_kinds(&self, verdict: &DiagnosisVerdict, search: Search<'_>) -> Result<f64, DiagnoseError> {
         let without = self.without_curves(&verdict.extended, search)?;
-        Ok(self.rms_of_blocks(without.as_ref().unwrap_or(&verdict.extended)).powi(2))
+        Ok(self.mean_square_of_blocks(without.as_ref().unwrap_or(&verdict.extended)))
     }
 }

@@ -33,6 +33,7 @@ pub(crate) mod shapes;
 pub(crate) mod shares;
 pub mod suggestion;
 pub(crate) mod tones;
+mod unchanged;
 
 pub use crate::diagnose::pipeline::{Finding, Options, diagnose};
 

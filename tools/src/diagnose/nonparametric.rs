@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use crate::diagnose::jumps;
 use crate::diagnose::tones::tones;
 use crate::numerics::autoregression::Noise;
+use crate::numerics::extremes::{largest, width};
 use crate::numerics::spectrum;
 use crate::numerics::vector::dot;
 use crate::physics::Evaluation;
@@ -221,13 +222,9 @@ fn exponential_memory(x: &[f64], time: &[f64], spans: &[std::ops::Range<usize>],
 /// Curves over every coordinate that the recordings tell.
 pub fn curves(dataset: &Dataset<'_>, see: &Coordinates, fit: &Fitted) -> Vec<Curve> {
     let mut curves = Vec::new();
-    let largest = |x: &[f64]| x.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
     let unit = |x: &[f64]| {
         let scale = largest(x).max(f64::MIN_POSITIVE);
         x.iter().map(|x| x / scale).collect::<Vec<f64>>()
-    };
-    let range = |x: &[f64]| {
-        x.iter().copied().fold(f64::NEG_INFINITY, f64::max) - x.iter().copied().fold(f64::INFINITY, f64::min)
     };
     let turns = |x: &[f64]| dataset.turns(x);
     let sign: Option<Vec<f64>> = see.velocity.as_deref().filter(|v| largest(v) > 0.0).map(|v| {
@@ -305,7 +302,7 @@ pub fn curves(dataset: &Dataset<'_>, see: &Coordinates, fit: &Fitted) -> Vec<Cur
         let radii = [0.02, 0.04, 0.08, 0.14, 0.25, 0.4, 0.65];
         let mut columns: Vec<Vec<f64>> =
             radii.iter().map(|r| stop_operators(theta, &dataset.spans, r * rated)).collect();
-        let duration = range(&see.time);
+        let duration = width(&see.time);
         let mut tau = 0.5;
         while tau < 0.6 * duration {
             columns.push(exponential_memory(theta, &see.time, &dataset.spans, tau));
@@ -349,7 +346,7 @@ pub fn curves(dataset: &Dataset<'_>, see: &Coordinates, fit: &Fitted) -> Vec<Cur
             add(coordinate, times(linear_splines(x, &knots(x, count)), sign), 0);
         }
     };
-    if let Some(temperature) = see.temperature.as_deref().filter(|t| range(t) > 0.1) {
+    if let Some(temperature) = see.temperature.as_deref().filter(|t| width(t) > 0.1) {
         along("temperature", temperature, 4);
     }
     along("time", &see.time, 9);

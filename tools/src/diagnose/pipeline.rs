@@ -18,7 +18,6 @@ use crate::fit::zeros::other_zeros;
 use crate::kinds;
 use crate::model::{Base, Model, Term, TermValue};
 use crate::numerics::autoregression::mark_outliers;
-use crate::numerics::mark::Mark;
 use crate::numerics::vector::dot;
 use crate::progress::Progress;
 use crate::recording::{Recording, TorqueUnit};
@@ -93,7 +92,7 @@ pub fn diagnose(
         zero: false,
         seed: options.seed,
     };
-    let given = dataset.about_means(&dataset.total(&model)?);
+    let given = dataset.centred(&dataset.total(&model)?);
     progress.report("refitting the base model", 0.05);
     let mut plain = dataset.fit(&model, &dataset.places(&model, search), None, 2)?;
     dataset.mark_outliers(&plain);
@@ -141,6 +140,7 @@ pub fn diagnose(
     }
     verdict.extended = dataset.steady(&model, &verdict.base, verdict.extended, search)?;
     dataset.drop_curves(&mut verdict, search)?;
+    verdict.extended = dataset.with_base_unchanged(&model, verdict.extended, search)?;
     check()?;
     progress.report("checking on rows held out", 0.9);
     let rms = Rms {
@@ -159,7 +159,7 @@ pub fn diagnose(
         }
     } else {
         let unseen = Dataset::new(holdout, &model)?;
-        let left = |m: &Model| -> Result<f64, DiagnoseError> { Ok(unseen.rms(&unseen.about_means(&unseen.total(m)?))) };
+        let left = |m: &Model| -> Result<f64, DiagnoseError> { Ok(unseen.rms(&unseen.centred(&unseen.total(m)?))) };
         Heldout {
             rms: Rms {
                 given: left(&model)?,
@@ -180,7 +180,7 @@ pub fn diagnose(
         (1.0 - left * left).clamp(0.0, 1.0)
     };
     let explained = part(&verdict.extended);
-    let base_left = dataset.rms_of_blocks(&verdict.base).powi(2).max(f64::MIN_POSITIVE);
+    let base_left = dataset.mean_square_of_blocks(&verdict.base).max(f64::MIN_POSITIVE);
     let named = (1.0 - dataset.left_by_kinds(&verdict, search)? / base_left).clamp(0.0, 1.0);
     let noise_rms = rms.extended * verdict.noise_part;
     let next_experiment = next_experiment::next(&verdict, &undecidable);
@@ -249,18 +249,6 @@ fn prepared(model: &Model, recordings: &[Recording], options: &Options) -> Resul
 }
 
 impl Dataset<'_> {
-    /// Target less a total, each recording about the mean of its rows that count.
-    fn about_means(&self, total: &[f64]) -> Vec<f64> {
-        let mut residual: Vec<f64> = self.target.iter().zip(total).map(|(t, m)| t - m).collect();
-        for (span, marks) in self.spans.iter().zip(&self.marks) {
-            let own = &mut residual[span.clone()];
-            let kept: Vec<f64> = own.iter().zip(marks).filter(|(_, m)| **m != Mark::Skipped).map(|(r, _)| *r).collect();
-            let mean = kept.iter().sum::<f64>() / kept.len().max(1) as f64;
-            own.iter_mut().for_each(|r| *r -= mean);
-        }
-        residual
-    }
-
     /// Root mean square of the rows that count.
     fn rms(&self, residual: &[f64]) -> f64 {
         let masked = self.layout().masked(residual);

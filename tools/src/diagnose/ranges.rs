@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 use std::ops::Range;
 
 use crate::kinds::ranges::Ranges;
+use crate::numerics::extremes::{largest, range, width};
 use crate::numerics::spectrum;
 use crate::physics::Evaluation;
 use crate::regression::dataset::Dataset;
@@ -12,7 +13,6 @@ use crate::regression::fit::Fitted;
 impl Dataset<'_> {
     /// What the recordings span, and the orders that the residual of a fit holds.
     pub fn ranges(&self, evaluations: &[Evaluation<'_>], fit: &Fitted) -> Ranges {
-        let largest = |x: &[f64]| x.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
         let travel = |angle: &Option<Vec<f64>>| angle.as_deref().map_or(0.0, |q| self.turns(q));
         let motor = self.signal(evaluations, |s| s.motor_angle_rad.as_deref());
         let output = self.signal(evaluations, |s| s.output_angle_rad.as_deref());
@@ -22,12 +22,13 @@ impl Dataset<'_> {
         let motor_turns = travel(&motor);
         let period_s = |span: &Range<usize>| (time[span.end - 1] - time[span.start]) / (span.len() - 1) as f64;
         let period_s = self.spans.iter().map(period_s).fold(f64::INFINITY, f64::min);
+        let (start_s, end_s) = range(&time);
         let mut ranges = Ranges {
             rated_rad: fit.model.gear.rated_deflection_rad.unwrap_or(0.0),
             velocity_rad_per_s: velocity.as_deref().map_or(0.0, largest),
             torque_nm: largest(&self.target),
-            start_s: time.iter().copied().fold(f64::INFINITY, f64::min),
-            end_s: time.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+            start_s,
+            end_s,
             period_s,
             temperature_c: temperature.map(|t| t.iter().sum::<f64>() / t.len() as f64),
             motor_orders: Vec::new(),
@@ -63,11 +64,7 @@ impl Dataset<'_> {
 
     /// The turns that an angle makes in the recording in which it makes most.
     pub fn turns(&self, angle: &[f64]) -> f64 {
-        let range = |span: &Range<usize>| {
-            let own = angle[span.clone()].iter().copied();
-            own.clone().fold(f64::NEG_INFINITY, f64::max) - own.fold(f64::INFINITY, f64::min)
-        };
-        self.spans.iter().map(range).fold(0.0, f64::max) / TAU
+        self.spans.iter().map(|span| width(&angle[span.clone()])).fold(0.0, f64::max) / TAU
     }
 
     /// The residual of a fit, filtered by its noise forth and back: its product with a column is what least squares sees of that column.
@@ -110,8 +107,8 @@ impl Dataset<'_> {
     }
 }
 
-/// Periods of a wave that an angle covers at least.
-const FEWEST_PERIODS: f64 = 4.0;
+/// A wave over an angle is looked at over at least so many of its periods.
+pub(super) const FEWEST_PERIODS: f64 = 4.0;
 
 #[cfg(test)]
 mod tests {

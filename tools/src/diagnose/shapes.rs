@@ -11,6 +11,7 @@ use crate::kinds;
 use crate::model::Term;
 use crate::numerics::autoregression::Noise;
 use crate::numerics::basis::Basis;
+use crate::numerics::extremes::largest;
 use crate::numerics::particle_swarm::{SwarmOptions, minimise};
 use crate::numerics::vector::dot;
 use crate::physics::columns::{get, set};
@@ -91,8 +92,8 @@ impl Dataset<'_> {
 
     /// What of a term is searched: whatever its torque is not linear in. Its orders are those that the spectrum shows.
     fn shapes(&self, fit: &Fitted, term: usize, evaluations: &[Evaluation<'_>]) -> Vec<Shape> {
-        let largest = |line: Vec<f64>| line.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
-        let fastest = self.signal(evaluations, |s| s.velocity_rad_per_s.as_deref()).map_or(f64::INFINITY, largest);
+        let fastest =
+            self.signal(evaluations, |s| s.velocity_rad_per_s.as_deref()).map_or(f64::INFINITY, |v| largest(&v));
         let time = self.time_s();
         let shape = |place: FreeParameter| {
             let FreeParameter::Term { key, index, .. } = place else { return None };

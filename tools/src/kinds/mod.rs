@@ -384,7 +384,7 @@ const NEAR_ORDER: f64 = 0.1;
 /// The key of the orders of harmonics.
 const ORDERS: &str = "orders";
 
-/// The bounds of a number by its entry in the registry. A shape stays near what gears have, and is at most divided or multiplied by three at a time.
+/// The bounds of a number by its entry in the registry. A shape stays near what gears have, and is at most divided or multiplied by three at a time; an order moves by a tenth of itself.
 fn usual_bounds(term: &Term, key: &KeyInfo, index: Option<usize>) -> (f64, f64) {
     let value = get(term, key, index);
     if key.name == ORDERS {

@@ -53,6 +53,11 @@ impl Dataset<'_> {
         (dot(&left, &left) / self.counted().max(1) as f64).sqrt()
     }
 
+    /// Mean square of [`rms_of_blocks`](Self::rms_of_blocks).
+    pub fn mean_square_of_blocks(&self, fit: &Fitted) -> f64 {
+        self.rms_of_blocks(fit).powi(2)
+    }
+
     /// By how much a fit predicts each block better than another does, in squares of a noise.
     pub fn gain_of_blocks(&self, with: &Fitted, without: &Fitted, noise: &[Noise]) -> Vec<f64> {
         let squares = |fit: &Fitted| self.squares_of_blocks(&fit.of_places(), &fit.residual, noise);

@@ -9,6 +9,7 @@ use crate::diagnose::DiagnoseError;
 use crate::diagnose::candidates::{Proposal, has_room, proposals_over};
 use crate::diagnose::explain::Search;
 use crate::diagnose::nonparametric::Coordinates;
+use crate::diagnose::ranges::FEWEST_PERIODS;
 use crate::kinds::free_coordinate::FreeCoordinate;
 use crate::kinds::{self, FURTHER_ELEMENT_PRICE, Kind};
 use crate::model::{Model, TermValue};
@@ -58,8 +59,7 @@ fn usual_orders() -> impl Iterator<Item = f64> {
     (1..=60).chain([72, 84, 96, 120]).map(f64::from)
 }
 
-/// An order is looked at over at least so many of its periods, and up to this share of the sampling rate.
-const FEWEST_PERIODS: f64 = 4.0;
+/// An order is looked at up to this share of the sampling rate.
 const HIGHEST_RATE: f64 = 0.4;
 
 impl Dictionary {

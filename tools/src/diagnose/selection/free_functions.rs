@@ -5,6 +5,7 @@ use std::ops::Range;
 
 use crate::diagnose::nonparametric::{Coordinates, knots, linear_splines};
 use crate::kinds::free_coordinate::FreeCoordinate;
+use crate::numerics::extremes::{largest, range, width};
 
 /// A free function of one coordinate (or of one together with the direction of motion), as columns.
 pub struct FreeFunction {
@@ -53,8 +54,8 @@ pub fn free_functions(see: &Coordinates, spans: &[Range<usize>]) -> Vec<FreeFunc
         columns.push(see.load_rate.clone());
         add(FreeCoordinate::LoadRate, columns);
     }
-    if let Some(q) = see.output.as_deref().filter(|q| range(q) > 0.0) {
-        let (low, span) = (lowest(q), range(q));
+    if let Some(q) = see.output.as_deref().filter(|q| width(q) > 0.0) {
+        let (low, span) = (range(q).0, width(q));
         let u: Vec<f64> = q.iter().map(|q| (q - low) / span).collect();
         let waves = |count: usize| -> Vec<Vec<f64>> {
             (1..=count).map(|k| u.iter().map(|u| (PI * k as f64 * u).cos()).collect()).collect()
@@ -69,7 +70,7 @@ pub fn free_functions(see: &Coordinates, spans: &[Range<usize>]) -> Vec<FreeFunc
             add(FreeCoordinate::OutputReversal, TRAVELS.iter().map(|r| dahl(q, spans, r * span)).collect());
         }
     }
-    if let Some(theta) = see.deflection.as_deref().filter(|x| range(x) > 0.0) {
+    if let Some(theta) = see.deflection.as_deref().filter(|x| width(x) > 0.0) {
         let a = largest(theta);
         let mut columns = linear_splines(theta, &knots(theta, 12));
         columns.extend([1, 2, 3, 5].map(|p| theta.iter().map(|x| (x / a).powi(p)).collect::<Vec<f64>>()));
@@ -84,7 +85,7 @@ pub fn free_functions(see: &Coordinates, spans: &[Range<usize>]) -> Vec<FreeFunc
         columns.push(rate.to_vec());
         add(FreeCoordinate::DeflectionRate, columns);
     }
-    if let Some(temperature) = see.temperature.as_deref().filter(|t| range(t) > 0.1) {
+    if let Some(temperature) = see.temperature.as_deref().filter(|t| width(t) > 0.1) {
         let plain = linear_splines(temperature, &knots(temperature, 4));
         let mut columns = times(plain.clone(), &see.load);
         if let Some([_, soft]) = &direction {
@@ -93,7 +94,7 @@ pub fn free_functions(see: &Coordinates, spans: &[Range<usize>]) -> Vec<FreeFunc
         columns.extend(plain);
         add(FreeCoordinate::Temperature, columns);
     }
-    let (start, duration) = (lowest(&see.time), range(&see.time).max(f64::MIN_POSITIVE));
+    let (start, duration) = (range(&see.time).0, width(&see.time).max(f64::MIN_POSITIVE));
     let t: Vec<f64> = see.time.iter().map(|t| (t - start) / duration).collect();
     let mut columns: Vec<Vec<f64>> =
         (1..=4).map(|k| t.iter().map(|t| (PI * f64::from(k) * t).cos()).collect()).collect();
@@ -152,16 +153,4 @@ pub fn stop_operator(x: &[f64], spans: &[Range<usize>], radius: f64) -> Vec<f64>
 fn times(columns: Vec<Vec<f64>>, factor: &[f64]) -> Vec<Vec<f64>> {
     let product = |c: Vec<f64>| c.iter().zip(factor).map(|(c, f)| c * f).collect();
     columns.into_iter().map(product).collect()
-}
-
-fn largest(x: &[f64]) -> f64 {
-    x.iter().fold(0.0_f64, |m, x| m.max(x.abs()))
-}
-
-fn lowest(x: &[f64]) -> f64 {
-    x.iter().copied().fold(f64::INFINITY, f64::min)
-}
-
-fn range(x: &[f64]) -> f64 {
-    x.iter().copied().fold(f64::NEG_INFINITY, f64::max) - lowest(x)
 }

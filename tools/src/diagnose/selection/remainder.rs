@@ -57,8 +57,7 @@ impl Dataset<'_> {
         let mut at = 0..model.terms.len();
         model.terms.retain(|t| at.next().is_some_and(|at| at < found) || lost.iter().all(|l| l.kind != t.kind));
         let fit = self.plain_fit(&model, &self.places(&model, search), STEPS)?;
-        let squares = |fit: &Fitted| self.rms_of_blocks(fit).powi(2);
-        if squares(&fit) > (1.0 - LEAST_PART) * squares(&first.fit) {
+        if self.mean_square_of_blocks(&fit) > (1.0 - LEAST_PART) * self.mean_square_of_blocks(&first.fit) {
             return Ok(false);
         }
         let scale = (first.base_squares - first.free_squares).max(f64::MIN_POSITIVE);
