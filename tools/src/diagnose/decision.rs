@@ -1,11 +1,14 @@
 //! Which of two searches is believed: held-out error alone where structure is loud, likelihood against coloured noise where it is weak; and what keeps an extended model from
 //! running away beyond the recorded range.
 
+use std::collections::BTreeSet;
+
 use crate::diagnose::DiagnoseError;
 use crate::diagnose::diagnosis::UNKNOWN;
 use crate::diagnose::explain::Search;
 use crate::diagnose::naming::DiagnosisVerdict;
 use crate::diagnose::selection::Selection;
+use crate::kinds;
 use crate::model::{Model, TermValue};
 use crate::regression::dataset::Dataset;
 use crate::regression::fit::Fitted;
@@ -13,7 +16,7 @@ use crate::regression::parameters::FreeParameter;
 
 /// Squares that a selection takes, over those that it leaves: from here on structure is loud, and held-out error decides.
 const LOUD: f64 = 4.0;
-/// Above this ratio the likelihood is not evaluated: the residual is then the error of approximate shapes, and not noise.
+/// Above this ratio likelihood only refines a name: the residual is then the error of approximate shapes, and not noise.
 const VERY_LOUD: f64 = 15.0;
 /// Fewer names stand where they leave at most so many times the held-out squares that more names leave.
 const AS_GOOD: f64 = 1.05;
@@ -43,6 +46,22 @@ fn is_doubted(verdict: &DiagnosisVerdict, selection: &Selection, times: f64) -> 
     let partial = times > MUCH_BETTER && selection.named() < MOST_OF_PREDICTABLE * selection.predictable();
     let refused = times > BETTER && selection.selected.iter().any(|s| withheld(s.kind));
     verdict.effects.iter().any(|e| e.name == UNKNOWN) && (partial || refused)
+}
+
+/// Whether a kind has others that refine it.
+fn is_refined(name: &str) -> bool {
+    kinds::ALL.iter().any(|kind| kind.refines().contains(&name))
+}
+
+/// Whether a verdict names another's effects, some of them by kinds that contain them.
+fn refines(finer: &DiagnosisVerdict, plainer: &DiagnosisVerdict) -> bool {
+    let contained = |name: &str| kinds::of(name).map_or(&[][..], |kind| kind.contains());
+    let covers = |finer: &str, plain: &str| finer == plain || contained(finer).contains(&plain);
+    let names = |verdict: &DiagnosisVerdict| verdict.effects.iter().map(|e| e.name.clone()).collect::<BTreeSet<_>>();
+    let (finer, plainer) = (names(finer), names(plainer));
+    finer != plainer
+        && plainer.iter().all(|plain| finer.iter().any(|f| covers(f, plain)))
+        && finer.iter().all(|f| plainer.iter().any(|plain| covers(f, plain)))
 }
 
 impl Dataset<'_> {
@@ -84,7 +103,7 @@ impl Dataset<'_> {
         Ok((verdict, by_likelihood))
     }
 
-    /// The verdict where structure is loud: the joint selection's, unless likelihood predicts clearly better or as well with fewer names.
+    /// The verdict where structure is loud: the joint selection's, unless likelihood predicts clearly better, or as well with fewer names or with kinds that contain those selected.
     fn decided_loud<'r>(
         &self,
         model: &Model,
@@ -97,16 +116,18 @@ impl Dataset<'_> {
         let joint = self.joint_verdict(base, &selection, search)?;
         let is_plain = joint.effects.len() < 2
             && self.mean_square_of_blocks(&joint.extended) < LARGE * self.mean_square_of_blocks(&joint.base);
-        if taken > VERY_LOUD || is_plain {
+        let is_clear = taken > VERY_LOUD || is_plain;
+        if is_clear && joint.effects.iter().all(|e| !is_refined(&e.name)) {
             return Ok((joint, search));
         }
         let (verdict, by_likelihood) = self.found(model, search)?;
         let (ours, theirs) =
             (self.mean_square_of_blocks(&verdict.extended), self.mean_square_of_blocks(&joint.extended));
         let named = !verdict.effects.is_empty() && verdict.effects.iter().all(|e| e.name != UNKNOWN);
-        let simpler = named && verdict.effects.len() < joint.effects.len() && ours <= AS_GOOD * theirs;
-        let by_likelihood = (simpler || ours < CLEARLY_BETTER * theirs).then_some((verdict, by_likelihood));
-        Ok(by_likelihood.unwrap_or((joint, search)))
+        let finer = named && ours <= AS_GOOD * theirs && refines(&verdict, &joint);
+        let simpler = named && ours <= AS_GOOD * theirs && verdict.effects.len() < joint.effects.len();
+        let replaced = finer || !is_clear && (simpler || ours < CLEARLY_BETTER * theirs);
+        Ok(if replaced { (verdict, by_likelihood) } else { (joint, search) })
     }
 
     /// An extended fit, or one beside the base as it is (as `model` gives it, where its refit leaves much more) where a curve only trades torque with the base, or the gear with a

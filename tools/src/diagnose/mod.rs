@@ -3,7 +3,7 @@
 //! | file | what |
 //! |---|---|
 //! | [`pipeline`] | the whole, as `gmhm diagnose` writes it |
-//! | [`diagnosis`] | the result, field for field as `--json` |
+//! | [`diagnosis`], `findings` | the result, field for field as `--json`; a verdict in its terms |
 //! | [`candidates`], `ranges` | every kind over a grid of shapes, as columns; what the recordings span |
 //! | [`explain`] | every kind beside a fitted model, refitted together |
 //! | [`mod@search`], `shapes` | forward, with swaps, and backward; the shapes of what was found |
@@ -11,6 +11,7 @@
 //! | [`naming`], `shares` | classes of indistinguishable kinds, names, shares of power |
 //! | [`selection`], [`joint_naming`] | joint selection of kinds by held-out error, and its verdicts |
 //! | `decision` | which of the two searches is believed |
+//! | `unchanged` | numbers of the base that stay as given |
 //! | [`next_experiment`] | what could not have been seen, and the experiment that would show it |
 //! | [`report_data`] | what a report shows |
 
@@ -18,6 +19,7 @@ pub mod candidates;
 mod decision;
 pub mod diagnosis;
 pub mod explain;
+mod findings;
 pub mod joint_naming;
 pub(crate) mod jumps;
 pub mod naming;
