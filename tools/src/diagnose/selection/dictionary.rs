@@ -3,8 +3,8 @@
 use gmhm::terms::{KeyInfo, Role};
 use rayon::prelude::*;
 
+use super::criterion::Candidate;
 use super::free_functions::{free_functions, wave_pair};
-use super::search::Candidate;
 use crate::diagnose::DiagnoseError;
 use crate::diagnose::candidates::{Proposal, has_room, proposals_over};
 use crate::diagnose::explain::Search;
@@ -341,7 +341,7 @@ impl Dictionary {
     pub fn applied(
         &self,
         model: &Model,
-        set: &super::search::Set,
+        set: &super::criterion::Set,
         weights: &std::collections::BTreeMap<usize, Vec<f64>>,
     ) -> Model {
         let mut result = model.clone();

@@ -5,13 +5,16 @@
 //! | [`free_functions`] | functions without physics over every coordinate |
 //! | [`dictionary`] | base, kinds and free functions as columns beside a fitted model |
 //! | [`remainder`] | a second selection, of what stays unexplained beside a memory |
-//! | [`search`] | the set of kinds of least held-out error and price |
+//! | [`criterion`] | what a set of kinds is judged by: held-out error and prices |
+//! | [`search`], [`significance`] | the set that is best by it; whether the gain of a kind is more than chance |
 //! | [`surrogates`] | series with the spectrum of the noise and no structure |
 
+pub mod criterion;
 pub mod dictionary;
 pub mod free_functions;
 pub mod remainder;
 pub mod search;
+pub mod significance;
 pub mod surrogates;
 
 use std::collections::BTreeSet;
@@ -22,8 +25,9 @@ use crate::kinds;
 use crate::kinds::free_coordinate::FreeCoordinate;
 use crate::model::Term;
 use crate::numerics::block_gram::{BLOCKS, BlockGram, NO_RIDGE, Targets, t_of_blocks};
+use criterion::{Search, Set};
 use dictionary::{Dictionary, Origin};
-use search::{Search, Set};
+use significance::{T_OTHERS, repeats};
 
 use crate::diagnose::DiagnoseError;
 use crate::diagnose::explain;
@@ -294,7 +298,7 @@ fn is_predictable(
     let part = |with: f64, without: f64| 1.0 - with / without.max(f64::MIN_POSITIVE);
     let (plain, with) = (gram.error(targets, &dictionary.base, NO_RIDGE), gram.error(targets, &all, ridge));
     let gains: [f64; BLOCKS] = std::array::from_fn(|b| plain[b] - with[b]);
-    if !search::repeats(&gains, search::T_OTHERS) {
+    if !repeats(&gains, T_OTHERS) {
         return false;
     }
     let own = part(with.iter().sum(), plain.iter().sum());
@@ -356,7 +360,7 @@ fn fidelity(dictionary: &Dictionary, finder: &Search<'_>, set: &Set, kind: &'sta
         .fold((f64::INFINITY, plain), |a, b| if b.0 < a.0 { b } else { a });
     let gains: [f64; BLOCKS] = std::array::from_fn(|b| plain[b] - blocks[b]);
     // A free function that does not gain itself measures nothing.
-    if !search::repeats(&gains, search::T_OTHERS) {
+    if !repeats(&gains, T_OTHERS) {
         return None;
     }
     let (kinds, any) = (without - squares, without - best.min(squares));
@@ -376,7 +380,7 @@ fn undecided(finder: &Search<'_>, set: &Set, kind: &'static str) -> Vec<&'static
     let better = |with: &Set| {
         let blocks = finder.blocks(with);
         let gains: [f64; BLOCKS] = std::array::from_fn(|b| own[b] - blocks[b]);
-        gains.iter().sum::<f64>() > UNDECIDED * squares && search::repeats(&gains, search::T_OTHERS)
+        gains.iter().sum::<f64>() > UNDECIDED * squares && repeats(&gains, T_OTHERS)
     };
     let alternatives = finder.alternatives(set).into_iter();
     alternatives.filter(|(other, with)| holds(other) && better(with)).map(|(other, _)| other).collect()

@@ -1,0 +1,93 @@
+//! Whether a kind of a set is there, or only noise gives its gain: it repeats over the blocks, and is more than surrogates of the noise give to any kind.
+
+use rayon::prelude::*;
+
+use super::criterion::{Candidate, Search, Set};
+use super::search::is_common;
+use super::surrogates::{SURROGATES, surrogates};
+use crate::numerics::block_gram::{BLOCKS, NO_RIDGE, t_of_blocks};
+
+/// A gain that repeats in so many blocks, or whose sum is so many times its scatter over them, is believed.
+const MOST_BLOCKS: usize = 7;
+const T_SIMPLE: f64 = 1.0;
+/// The least t over blocks of a kind that not almost every machine has.
+pub const T_OTHERS: f64 = 1.5;
+
+/// A gain of this share of what is predictable, in seven blocks, needs no surrogates.
+const BEYOND_DOUBT: f64 = 0.05;
+
+impl Search<'_> {
+    /// The gain of each block by a kind in its set.
+    pub fn gains(&self, kind: &str, set: &Set) -> [f64; BLOCKS] {
+        let rest = self.without(kind, set);
+        let (with, without) = (self.blocks(set), self.blocks(&rest));
+        std::array::from_fn(|b| without[b] - with[b])
+    }
+
+    /// Whether the gain of a kind repeats over blocks, and is more than noise gives to the kinds that it competed with.
+    pub(super) fn is_significant(&self, kind: &'static str, set: &Set, step: usize) -> bool {
+        let gains = self.gains(kind, set);
+        let total: f64 = gains.iter().sum();
+        if total <= 0.0 {
+            return false;
+        }
+        let positive = gains.iter().filter(|g| **g > 0.0).count();
+        if !repeats(&gains, if is_common(kind) { T_SIMPLE } else { T_OTHERS }) {
+            return false;
+        }
+        if positive >= MOST_BLOCKS && total > BEYOND_DOUBT * self.scale {
+            return true;
+        }
+        self.beats_surrogates(kind, set, total, step)
+    }
+
+    /// Whether a gain is more than surrogates of the noise give to any kind.
+    fn beats_surrogates(&self, kind: &'static str, set: &Set, gain: f64, step: usize) -> bool {
+        let chosen = self.columns_of(set);
+        let mut with_free = chosen.clone();
+        with_free.extend(&self.free.0);
+        with_free.sort_unstable();
+        with_free.dedup();
+        let ridges = [(&chosen, NO_RIDGE), (&with_free, 1e-2), (&with_free, 1e-4)];
+        let error = |(c, r): &(&Vec<usize>, f64)| self.gram.error(self.targets, c, *r).iter().sum::<f64>();
+        let Some((columns, ridge)) = ridges.iter().min_by(|a, b| error(a).total_cmp(&error(b))) else { return true };
+        let weights = self.gram.weights(self.targets, columns, *ridge);
+        let noise = self.gram.residual(self.columns, self.y, &weights, columns);
+        let surrogates = surrogates(&noise, self.spans, self.seed.wrapping_add(step as u64));
+        let targets = self.gram.targets(self.columns, &surrogates, self.counts);
+        let mut rest = set.clone();
+        rest.remove(kind);
+        let base = self.columns_of(&rest);
+        let of = |columns: &[usize]| -> Vec<f64> {
+            let blocks = self.gram.errors(&targets, columns, NO_RIDGE);
+            (0..SURROGATES).map(|k| blocks.iter().map(|b| b[k]).sum()).collect()
+        };
+        let plain = of(&base);
+        let competitors: Vec<&Candidate> = self
+            .candidates
+            .iter()
+            .filter(|c| !is_common(kind) || is_common(c.kind))
+            .filter(|c| !rest.contains_key(c.kind))
+            .collect();
+        let gains: Vec<Vec<f64>> = competitors
+            .par_iter()
+            .map(|c| {
+                let mut columns = base.clone();
+                columns.extend(&c.columns);
+                columns.sort_unstable();
+                columns.dedup();
+                plain.iter().zip(of(&columns)).map(|(p, w)| p - w).collect()
+            })
+            .collect();
+        let mut most: Vec<f64> =
+            (0..SURROGATES).map(|k| gains.iter().map(|g: &Vec<f64>| g[k]).fold(0.0, f64::max)).collect();
+        most.sort_by(f64::total_cmp);
+        let rank = if is_common(kind) { SURROGATES - 2 } else { SURROGATES - 1 };
+        gain > most[rank]
+    }
+}
+
+/// Whether a gain is there in seven blocks, or its sum is so many times its scatter.
+pub fn repeats(gains: &[f64; BLOCKS], least_t: f64) -> bool {
+    gains.iter().filter(|g| **g > 0.0).count() >= MOST_BLOCKS || t_of_blocks(gains) >= least_t
+}
