@@ -3,7 +3,8 @@
 use super::error::BenchError;
 use super::joint::gear::{JointGear, Plant};
 use super::stage::Stage;
-use crate::model::{Model, Term, TermValue};
+use crate::kinds::coulomb_friction;
+use crate::model::Model;
 use crate::recording::Recording;
 
 /// Stiffness at the end, over that of the model.
@@ -24,10 +25,8 @@ pub(super) const NOISE: f64 = 0.01;
 pub(super) fn record(stage: &Stage, model: &Model, plant: Plant) -> Result<(Recording, Model), BenchError> {
     let (rated_nm, rated_rad) = (stage.params.rated_torque_nm(), stage.params.rated_deflection_rad());
     let with_friction = |model: &Model, share: f64| {
-        let values = [("torque_nm", share * rated_nm), ("smoothing_rad_per_s", SMOOTHING_PER_S * rated_rad)];
-        let values = values.map(|(key, value)| (key.to_owned(), TermValue::Number(value))).into();
         let mut model = model.clone();
-        model.terms.push(Term { kind: "coulomb_friction".to_owned(), values });
+        model.terms.push(coulomb_friction(share * rated_nm, SMOOTHING_PER_S * rated_rad));
         model
     };
     let mut warm = model.clone();

@@ -13,6 +13,12 @@ use crate::model::{Model, Term};
 /// Kind `coulomb_friction`.
 pub struct CoulombFriction;
 
+/// A term of this kind: its torque, N·m, and the velocity over which its sign is smoothed, rad/s.
+pub fn coulomb_friction(torque_nm: f64, smoothing_rad_per_s: f64) -> Term {
+    let values = [("torque_nm", number(torque_nm)), ("smoothing_rad_per_s", number(smoothing_rad_per_s))];
+    term(CoulombFriction.name(), &values)
+}
+
 impl Kind for CoulombFriction {
     fn name(&self) -> &'static str {
         "coulomb_friction"

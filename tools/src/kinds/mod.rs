@@ -53,6 +53,7 @@ use rand_chacha::ChaCha8Rng;
 use crate::model::{Model, Term, TermValue};
 use crate::physics::columns::{get, set};
 pub use build::number_of;
+pub use coulomb_friction::coulomb_friction;
 use draft::Draft;
 use experiment::Experiment;
 use free_coordinate::FreeCoordinate;

@@ -21,7 +21,7 @@ const LARGEST_FILE_CYCLE: usize = 3;
 const LARGEST_FOLDER_CYCLE: usize = 1;
 
 /// Files outside `kinds/` and `prove/` that hold the name of a kind as a string, at most.
-const FILES_WITH_KIND_NAMES: usize = 1;
+const FILES_WITH_KIND_NAMES: usize = 0;
 
 /// Folders that may name kinds: the kinds themselves, and the proof, which shares nothing with them.
 const MAY_NAME_KINDS: [&str; 2] = ["kinds/", "prove/"];
