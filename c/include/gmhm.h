@@ -10,7 +10,7 @@
  *
  * Each lives wherever you put it (statically, as a rule); nothing is allocated and nothing locks. Calls for one of them must not run at the same time: call from one task or interrupt, or
  * mask. No call keeps a pointer, but gmhm_store_init and gmhm_link_init, which copy gmhm_flash with its functions and its context. No call panics or fails to return, whatever it is given; NULL
- * is answered by GMHM_NULL or GMHM_FLAG_NOT_LOADED. gmhm_init, gmhm_feed_forward_init and their loads take up to 8 KiB of stack, the others less than half.
+ * is answered by GMHM_NULL or GMHM_FLAG_NOT_LOADED. gmhm_init, gmhm_feed_forward_init and their loads take up to 7 KiB of stack, the others less than half.
  *
  *     static gmhm_joint joint;
  *
@@ -188,6 +188,12 @@ uint16_t gmhm_load(gmhm_joint *joint, const uint8_t *block, uint32_t length);
 /* The same for a block that counts torques in amperes; one in newton metres is refused. */
 uint16_t gmhm_load_amperes(gmhm_joint *joint, const uint8_t *block, uint32_t length);
 
+/*
+ * The same for every block, also one without the words of its set-up, which has no inverse or is older: gmhm_init, gmhm_load and gmhm_load_amperes answer it by
+ * GMHM_ERROR_MISSING. A program that calls this function links arithmetic in double precision. In amperes where `in_amperes` is not 0.
+ */
+uint16_t gmhm_load_any(gmhm_joint *joint, const uint8_t *block, uint32_t length, uint32_t in_amperes);
+
 /* Two encoders. Both must count up, or be reversed, where the deflection of the model grows along the gear; a negative ratio of the block is taken care of. */
 typedef struct gmhm_encoders {
     uint32_t motor_counts_per_turn; /* up to 2^30 */
@@ -196,7 +202,7 @@ typedef struct gmhm_encoders {
     uint32_t output_reversed;
 } gmhm_encoders;
 
-/* Tells the encoders of the joint, after a block is in force; they stay over gmhm_load. GMHM_VALUE where they do not go with the block: no ratio, no counts, or too fine. */
+/* Tells the encoders of the joint, after a block is in force; they stay over gmhm_load. Ratio and zero are applied to them in double precision. GMHM_VALUE where they do not go with the block: no ratio, no counts, or too fine. */
 uint16_t gmhm_set_encoders(gmhm_joint *joint, const gmhm_encoders *encoders);
 
 /*

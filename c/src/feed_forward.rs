@@ -3,7 +3,7 @@
 use core::mem::MaybeUninit;
 
 use gmhm::block::{Block, BlockError, CheckedTerms, INVERSE, Prepared, TorqueUnit, verify_first};
-use gmhm::feedforward::FeedForwardError;
+use gmhm::feedforward::{FeedForward, FeedForwardError};
 use gmhm::memory::AnyLaw;
 use gmhm::terms::Stack;
 use gmhm::terms::feedforward::{CompensatedFeedForward, CompensatedFeedForwardState};
@@ -63,11 +63,7 @@ impl FeedForwardC {
             FeedForwardError::Period { .. } => PERIOD,
             _ => VALUE,
         })?;
-        let force = self.force.get_or_insert_with(|| Force {
-            feed: CompensatedFeedForward { feed_forward, stack: Stack::of_gear(NO_SETTING) },
-            state: None,
-            period_s: limits.period_s,
-        });
+        let force = self.force_of(&feed_forward, limits.period_s);
         let before = core::mem::replace(&mut force.feed.feed_forward, feed_forward);
         force.period_s = limits.period_s;
         plant(&mut force.feed.stack, &terms, &block);
@@ -75,6 +71,16 @@ impl FeedForwardC {
             force.feed.take_over(&before, state);
         }
         Ok(())
+    }
+
+    /// What is in force, or its place. A frame of its own, as above.
+    #[inline(never)]
+    fn force_of(&mut self, feed_forward: &FeedForward<f32>, period_s: f32) -> &mut Force {
+        self.force.get_or_insert_with(|| Force {
+            feed: CompensatedFeedForward { feed_forward: *feed_forward, stack: Stack::of_gear(NO_SETTING) },
+            state: None,
+            period_s,
+        })
     }
 
     fn step(&mut self, demand: &DemandC, sample: &SampleC) -> Option<(ContributionC, u32)> {

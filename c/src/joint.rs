@@ -1,7 +1,7 @@
 //! One gear as C sees it: parameters in force and the path so far.
 
-use gmhm::block::{Block, BlockError, CheckedTerms, GEAR, Joint as JointOfGear, Parameters, TorqueUnit, verify_first};
-use gmhm::diagnostics::Diagnostics;
+use gmhm::block::{Block, BlockError, CheckedTerms, GEAR, JointRecord, Parameters, Prepared, TorqueUnit, verify_first};
+use gmhm::diagnostics::{Diagnostics, SelfTest};
 use gmhm::drive::{EncoderPair, Mounting, Reading};
 use gmhm::memory::AnyLaw;
 use gmhm::terms::compensated::{Compensated, CompensatedState, Total};
@@ -17,6 +17,12 @@ pub(crate) const DEPTH: usize = 16;
 /// Terms that it has room for.
 pub(crate) const TERMS: usize = 8;
 
+#[cfg(target_pointer_width = "32")]
+const _: () = assert!(
+    size_of::<gmhm::terms::Term<f32>>() == 264 && size_of::<gmhm::terms::TermState<f32>>() == 76,
+    "docs/size.md and c/README.md say what a term takes"
+);
+
 /// Base model and terms.
 type Model = Compensated<f32, AnyLaw<f32>, TERMS>;
 
@@ -27,7 +33,7 @@ pub struct Joint {
     path: Path,
     flags: u32,
     largest_step_rad: f32,
-    encoders: Option<EncodersC>,
+    encoders: Option<Encoders>,
     /// The block's ratio and zero over these encoders, and what they said last.
     pair: Option<EncoderPair<f32>>,
     seen: Option<Reading<f32>>,
@@ -58,7 +64,7 @@ struct Force {
     crc: u32,
     period_s: f32,
     gear: [u8; 20],
-    joint: JointOfGear,
+    joint: JointRecord,
     unit: TorqueUnit,
     inverse: Option<Inverse<f32>>,
     /// The base model and the terms that a drive feeds forward.
@@ -122,10 +128,51 @@ impl Force {
     }
 }
 
-/// The parameters of a good block, but for its terms. A frame of its own, gone before the terms are set up: firmware has little stack.
+/// A gear, its encoders and their common measure. In double precision: a program that tells no encoders links nothing of it.
+type PairOf = fn(&JointRecord, f32, &EncodersC) -> Option<EncoderPair<f32>>;
+
+/// The encoders of a joint.
+#[derive(Debug)]
+struct Encoders {
+    counts: EncodersC,
+    pair_of: PairOf,
+}
+
+/// The parameters of a good block, its terms only checked.
+pub(crate) struct Loaded {
+    self_test: SelfTest,
+    base: Base,
+    terms: CheckedTerms<TERMS>,
+}
+
+/// A gear, with its inverse where it has one.
+enum Base {
+    Gear(Gear<f32>),
+    Inverse(Inverse<f32>),
+}
+
+/// How a block is set up.
+pub(crate) type SetUp = fn(&Block<'_>) -> Result<Loaded, BlockError>;
+
+/// By the words that the host has computed, nothing of it in double precision. A frame of its own, gone before the terms are set up: firmware has little stack.
 #[inline(never)]
-fn check(block: &Block<'_>) -> Result<Parameters<f32, AnyLaw<f32>, CheckedTerms<TERMS>>, BlockError> {
-    Parameters::of_block(block, DEPTH)
+pub(crate) fn prepared(block: &Block<'_>) -> Result<Loaded, BlockError> {
+    let prepared = Prepared::<f32, AnyLaw<f32>>::of_block(block, DEPTH)?;
+    let terms = prepared.terms(block)?;
+    Ok(Loaded { self_test: prepared.self_test, base: Base::Inverse(prepared.inverse), terms })
+}
+
+/// From what the block says of gear and inverse, in double precision. A frame of its own, as above.
+#[inline(never)]
+pub(crate) fn any(block: &Block<'_>) -> Result<Loaded, BlockError> {
+    let parameters = Parameters::<f32, AnyLaw<f32>, CheckedTerms<TERMS>>::of_block(block, DEPTH)?;
+    let Parameters { self_test, gear, inverse, terms, .. } = parameters;
+    let base = match (inverse, gear) {
+        (Some(inverse), _) => Base::Inverse(inverse),
+        (None, Some(gear)) => Base::Gear(gear),
+        (None, None) => return Err(BlockError::Missing(GEAR.tag)),
+    };
+    Ok(Loaded { self_test, base, terms })
 }
 
 /// The terms of a good block, in their place. A frame of its own, as above.
@@ -154,17 +201,40 @@ impl Joint {
     }
 
     /// Puts a block in force whose torques are counted in a unit.
-    pub(crate) fn load(&mut self, block: &[u8], unit: TorqueUnit) -> Result<(), LoadError> {
+    pub(crate) fn load(&mut self, block: &[u8], unit: TorqueUnit, set_up: SetUp) -> Result<(), LoadError> {
         let block = verify_first(block)?;
-        let parameters = check(&block);
-        self.diagnostics.see_load(parameters.as_ref().map(|parameters| parameters.self_test));
-        let parameters = parameters?.in_unit(unit).map_err(|_| LoadError::Unit)?;
-        let joint = parameters.joint;
-        let gear = parameters.gear.ok_or(LoadError::Block(BlockError::Missing(GEAR.tag)))?;
-        let mut label = [0; 20];
-        label.iter_mut().zip(parameters.header.identity.bytes()).for_each(|(to, byte)| *to = *byte);
-        let gear = gear.with_largest_step(self.largest_step_rad);
+        let loaded = set_up(&block);
+        self.diagnostics.see_load(loaded.as_ref().map(|loaded| loaded.self_test));
+        let Loaded { base, terms, .. } = loaded?;
+        let joint = JointRecord::of_block(&block)?;
+        if block.header().torque_unit != unit {
+            return Err(LoadError::Unit);
+        }
         let before = self.force.as_ref().map(|force| force.compensated.gear);
+        self.adopt(&block, &base, joint);
+        if let Some(force) = &mut self.force {
+            plant(&mut force.compensated.stack, &terms, &block);
+            if let Some(before) = &before {
+                self.path.take_over(before, &force.compensated);
+            }
+        }
+        (self.flags, self.seen) = (0, None);
+        self.pair = self.encoders.as_ref().and_then(|encoders| self.pair_of(encoders));
+        Ok(())
+    }
+
+    /// Takes over what a good block says, but for its terms. A frame of its own, as above.
+    #[inline(never)]
+    fn adopt(&mut self, block: &Block<'_>, base: &Base, joint: JointRecord) {
+        let header = block.header();
+        let mut label = [0; 20];
+        label.iter_mut().zip(header.identity.bytes()).for_each(|(to, byte)| *to = *byte);
+        let (gear, inverse) = match base {
+            Base::Gear(gear) => (gear, None),
+            Base::Inverse(inverse) => (inverse.gear(), Some(*inverse)),
+        };
+        let gear = gear.with_largest_step(self.largest_step_rad);
+        let unit = header.torque_unit;
         let force = self.force.get_or_insert_with(|| Force {
             sequence: 0,
             crc: 0,
@@ -175,35 +245,24 @@ impl Joint {
             inverse: None,
             compensated: Compensated { gear, stack: Stack::of_gear(NO_SETTING) },
         });
-        (force.sequence, force.crc, force.period_s) =
-            (parameters.header.sequence, parameters.crc, parameters.header.period_s);
+        (force.sequence, force.crc, force.period_s) = (header.sequence, block.crc(), header.period_s);
         (force.gear, force.joint, force.unit) = (label, joint, unit);
-        (force.inverse, force.compensated.gear) = (parameters.inverse, gear);
-        plant(&mut force.compensated.stack, &parameters.terms, &block);
-        if let Some(before) = &before {
-            self.path.take_over(before, &force.compensated);
-        }
-        (self.flags, self.seen) = (0, None);
-        self.pair = self.pair_of(self.encoders);
-        Ok(())
+        (force.inverse, force.compensated.gear) = (inverse, gear);
     }
 
     /// Says whether encoders and the block in force go together.
     pub(crate) fn set_encoders(&mut self, encoders: &EncodersC) -> bool {
-        let pair = self.pair_of(Some(*encoders));
+        let encoders = Encoders { counts: *encoders, pair_of };
+        let pair = self.pair_of(&encoders);
         if pair.is_some() {
-            (self.encoders, self.pair, self.seen) = (Some(*encoders), pair, None);
+            (self.encoders, self.pair, self.seen) = (Some(encoders), pair, None);
         }
         pair.is_some()
     }
 
-    fn pair_of(&self, encoders: Option<EncodersC>) -> Option<EncoderPair<f32>> {
-        let (force, encoders) = (self.force.as_ref()?, encoders?);
-        let mounting = |counts_per_turn, reversed| Mounting { counts_per_turn, reversed: reversed != 0 };
-        let motor = mounting(encoders.motor_counts_per_turn, encoders.motor_reversed);
-        let output = mounting(encoders.output_counts_per_turn, encoders.output_reversed);
-        let rated = f64::from(force.compensated.gear.frame().rated());
-        EncoderPair::new(&force.joint.encoders(motor, output, rated).ok()?).ok()
+    fn pair_of(&self, encoders: &Encoders) -> Option<EncoderPair<f32>> {
+        let force = self.force.as_ref()?;
+        (encoders.pair_of)(&force.joint, force.compensated.gear.frame().rated(), &encoders.counts)
     }
 
     /// A step from raw counts: the block's ratio and zero are applied, deflection and angles are written into the sample.
@@ -325,12 +384,20 @@ impl Joint {
             needs: need::bits(stack),
             flags: self.flags,
             gear: force.gear,
-            ratio: force.joint.ratio.unwrap_or(0.0) as f32,
-            deflection_zero_rad: force.joint.deflection_zero_rad as f32,
-            torque_on_motor_side: u32::from(force.joint.motor_side),
+            ratio: force.joint.ratio(),
+            deflection_zero_rad: force.joint.deflection_zero_rad(),
+            torque_on_motor_side: u32::from(force.joint.motor_side()),
             torque_in_amperes: u32::from(force.unit == TorqueUnit::Ampere),
         }
     }
+}
+
+/// Ratio and zero of a block over encoders.
+fn pair_of(joint: &JointRecord, rated_deflection: f32, encoders: &EncodersC) -> Option<EncoderPair<f32>> {
+    let mounting = |counts_per_turn, reversed| Mounting { counts_per_turn, reversed: reversed != 0 };
+    let motor = mounting(encoders.motor_counts_per_turn, encoders.motor_reversed);
+    let output = mounting(encoders.output_counts_per_turn, encoders.output_reversed);
+    EncoderPair::new(&joint.joint().encoders(motor, output, f64::from(rated_deflection)).ok()?).ok()
 }
 
 fn solution(solution: &Solution<f32>, converged: bool) -> SolutionC {

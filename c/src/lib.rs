@@ -20,7 +20,7 @@ use core::mem::MaybeUninit;
 
 use gmhm::block::{TorqueUnit, sdo_abort};
 
-use crate::joint::LoadError;
+use crate::joint::{LoadError, SetUp};
 use crate::types::Answer;
 
 pub use feed_forward::{
@@ -109,7 +109,7 @@ pub unsafe extern "C" fn gmhm_init(joint: Option<&mut MaybeUninit<Joint>>, block
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn gmhm_load(joint: Option<&mut Joint>, block: *const u8, length: u32) -> u16 {
     // SAFETY: the caller's, as above.
-    unsafe { load(joint, block, length, TorqueUnit::NewtonMetre) }
+    unsafe { load(joint, block, length, TorqueUnit::NewtonMetre, joint::prepared) }
 }
 
 /// See `gmhm.h`.
@@ -120,15 +120,32 @@ pub unsafe extern "C" fn gmhm_load(joint: Option<&mut Joint>, block: *const u8, 
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn gmhm_load_amperes(joint: Option<&mut Joint>, block: *const u8, length: u32) -> u16 {
     // SAFETY: the caller's, as above.
-    unsafe { load(joint, block, length, TorqueUnit::Ampere) }
+    unsafe { load(joint, block, length, TorqueUnit::Ampere, joint::prepared) }
+}
+
+/// See `gmhm.h`.
+///
+/// # Safety
+/// The pointers are null or point to as much as `gmhm.h` says.
+// SAFETY: as for `gmhm_init`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn gmhm_load_any(
+    joint: Option<&mut Joint>,
+    block: *const u8,
+    length: u32,
+    in_amperes: u32,
+) -> u16 {
+    let unit = if in_amperes == 0 { TorqueUnit::NewtonMetre } else { TorqueUnit::Ampere };
+    // SAFETY: the caller's, as above.
+    unsafe { load(joint, block, length, unit, joint::any) }
 }
 
 /// # Safety
 /// As [`bytes`].
-unsafe fn load(joint: Option<&mut Joint>, block: *const u8, length: u32, unit: TorqueUnit) -> u16 {
+unsafe fn load(joint: Option<&mut Joint>, block: *const u8, length: u32, unit: TorqueUnit, set_up: SetUp) -> u16 {
     // SAFETY: the caller's, as above.
     let (Some(joint), Some(block)) = (joint, unsafe { bytes(block, length) }) else { return NULL };
-    match joint.load(block, unit) {
+    match joint.load(block, unit, set_up) {
         Ok(()) => OK,
         Err(LoadError::Block(error)) => error.code(),
         Err(LoadError::Unit) => UNIT,

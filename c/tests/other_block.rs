@@ -2,8 +2,9 @@
 
 mod common;
 
-use common::{A, at, block, block_with, gmhm_step, joint};
-use gmhm_c::{Joint, OK, OutputC, gmhm_load, gmhm_restart};
+use common::{A, at, block, block_with, gmhm_invert, gmhm_step, joint, without};
+use gmhm::block::PREPARED;
+use gmhm_c::{Joint, OK, OutputC, SampleC, UNIT, gmhm_load, gmhm_load_any, gmhm_restart};
 
 /// Loads, unloads and loads again, so that two turning points are remembered.
 fn walk(joint: &mut Joint) -> OutputC {
@@ -65,4 +66,36 @@ fn terms_come_and_go_beside_the_path() {
     assert!(fewer.hysteresis_nm == base.hysteresis_nm && fewer.terms_nm != with_terms.terms_nm, "{fewer:?}");
     load(&mut joint, &block());
     assert_eq!(gmhm_step(Some(&mut joint), Some(&sample)), base);
+}
+
+#[test]
+fn a_block_without_the_words_of_its_set_up_gives_the_same_bits() {
+    let (prepared, other) = (block_with(1.1, &["coulomb_friction"]), block_with(0.9, &[]));
+    let plain = without(prepared.clone(), PREPARED.tag);
+    let load_any = |joint: &mut Joint, bytes: &[u8]| {
+        // SAFETY: the bytes outlive the call.
+        unsafe { gmhm_load_any(Some(joint), bytes.as_ptr(), bytes.len() as u32, 0) }
+    };
+    let mut joints = [joint(), joint()];
+    // SAFETY: the bytes outlive the call.
+    let refused = unsafe { gmhm_load(Some(&mut joints[1]), plain.as_ptr(), plain.len() as u32) };
+    assert_eq!(refused, 0x010C);
+    load(&mut joints[0], &prepared);
+    assert_eq!(load_any(&mut joints[1], &plain), OK);
+    for k in 0..200 {
+        let sample = SampleC { velocity_rad_per_s: 0.5, ..at(0.9 * A * (0.1 * k as f32).sin()) };
+        let [one, two] = joints.each_mut().map(|joint| {
+            let out = gmhm_step(Some(joint), Some(&sample));
+            (out, gmhm_invert(Some(joint), 0.5 * out.torque_nm, Some(&sample)))
+        });
+        assert_eq!(one, two);
+    }
+    assert_eq!(load_any(&mut joints[1], &other), OK);
+    load(&mut joints[0], &other);
+    let [one, two] = joints.each_mut().map(|joint| gmhm_step(Some(joint), Some(&at(0.3 * A))));
+    assert_eq!(one, two);
+    // One in newton metres is none in amperes.
+    // SAFETY: the bytes outlive the call.
+    let code = unsafe { gmhm_load_any(Some(&mut joints[1]), plain.as_ptr(), plain.len() as u32, 1) };
+    assert_eq!(code, UNIT);
 }

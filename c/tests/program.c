@@ -57,9 +57,16 @@ static void send(void *context, const uint8_t *bytes, uint32_t length)
     printf("\n");
 }
 
+/* A block with the words of its set-up, or without them. */
+static uint16_t put_in_force(gmhm_joint *to, const uint8_t *bytes, uint32_t length)
+{
+    uint16_t code = gmhm_init(to, bytes, length);
+    return code == GMHM_ERROR_MISSING ? gmhm_load_any(to, bytes, length, 0) : code;
+}
+
 static uint16_t adopt(void *context, const uint8_t *bytes, uint32_t length)
 {
-    return bytes ? gmhm_init((gmhm_joint *)context, bytes, length) : GMHM_OK;
+    return bytes ? put_in_force((gmhm_joint *)context, bytes, length) : GMHM_OK;
 }
 
 /* The frame of the request `status`. The test beside this file computes it. */
@@ -131,7 +138,7 @@ int main(int count, char **words)
         return failed("a joint without parameters says so");
     }
     if (gmhm_init(NULL, block, length) != GMHM_NULL || gmhm_init(&joint, NULL, length) != GMHM_NULL
-        || gmhm_load(NULL, block, length) != GMHM_NULL || gmhm_step(NULL, &sample, &out) != GMHM_FLAG_NOT_LOADED
+        || gmhm_load(NULL, block, length) != GMHM_NULL || gmhm_load_any(NULL, block, length, 0) != GMHM_NULL || gmhm_step(NULL, &sample, &out) != GMHM_FLAG_NOT_LOADED
         || gmhm_step(&joint, NULL, &out) != GMHM_FLAG_NOT_LOADED || gmhm_step(&joint, &sample, NULL) != GMHM_FLAG_NOT_LOADED
         || gmhm_invert(NULL, 0.0f, NULL, &aim) != GMHM_FLAG_NOT_LOADED || gmhm_get_status(NULL, &status) != GMHM_FLAG_NOT_LOADED
         || gmhm_feed_forward_init(NULL, block, length, &limits) != GMHM_NULL || gmhm_store_init(&store, NULL) != GMHM_NULL
@@ -141,7 +148,7 @@ int main(int count, char **words)
     gmhm_restart(NULL);
 
     /* A whole sector holds more than the block. */
-    if (gmhm_init(&joint, block, sizeof block) != GMHM_OK) {
+    if (put_in_force(&joint, block, sizeof block) != GMHM_OK) {
         return failed("the block is loaded");
     }
     gmhm_get_status(&joint, &status);
@@ -186,7 +193,7 @@ int main(int count, char **words)
         return failed("a refused block changes nothing");
     }
     found = status.crc32;
-    if (gmhm_load(&joint, other, other_length) != GMHM_OK || gmhm_get_status(&joint, &status) != 0 || status.crc32 == found) {
+    if (gmhm_load_any(&joint, other, other_length, 0) != GMHM_OK || gmhm_get_status(&joint, &status) != 0 || status.crc32 == found) {
         return failed("another block is put in force");
     }
     gmhm_restart(&joint);

@@ -42,6 +42,7 @@
 mod crc;
 mod error;
 mod header;
+mod joint;
 mod law;
 mod layout;
 mod parameters;
@@ -58,12 +59,13 @@ pub(crate) use crc::Digest;
 pub use crc::crc32;
 pub use error::{BlockError, sdo_abort};
 pub use header::{FORMAT_VERSION, HEADER_BYTES, Header, Identity, MAGIC, TorqueUnit};
+pub use joint::{Joint, JointRecord};
 pub use law::{BlockLaw, LawWords};
 pub use layout::{
     Coding, FIRST_TERM, FieldInfo, GEAR, INVERSE, JOINT, MASING, MAY_SKIP, NAME, PHASE, PREPARED, PREPARED_GEAR,
     RECORDS, RecordInfo, SELF_TEST, TIME,
 };
-pub use parameters::{CheckedTerms, Joint, Parameters, Scales, TermStack, TorqueUnitError};
+pub use parameters::{CheckedTerms, Parameters, Scales, TermStack, TorqueUnitError};
 pub use prepared::{Prepared, PreparedLaw};
 pub use record::{Block, FieldValues, MOST_BYTES, Record, Records, verify, verify_first};
 pub use term::TermRecord;

@@ -5,8 +5,9 @@ use core::fmt;
 use super::Word;
 use super::error::BlockError;
 use super::header::{Header, TorqueUnit};
+use super::joint::{Joint, JointRecord};
 use super::law::{BlockLaw, number};
-use super::layout::{GEAR, INVERSE, JOINT, MASING, MAY_SKIP, PHASE, RECORDS, SELF_TEST, TERM_TAGS, TIME};
+use super::layout::{GEAR, INVERSE, MASING, MAY_SKIP, PHASE, RECORDS, SELF_TEST, TERM_TAGS, TIME};
 use super::record::{Block, Record, double, verify};
 use super::self_test::{IS_COMPARED, SAMPLES, samples};
 use super::term::TermRecord;
@@ -20,63 +21,6 @@ use crate::memory::{AnyLaw, Frame};
 use crate::params::{Memory, Params};
 use crate::scalar::Float;
 use crate::terms::{Compensated, Setting, Side, Stack, TermError};
-
-/// The joint that the gear sits in.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Joint {
-    /// N, negative where the gear reverses; `None` where not stated.
-    pub ratio: Option<f64>,
-    /// Subtracted from every deflection, rad.
-    pub deflection_zero_rad: f64,
-    /// Whether the torque is taken on the motor side (σ = +1), not by a sensor on the output side (σ = −1).
-    pub motor_side: bool,
-}
-
-impl Joint {
-    /// The encoders of this joint, ratio and zero applied: what a drive makes its [`EncoderPair`](crate::drive::EncoderPair) of. A negative ratio turns the motor's sense.
-    ///
-    /// # Errors
-    /// [`SetupError::Ratio`]: the block states none, or one that is no fraction of integers to 2^20 within 1e-12. Counts are checked by the pair.
-    pub fn encoders(&self, motor: Mounting, output: Mounting, rated_deflection_rad: f64) -> Result<Setup, SetupError> {
-        let ratio = self.ratio.ok_or(SetupError::Ratio)?;
-        Ok(Setup {
-            motor: Mounting { reversed: motor.reversed != (ratio < 0.0), ..motor },
-            output,
-            ratio: fraction(libm::fabs(ratio)).ok_or(SetupError::Ratio)?,
-            deflection_zero_rad: self.deflection_zero_rad,
-            rated_deflection_rad,
-        })
-    }
-
-    /// σ.
-    #[must_use]
-    pub fn sigma(&self) -> f32 {
-        if self.motor_side { 1.0 } else { -1.0 }
-    }
-}
-
-/// The fraction of integers to 2^20 that is a ratio within 1e-12 of itself, by continued fractions.
-fn fraction(ratio: f64) -> Option<(u32, u32)> {
-    const MOST: f64 = (1_u32 << 20) as f64;
-    let (mut before, mut now) = ((0.0, 1.0), (1.0, 0.0));
-    let mut rest = ratio;
-    for _ in 0..24 {
-        let whole = libm::floor(rest);
-        (before, now) = (now, (whole * now.0 + before.0, whole * now.1 + before.1));
-        let (numerator, denominator) = now;
-        // A NaN compares false.
-        if !(numerator <= MOST && denominator <= MOST) {
-            return None;
-        }
-        if numerator > 0.0 && libm::fabs(numerator / denominator - ratio) <= 1e-12 * ratio {
-            return Some((numerator as u32, denominator as u32));
-        }
-        rest = 1.0 / (rest - whole);
-    }
-    None
-}
 
 /// Torques of a block in another unit than the firmware's.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -163,7 +107,7 @@ impl<S: Word, L: BlockLaw<S>, T: TermStack> Parameters<S, L, T> {
         if header.scalar != S::KIND {
             return Err(BlockError::Scalar(header.scalar.bytes()));
         }
-        let joint = joint(block)?;
+        let joint = JointRecord::checked(block)?.joint();
         let mut parameters = Self {
             header,
             crc: block.crc(),
@@ -406,10 +350,4 @@ fn inverse<S: Word, L: BlockLaw<S>>(
         bounds: [[b0, b1], [b2, b3], [b4, b5]].map(double),
     };
     Ok(Some(Inverse::with_monotony(gear, scales.torque_scale_nm, &monotony, period_s)))
-}
-
-fn joint(block: &Block<'_>) -> Result<Joint, BlockError> {
-    let [n0, n1, z0, z1, side] = block.words::<f32, 5>(&JOINT)?;
-    let [ratio, deflection_zero_rad] = [[n0, n1], [z0, z1]].map(double);
-    Ok(Joint { ratio: (ratio != 0.0).then_some(ratio), deflection_zero_rad, motor_side: side == 1 })
 }

@@ -36,8 +36,9 @@
 use super::Word;
 use super::error::BlockError;
 use super::header::Header;
+use super::joint::JointRecord;
 use super::law::{BlockLaw, gate_of, kernel_of, number};
-use super::layout::{JOINT, MASING, MAY_SKIP, PHASE, PREPARED, PREPARED_GEAR, RECORDS, RecordInfo, SELF_TEST, TIME};
+use super::layout::{MASING, MAY_SKIP, PHASE, PREPARED, PREPARED_GEAR, RECORDS, RecordInfo, SELF_TEST, TIME};
 use super::parameters::{CheckedTerms, TermStack};
 use super::record::{Block, Record, verify_first};
 use super::self_test::{IS_COMPARED, SAMPLES, samples};
@@ -83,7 +84,7 @@ fn only<'a>(block: &Block<'a>, tag: u16, words: usize) -> Result<Record<'a>, Blo
 }
 
 /// The words of a record, whatever they say.
-fn words<const N: usize>(block: &Block<'_>, tag: u16) -> Result<[u32; N], BlockError> {
+pub(super) fn words<const N: usize>(block: &Block<'_>, tag: u16) -> Result<[u32; N], BlockError> {
     let mut words = [0; N];
     words.iter_mut().zip(only(block, tag, N)?.words()).for_each(|(to, word)| *to = word);
     Ok(words)
@@ -251,10 +252,10 @@ impl<L: PreparedLaw<f32>> Prepared<f32, L> {
     /// # Errors
     /// [`BlockError`]: a term that cannot be, more than `K`, a record that this firmware does not know and may not skip.
     pub fn terms<const K: usize>(&self, block: &Block<'_>) -> Result<CheckedTerms<K>, BlockError> {
-        let [.., side] = words::<5>(block, JOINT.tag)?;
+        let joint = JointRecord::of_block(block)?;
         let frame = self.gear().frame();
         let c1 = self.gear().elastic().polynomial().k1 * frame.torque_scale() * frame.inverse_rated();
-        let sigma = if side == 1 { 1.0 } else { -1.0 };
+        let sigma = if joint.motor_side() { 1.0 } else { -1.0 };
         let mut terms = CheckedTerms::empty(Setting { sigma, c1, rated_deflection: frame.rated() }, true);
         for record in block.records() {
             let is_fixed = RECORDS.iter().any(|info| info.tag == record.tag);

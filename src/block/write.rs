@@ -4,9 +4,9 @@ use heapless::Vec;
 
 use super::error::BlockError;
 use super::header::{HEADER_BYTES, Header, SEQUENCE_AT};
+use super::joint::Joint;
 use super::law::BlockLaw;
 use super::layout::{FIRST_TERM, GEAR, INVERSE, JOINT, NAME, RecordInfo, SELF_TEST};
-use super::parameters::Joint;
 use super::prepared::{MOST_WORDS, PreparedLaw};
 use super::record::{MOST_BYTES, check, double_words, verify};
 use super::self_test::samples;

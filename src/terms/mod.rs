@@ -110,6 +110,21 @@ macro_rules! kinds {
                 }
             }
 
+            /// Whether a drive feeds it forward; as [`domain`](Self::domain), without the words.
+            #[inline]
+            pub fn side(&self) -> Side {
+                match self {
+                    $(Self::$kind(_) => const { <$module::$kind<S> as Physics<S>>::INFO.side },)*
+                }
+            }
+
+            /// Signals that its kind asks for; as [`domain`](Self::domain), without the words.
+            pub fn needs(&self) -> &'static [Need] {
+                match self {
+                    $(Self::$kind(_) => const { <$module::$kind<S> as Physics<S>>::INFO.needs },)*
+                }
+            }
+
             /// Whether its torque is one of the gear itself: it follows the deflection or its rate.
             #[inline]
             pub fn is_of_gear(&self) -> bool {

@@ -76,7 +76,7 @@ impl<S: Float<Carry = S>, const K: usize> Stack<S, K> {
     /// The terms that a drive feeds forward.
     #[must_use]
     pub fn plant(&self) -> Self {
-        self.only(|term| term.info().side == Side::Plant)
+        self.only(|term| term.side() == Side::Plant)
     }
 
     /// Some of the terms.
@@ -109,7 +109,7 @@ impl<S: Float<Carry = S>, const K: usize> Stack<S, K> {
 
     /// Whether some term cannot do without a signal.
     pub fn needs(&self, need: Need) -> bool {
-        self.terms.iter().any(|term| term.info().needs.contains(&need) || term.needs_besides().contains(&need))
+        self.terms.iter().any(|term| term.needs().contains(&need) || term.needs_besides().contains(&need))
     }
 
     /// What the terms remember before the first sample.

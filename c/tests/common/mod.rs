@@ -3,7 +3,9 @@
 
 use std::mem::MaybeUninit;
 
-use gmhm::block::{Header, Identity, Joint as JointOfGear, ScalarKind, TorqueUnit, Writer};
+use gmhm::block::{
+    HEADER_BYTES, Header, Identity, Joint as JointOfGear, MAY_SKIP, ScalarKind, TorqueUnit, Writer, crc32,
+};
 use gmhm::terms::{Form, KeyInfo, Source, Value};
 use gmhm::{Elastic, Gear, Inverse, Law, Memory, Params};
 use gmhm_c::{Joint, OK, OutputC, SampleC, SolutionC, StatusC};
@@ -75,6 +77,19 @@ fn write_law(law: Law, stiffness: f64, terms: &[&str], joint: &JointOfGear, torq
     let length = writer.finish().expect("a block");
     buffer.truncate(length);
     buffer
+}
+
+/// The same block, a record of it made one of a tag that nobody knows and everybody skips.
+pub fn without(mut block: Vec<u8>, tag: u16) -> Vec<u8> {
+    let (mut at, end) = (HEADER_BYTES, block.len() - 4);
+    let word = |block: &[u8], at: usize| u16::from_le_bytes([block[at], block[at + 1]]);
+    while word(&block, at) != tag {
+        at += 4 + usize::from(word(&block, at + 2));
+    }
+    block[at..at + 2].copy_from_slice(&(MAY_SKIP | 0x7777).to_le_bytes());
+    let crc = crc32(&block[..end]).to_le_bytes();
+    block[end..].copy_from_slice(&crc);
+    block
 }
 
 pub fn joint() -> Box<Joint> {
