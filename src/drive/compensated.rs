@@ -60,8 +60,8 @@ use crate::feedforward::{Controls, Demand, Source};
 use crate::inverse::Invertible;
 use crate::memory::{AnyLaw, MemoryLaw};
 use crate::scalar::Float;
-use crate::terms::Sample;
 use crate::terms::feedforward::{CompensatedFeedForward, CompensatedFeedForwardState, Compensation};
+use crate::terms::{Need, Sample};
 
 /// The shaft at which a servo counts its torques: gains, limit and [`Reference::feed_forward`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -82,6 +82,8 @@ pub struct CompensatedServo<S: FromCounts + Float, L = AnyLaw<S>, const K: usize
     /// Torque of the motor for a torque of the terms of the joint: σ, over N at the motor's shaft.
     torque_share: S,
     period_s: S,
+    /// Whether a term turns with an angle.
+    turns: bool,
     motor: Turn<S>,
     output: Turn<S>,
 }
@@ -134,10 +136,12 @@ impl<S: Float<Carry = S> + FromCounts, L: Invertible<S>, const K: usize> Compens
             TorqueShaft::Output => 1.0,
         };
         let torque_share = S::from_f64(share) * feed_forward.stack.setting().sigma;
+        let turns = [Need::MotorAngle, Need::OutputAngle].iter().any(|need| feed_forward.stack.needs(*need));
         Ok(Self {
             feed_forward,
             position,
             torque_share,
+            turns,
             period_s: S::from_f64(setup.gains.period_s),
             motor: Turn::of(setup.encoders.motor.counts_per_turn),
             output: Turn::of(setup.reference_counts_per_turn),
@@ -190,6 +194,7 @@ impl<S: Float<Carry = S> + FromCounts, L: Invertible<S>, const K: usize> Compens
     ) -> S {
         let (seen, position) = (&state.position.seen, self.position.position(reference.counts));
         let angles = match controls.source {
+            _ if !self.turns => [S::ZERO; 2],
             Source::Reference => {
                 let motor = self.position.motor_counts(position, state.compensation().offset);
                 [self.motor.angle(motor), self.output.angle(reference.counts)]

@@ -14,7 +14,7 @@ pub const IN_TESTS: u64 = 300_000;
 const TARGETS: [(&str, &str); 2] = [("link", "256"), ("store", "1200")];
 
 /// Seeded tests: what they fuzz, where they are, which of their file, and what a failure means.
-const TESTS: [(&str, &str, &str, &str, &str); 4] = [
+const TESTS: [(&str, &str, &str, &str, &str); 5] = [
     ("block", "gmhm-host-tests", "block_fuzz", "", "a block was neither refused nor computed with"),
     (
         "cascade, feed-forward and servo",
@@ -23,6 +23,7 @@ const TESTS: [(&str, &str, &str, &str, &str); 4] = [
         "fuzzed",
         "bad input left its limits, or did not pass",
     ),
+    ("servo with terms", "gmhm-host-tests", "servo_terms", "fuzzed", "bad input left its limits, or did not pass"),
     ("library for C", "gmhm-c", "faults", "fuzzed", "a sample was not answered with finite numbers"),
     ("feed-forward for C", "gmhm-c", "feed_forward", "fuzzed", "a period was not answered with finite numbers"),
 ];
