@@ -132,6 +132,7 @@ impl Failure {
             Failure::Model(e) => e.fix(),
             Failure::Output(e) => e.fix().map(str::to_owned),
             Failure::Health(e) => e.fix(),
+            Failure::Bench(e) => e.fix(),
             Failure::Device(e) => e.fix(),
             Failure::Pack(e) => e.fix(),
             Failure::Export(e) => e.fix(),
@@ -162,7 +163,6 @@ impl Failure {
             Failure::Adapt(AdaptReplayError::Predict(e)) => e.fix(),
             Failure::Adapt(AdaptReplayError::Recording(e)) => e.fix(),
             Failure::Adapt(_)
-            | Failure::Bench(_)
             | Failure::RealRecording(_)
             | Failure::Copy(_)
             | Failure::Discover(_)

@@ -30,3 +30,4 @@ pub mod recording;
 pub mod regression;
 pub mod report;
 pub mod signal;
+pub mod text_table;

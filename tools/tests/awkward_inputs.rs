@@ -84,6 +84,122 @@ fn numbers_that_no_gear_has_are_refused_with_the_column() {
     dir.misuse("simulate gear.toml --experiment cycle --amplitude 2 -o two.csv", &["--amplitude 2: must be"]);
 }
 
+#[test]
+fn lines_of_an_instrument_above_the_header_are_skipped() {
+    let dir = bench();
+    let text = dir.read("rec.csv");
+    dir.write("logged.csv", format!("Logger: ACME 9000\r\nSerial,1234\r\n\r\n{text}"));
+    let said = dir.succeed("columns logged.csv").stdout;
+    assert!(said.starts_with("logged.csv: CSV, header in line 4, 401 rows"), "{said}");
+    dir.succeed("predict gear.toml rec.csv -o plain.csv");
+    dir.succeed("predict gear.toml logged.csv -o out.csv");
+    assert_eq!(dir.read("out.csv"), dir.read("plain.csv"));
+    dir.write("bad.csv", dir.read("logged.csv").replacen("\n0.3,", "\n0.3x,", 1));
+    dir.refuse("predict gear.toml bad.csv -o out.csv", &["bad.csv, line 8, column 1 `time_s`: `0.3x` is not a number"]);
+}
+
+#[test]
+fn a_quote_that_is_not_closed_is_refused_where_it_opens() {
+    let dir = bench();
+    let rows = |remark: &dyn Fn(usize) -> &'static str| {
+        let line = |(at, line): (usize, &str)| format!("{line},{}\n", if at == 0 { "remark" } else { remark(at) });
+        dir.read("rec.csv").lines().enumerate().map(line).collect::<String>()
+    };
+    let refused = ["line 21: a quote is opened and not closed on the line", "help: close the quote"];
+    dir.write("open.csv", rows(&|at| if at == 20 { "\"start" } else { "" }));
+    dir.refuse("fit open.csv -o fit.toml", &refused);
+    // Another quote, far below, would close it.
+    dir.write(
+        "closed.csv",
+        rows(&|at| [("\"start", 20), ("end\"", 300)].iter().find(|q| q.1 == at).map_or("", |q| q.0)),
+    );
+    dir.refuse("fit closed.csv -o fit.toml", &refused);
+    dir.write("header.csv", dir.read("rec.csv").replacen("torque_nm", "\"torque_nm", 1));
+    dir.refuse("fit header.csv -o fit.toml", &["header.csv, line 1: a quote is opened"]);
+    dir.write("tall.csv", dir.read("rec.csv").replacen("torque_nm", "\"Torque\n(Nm)\"", 1));
+    dir.succeed("fit tall.csv -o fit.toml");
+}
+
+#[test]
+fn units_below_the_names_stay_with_the_rows() {
+    let dir = bench();
+    let text = dir.read("rec.csv");
+    dir.write(
+        "units.csv",
+        text.replacen("time_s", "Time", 1).replacen("torque_nm", "Torque", 1).replacen('\n', "\ns,-,-,-,-,-,Nm\n", 1),
+    );
+    let said = dir.succeed("columns units.csv").stdout;
+    assert!(!said.contains("To fit a gear"), "{said}");
+    dir.succeed("predict gear.toml units.csv -o out.csv");
+    let header = dir.read("out.csv").lines().next().expect("a header").to_owned();
+    assert!(header.starts_with("Time [s],") && header.contains(",Torque [Nm],torque_model_nm"), "{header}");
+    dir.succeed("fit out.csv -o again.toml");
+}
+
+#[test]
+fn a_header_in_latin_1_is_read() {
+    let dir = bench();
+    let text = dir.read("rec.csv").replacen("deflection_rad", "Deflection [\u{b5}rad]", 1);
+    dir.write("latin.csv", text.chars().map(|c| c as u8).collect::<Vec<u8>>());
+    let said = dir.succeed("columns latin.csv").stdout;
+    assert!(said.contains("Deflection [µrad]") && !said.contains("To fit a gear"), "{said}");
+}
+
+#[test]
+fn a_model_of_no_gear_is_named_as_one() {
+    let dir = bench();
+    let change = |name: &str, to: &str| dir.write(name, PUBLISHED.replace("c1_nm_per_rad = 2.4737e4", to));
+    change("negative.toml", "c1_nm_per_rad = -2.5e4");
+    change("huge.toml", "c1_nm_per_rad = 1e300");
+    let told = dir.succeed("predict negative.toml rec.csv -o out.csv").stderr;
+    assert!(
+        told.contains("note: no gear has the parameters of this model: c1_nm_per_rad = −25\u{202f}000 must not be"),
+        "{told}"
+    );
+    let no_gear =
+        ["c1_nm_per_rad (times rated_deflection_rad, N·m) = 1.168·10²⁹⁷ is outside", "help: correct the model"];
+    dir.refuse("simulate huge.toml --experiment cycle -o cycle.csv", &no_gear);
+    dir.refuse("pack huge.toml -o params.bin", &no_gear);
+    dir.refuse("export huge.toml --to c -o source", &no_gear);
+    dir.write("latin.toml", [PUBLISHED.as_bytes(), b"# \xb5\n"].concat());
+    dir.refuse("predict latin.toml rec.csv -o out.csv", &["latin.toml: is not text in UTF-8", "help: save it again"]);
+    dir.write("degrees.csv", with_column(&dir, "deflection_rad", |_, theta| theta.to_degrees()));
+    let told = dir.succeed("predict gear.toml degrees.csv -o out.csv").stderr;
+    assert!(told.contains("lie beyond three times the rated deflection") && told.contains("check the unit"), "{told}");
+    dir.write("kilo.csv", with_column(&dir, "torque_nm", |_, torque| 1e3 * torque));
+    let told = dir.succeed("invert gear.toml kilo.csv -o out.csv").stderr;
+    assert!(told.contains("check the unit of the torque"), "{told}");
+    dir.refuse("health rec.csv degrees.csv", &["degrees.csv: ", "degrees seem to be taken for radians"]);
+}
+
+#[test]
+fn what_a_recording_holds_beside_what_is_meant_is_said() {
+    let dir = bench();
+    dir.write("current.csv", dir.read("rec.csv").replacen("torque_nm", "current_a", 1));
+    let unit = ["current.csv holds a current, and the model is per newton-metre", "help: "];
+    dir.refuse("diagnose gear.toml current.csv -o out.toml", &unit);
+    dir.refuse("adapt gear.toml current.csv -o out.toml", &unit);
+    dir.write(
+        "spikes.csv",
+        with_column(&dir, "torque_nm", |row, torque| if row % 200 == 50 { 9999.0 } else { torque }),
+    );
+    let told = dir.succeed("fit spikes.csv -o fit.toml").stderr;
+    assert!(told.contains("2 rows hold a torque far beyond all others, the first 9999 N·m at 5 s"), "{told}");
+    assert!(!dir.succeed("fit rec.csv -o fit.toml").stderr.contains("beyond all others"));
+    dir.write("measured.lvm", "LabVIEW Measurement\t\nWriter_Version\t2\n");
+    dir.refuse("columns measured.lvm", &["is a measurement file of LabVIEW", "help: "]);
+    dir.refuse("plot rec.csv nowhere.toml -o out.html", &["nowhere.toml: cannot be read", "help: check the path"]);
+}
+
+#[test]
+fn endings_that_mislead_are_named() {
+    let dir = bench();
+    dir.misuse("compare rec.csv --plot errors.png", &["must end in .svg"]);
+    dir.misuse("fit rec.csv -o fit.toml --plot fit.png", &["must end in .svg"]);
+    let told = dir.succeed("fit rec.csv -o fit.txt").stderr;
+    assert!(told.contains("fit.txt: commands recognise a model file by the ending .toml"), "{told}");
+}
+
 /// Two encoders on a slow motion, whose slope the twist blurs by a part in a thousand.
 #[test]
 fn a_ratio_that_is_off_is_seen_through_the_twist() {

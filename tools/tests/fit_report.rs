@@ -189,10 +189,7 @@ fn the_command_writes_a_page_that_a_browser_shows() {
     assert!(done.stdout.starts_with(sentence) && html.contains(sentence), "{sentence}");
     assert!(html.find(sentence).unwrap() < html.find("Hysteresis loop").unwrap(), "the verdict comes first");
     let bytes = std::fs::read(dir.path("demo/recording.csv")).unwrap();
-    let hash = {
-        use sha2::Digest;
-        sha2::Sha256::digest(&bytes).iter().map(|b| format!("{b:02x}")).collect::<String>()
-    };
+    let hash = hex::encode(<sha2::Sha256 as sha2::Digest>::digest(&bytes));
     for part in [
         hash.as_str(),
         "gmhm fit demo/recording.csv -o gear.toml",

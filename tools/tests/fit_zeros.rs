@@ -129,6 +129,21 @@ fn recordings_of_one_zero_keep_it() {
 }
 
 #[test]
+fn a_single_recording_has_a_zero_of_its_own_where_asked_for() {
+    let (elastic, memory) = published();
+    let path = Path { theta: cycle(A, 2000, 2.25), period_s: 1e-2 };
+    let recording = with_zero(record(A, elastic, memory, &path, 0.1, 5), 2e-4 * A);
+    let options = given(A, memory);
+    let found = fit(std::slice::from_ref(&recording), &options, &()).unwrap();
+    assert_eq!((zeros(&found), found.deflection_zeros[0].sd_rad), (vec![0.0], None));
+    let options = FitOptions { own_zeros: true, ..options };
+    let found = fit(std::slice::from_ref(&recording), &options, &()).unwrap();
+    let zero = &found.deflection_zeros[0];
+    let sd = zero.sd_rad.unwrap();
+    assert!((zero.rad - 2e-4 * A).abs() < 4.0 * sd && sd < 5e-4 * A, "{zero:?}");
+}
+
+#[test]
 fn recordings_that_no_zero_makes_go_together_are_refused() {
     let (elastic, memory) = published();
     let theta = cycle(A, 800, 2.0);

@@ -225,6 +225,9 @@ fn the_command_reports_recordings_and_fits() {
     let done = dir.succeed("health a.csv b.csv");
     assert!(done.stdout.starts_with("No change: nothing moved beyond its uncertainty"), "{}", done.stdout);
 
+    let done = dir.succeed("health a.csv c.csv --own-zeros");
+    assert!(done.stdout.starts_with("From a.csv to c.csv: c1 fell by"), "{}", done.stdout);
+
     dir.write("start.toml", common::PUBLISHED);
     dir.succeed("fit a.csv --model start.toml -o a.toml --json a.json");
     dir.succeed("fit c.csv --model start.toml -o c.toml --json c.json");

@@ -42,13 +42,14 @@ fn json(results: &impl Serialize) -> Result<String, Failure> {
 
 /// As `--json` of `gmhm fit`, the model, the recordings as they were fitted, the residual and the predicted torque of each.
 #[pyfunction]
-#[pyo3(signature = (recordings, model, method, rated_deflection_rad, ratio, torque_side, name, seed, compare))]
+#[pyo3(signature = (recordings, model, method, own_zeros, rated_deflection_rad, ratio, torque_side, name, seed, compare))]
 #[allow(clippy::too_many_arguments, clippy::type_complexity, reason = "the wrapper names them")]
 pub fn fit<'py>(
     py: Python<'py>,
     recordings: Vec<Py<Recording>>,
     model: Option<&Model>,
     method: &str,
+    own_zeros: bool,
     rated_deflection_rad: Option<f64>,
     ratio: Option<f64>,
     torque_side: Option<&str>,
@@ -71,7 +72,7 @@ pub fn fit<'py>(
         evaluations: None,
         ratio,
         torque_side: options::torque_side(py, torque_side)?,
-        own_zeros: false,
+        own_zeros,
     };
     let stems: Vec<String> = recordings.iter().map(|recording| recording.get().stem.clone()).collect();
     let recordings = owned(&recordings);
@@ -126,12 +127,13 @@ pub fn diagnose(
 
 /// As `--json` of `gmhm health`.
 #[pyfunction]
-#[pyo3(signature = (recordings, model, rated_deflection_rad, ratio, torque_side, rating, against, seed))]
+#[pyo3(signature = (recordings, model, own_zeros, rated_deflection_rad, ratio, torque_side, rating, against, seed))]
 #[allow(clippy::too_many_arguments, reason = "the wrapper names them")]
 pub fn health_of_recordings(
     py: Python<'_>,
     recordings: Vec<Py<Recording>>,
     model: Option<&Model>,
+    own_zeros: bool,
     rated_deflection_rad: Option<f64>,
     ratio: Option<f64>,
     torque_side: Option<&str>,
@@ -145,6 +147,7 @@ pub fn health_of_recordings(
         rated_deflection_rad: options::positive(py, "rated_deflection_rad", rated_deflection_rad)?,
         ratio,
         torque_side: options::torque_side(py, torque_side)?,
+        own_zeros,
         rating: asked(py, rating)?,
         against,
     };

@@ -23,6 +23,17 @@ def test_numbers_are_those_of_the_command_line(tmp_path: Path, program: Run) -> 
     assert fit.model == gmhm.Model.load(model)
 
 
+def test_each_recording_has_a_zero_of_its_own(tmp_path: Path, program: Run) -> None:
+    files, table = [BENCH / "cycle.csv", BENCH / "amplitudes.csv"], tmp_path / "fit.json"
+    program("fit", *files, "--rated-deflection", 1.168e-3, "--own-zeros", "-o", tmp_path / "gear.toml", "--json", table)
+    fit = gmhm.fit(files, rated_deflection_rad=1.168e-3, own_zeros=True)
+    assert fit.to_dict() == json.loads(table.read_text())
+    assert all(zero.sd_rad is not None for zero in fit.deflection_zeros)
+    health = gmhm.health(files, rated_deflection_rad=1.168e-3, own_zeros=True)
+    program("health", *files, "--rated-deflection", 1.168e-3, "--own-zeros", "--json", table)
+    assert health.to_dict() == json.loads(table.read_text())
+
+
 def test_results_read_back(fitted: gmhm.Fit) -> None:
     beside = {name: getattr(fitted, name) for name in ("model", "recordings", "residuals", "predictions")}
     assert gmhm.Fit.from_dict(fitted.to_dict(), **beside) == fitted

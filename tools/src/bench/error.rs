@@ -5,6 +5,8 @@ use gmhm::ParamError;
 use crate::bench::hide::HideError;
 use crate::bench::options::Experiment;
 use crate::device::DeviceError;
+use crate::model::refusal;
+use crate::number::trimmed;
 use crate::physics::PredictError;
 use crate::regression::error::EstimateError;
 
@@ -24,7 +26,7 @@ pub enum BenchError {
         experiment: Experiment,
     },
     /// The core refused the gear.
-    #[error("the model's gear is none: {0}")]
+    #[error("no gear has the parameters of this model: {}", refusal::of_parameters(.0))]
     Params(#[from] ParamError),
     /// The experiment has no such option.
     #[error("{option} has no meaning in experiment {experiment}")]
@@ -45,7 +47,7 @@ pub enum BenchError {
         must: &'static str,
     },
     /// Too few samples for the motion.
-    #[error("--sample-rate {sample_rate_hz}: too slow for this motion, at least {needed_hz} Hz are needed")]
+    #[error("--sample-rate {}: too slow for this motion, at least {} Hz are needed", trimmed(*sample_rate_hz, 6), trimmed(*needed_hz, 6))]
     TooSlow {
         /// What was given, Hz.
         sample_rate_hz: f64,
@@ -54,7 +56,8 @@ pub enum BenchError {
     },
     /// Hardly any rows, or too many.
     #[error(
-        "these options make {rows} rows, between 8 and {most} are possible: change --duration, --rate or --sample-rate"
+        "these options make {} rows, between 8 and {} are possible: change --duration, --rate or --sample-rate",
+        trimmed(*rows, 6), trimmed(*most, 6)
     )]
     Rows {
         /// Rows asked for.
@@ -90,4 +93,20 @@ pub enum BenchError {
     /// The gear of the joint could not be identified.
     #[error(transparent)]
     Estimate(#[from] EstimateError),
+}
+
+impl BenchError {
+    /// How to fix it, where there is more to say than the message does.
+    pub fn fix(&self) -> Option<String> {
+        let text = match self {
+            BenchError::Params(_) => "correct the model, or fit the gear again",
+            BenchError::NoRatedDeflection => "add rated_deflection_rad to [gear]",
+            BenchError::NoRatio { .. } => "add ratio to [gear]",
+            BenchError::Predict(error) => return error.fix(),
+            BenchError::Device(error) => return error.fix(),
+            BenchError::Estimate(error) => return error.fix(),
+            _ => return None,
+        };
+        Some(text.to_owned())
+    }
 }

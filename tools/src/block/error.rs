@@ -7,6 +7,8 @@ use gmhm::block::BlockError;
 use gmhm::terms::TermError;
 
 use super::pack::DRIVE_TERMS;
+use crate::model::refusal;
+use crate::number::trimmed;
 
 /// Why no block was made of a model.
 #[derive(Debug, thiserror::Error)]
@@ -15,7 +17,7 @@ pub enum PackError {
     #[error("the model has no rated_deflection_rad in [gear]")]
     NoRatedDeflection,
     /// The parameters are refused at the rated deflection in use.
-    #[error("the model at the rated deflection {rated_deflection_rad:?} rad: {error}")]
+    #[error("the model at the rated deflection {} rad: {}", trimmed(*rated_deflection_rad, 6), refusal::of_parameters(error))]
     Params {
         /// The rated deflection in use, rad.
         rated_deflection_rad: f64,
@@ -67,9 +69,10 @@ impl PackError {
             Self::TooManyTerms(_) => {
                 "leave out the terms with the smallest share, or those of the measurement".to_owned()
             }
-            Self::Params { .. } | Self::EmptyModel | Self::NotMasing | Self::Term { .. } | Self::Block(_) => {
-                return None;
-            }
+            Self::Params { .. } => "correct the model, fit the gear again, or give --rated-deflection".to_owned(),
+            Self::Term { .. } => "correct the term, or remove it".to_owned(),
+            Self::EmptyModel => "name a model that gmhm fit wrote".to_owned(),
+            Self::NotMasing | Self::Block(_) => return None,
         })
     }
 }

@@ -8,6 +8,7 @@ use super::failure::Failure;
 use super::progress::Progress;
 use crate::number::number;
 use crate::recording::{Needs, Survey, SurveyedColumn};
+use crate::text_table::{Head, text_table};
 
 /// Show what is in recordings: format, columns, units, rows, rate, ranges, gaps
 ///
@@ -37,6 +38,9 @@ impl ColumnsArgs {
 
 fn text(survey: &Survey) -> String {
     let mut lines = vec![format!("{}: {}", survey.file, survey.format.name())];
+    if let Some(line) = survey.header_line.filter(|line| *line > 1) {
+        lines[0] += &format!(", header in line {line}");
+    }
     if let Some(rows) = survey.rows {
         lines[0] += &format!(", {rows} rows");
     }
@@ -52,9 +56,8 @@ fn text(survey: &Survey) -> String {
             lines.push(format!("  time does not increase at {} rows", pace.backward));
         }
     }
-    let width = survey.columns.iter().map(|column| column.name.chars().count()).max().unwrap_or(0).max(6);
-    lines.push(format!("  {:<width$}  {:<8}  {:<22}  range", "column", "unit", "recognised as"));
-    lines.extend(survey.columns.iter().map(|column| line(column, width)));
+    let heads = ["column", "unit", "recognised as", "range", ""].map(Head::Words);
+    lines.push(text_table(heads, survey.columns.iter().map(row)).trim_end().to_owned());
     if let Some(lacks) = &survey.lacks {
         lines.push(format!("To fit a gear: {}", lacks.problem));
         lines.extend(lacks.fix().map(|fix| format!("  {fix}")));
@@ -62,12 +65,12 @@ fn text(survey: &Survey) -> String {
     lines.join("\n") + "\n"
 }
 
-fn line(column: &SurveyedColumn, width: usize) -> String {
+fn row(column: &SurveyedColumn) -> [String; 5] {
     let range = column.range.map_or(String::new(), |(low, high)| format!("{} to {}", number(low, 5), number(high, 5)));
     let bad = match column.not_finite {
         0 => String::new(),
-        rows => format!("  {rows} rows without a number"),
+        rows => format!("{rows} rows without a number"),
     };
     let (unit, is) = (column.unit.as_deref().unwrap_or("-"), column.quantity.map_or("-".to_owned(), |q| q.si_name()));
-    format!("  {:<width$}  {unit:<8}  {is:<22}  {range}{bad}", column.name).trim_end().to_owned()
+    [column.name.clone(), unit.to_owned(), is, range, bad]
 }

@@ -148,6 +148,16 @@ pub fn page(text: &str) -> Result<PathBuf, String> {
     }
 }
 
+/// A file for a drawing: .svg, or standard output.
+pub fn drawing(text: &str) -> Result<PathBuf, String> {
+    let path = Path::new(text);
+    let is_svg = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("svg"));
+    match is_svg || text == "-" || path.starts_with("/dev") {
+        true => Ok(text.into()),
+        false => Err("must end in .svg: the picture is an SVG drawing".to_owned()),
+    }
+}
+
 /// Results as indented JSON with a line break at the end.
 pub fn json(results: &impl serde::Serialize) -> Result<String, Failure> {
     Ok(serde_json::to_string_pretty(results).map_err(std::io::Error::other)? + "\n")

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::Session;
-use super::common::{ReadingArgs, RecordingArgs, SeedArgs, json};
+use super::common::{ReadingArgs, RecordingArgs, SeedArgs, drawing, json};
 use super::failure::Failure;
 use super::progress::Progress;
 use super::tables;
@@ -28,7 +28,7 @@ pub struct CompareArgs {
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
     /// Where to write the plot of the errors
-    #[arg(long, value_name = "FILE.svg")]
+    #[arg(long, value_name = "F.svg", value_parser = drawing)]
     plot: Option<PathBuf>,
     /// The encoders of each recording count from a zero of their own: they were switched on anew, or moved [default: where the recordings do not go together otherwise]
     #[arg(long)]

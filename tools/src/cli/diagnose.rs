@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::Session;
-use super::common::{ReadingArgs, SeedArgs, json, page, provenance, with_model};
+use super::common::{ReadingArgs, SeedArgs, drawing, json, page, provenance, with_model};
 use super::each::EachArgs;
 use super::failure::Failure;
 use super::progress::Progress;
@@ -56,7 +56,7 @@ pub struct DiagnoseArgs {
     #[arg(long, value_name = "F.html", value_parser = page, conflicts_with = "each")]
     report: Option<PathBuf>,
     /// Where to draw the torque, measured and by both models
-    #[arg(long, value_name = "F.svg", conflicts_with = "each")]
+    #[arg(long, value_name = "F.svg", value_parser = drawing, conflicts_with = "each")]
     plot: Option<PathBuf>,
     /// End with status 3 if there is a mismatch, for scripts; with --each, if there is one in any recording
     #[arg(long)]

@@ -6,7 +6,7 @@ use clap::{Args, ValueEnum};
 use serde_json::Value;
 
 use super::Session;
-use super::common::{ReadingArgs, RecordingArgs, SeedArgs, json, page, provenance, with_model};
+use super::common::{ReadingArgs, RecordingArgs, SeedArgs, drawing, json, page, provenance, with_model};
 use super::each::EachArgs;
 use super::failure::Failure;
 use super::progress::Progress;
@@ -48,13 +48,13 @@ pub struct FitArgs {
     #[arg(long, value_name = "F.html", value_parser = page, conflicts_with = "each")]
     report: Option<PathBuf>,
     /// Where to write the plot of the loop [default: beside the model, with the ending svg]
-    #[arg(long, value_name = "FILE.svg", conflicts_with = "each")]
+    #[arg(long, value_name = "F.svg", value_parser = drawing, conflicts_with = "each")]
     plot: Option<PathBuf>,
     /// End with status 3 if the verdict is "not good enough", for scripts; with --each, if that of any recording is
     #[arg(long)]
     check: bool,
     /// The encoders of each recording count from a zero of their own: they were switched on anew, or moved [default: where the recordings do not go together otherwise]
-    #[arg(long, conflicts_with = "each")]
+    #[arg(long)]
     own_zeros: bool,
     /// Name of the gear in the model file [default: that of the first recording]
     #[arg(long, value_name = "TEXT")]

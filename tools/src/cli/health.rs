@@ -47,6 +47,9 @@ pub struct HealthArgs {
     /// The first column of the table names the recordings or models, by path, file name, or name without ending.
     #[arg(long, value_name = "COLUMN")]
     against: Option<String>,
+    /// Estimate the zero of the encoder of every recording [default: where it is seen to differ from none]
+    #[arg(long, conflicts_with = "models")]
+    own_zeros: bool,
     /// Rated torque in N·m (A per ampere) [default: the smallest one at the rated deflection]
     #[arg(long, value_name = "NM", value_parser = positive)]
     rated_torque: Option<f64>,
@@ -78,6 +81,7 @@ impl HealthArgs {
             ratio: self.reading.ratio,
             torque_side: self.reading.torque_side,
             rated_deflection_rad: self.reading.rated_deflection,
+            own_zeros: self.own_zeros,
             rating: Asked { rated_torque: self.rated_torque, t1: self.t1, t2: self.t2 },
             against: self.against.clone(),
         };

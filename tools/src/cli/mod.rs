@@ -36,6 +36,7 @@ use ratatui::crossterm::style::Color;
 
 use crate::failure::{self, Failure};
 use crate::fit::verdict::Grade;
+use crate::output::OutputError;
 
 const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (", env!("GMHM_BUILD"), ")");
 
@@ -101,7 +102,9 @@ impl Session {
             false => Box::new(stdout().lock()),
         };
         match out.write_fmt(results).and_then(|()| out.flush()) {
-            Err(refusal) if refusal.kind() != ErrorKind::BrokenPipe => Err(refusal.into()),
+            Err(source) if source.kind() != ErrorKind::BrokenPipe => {
+                Err(OutputError::System { path: "standard output".into(), source }.into())
+            }
             _ => Ok(()),
         }
     }
@@ -120,6 +123,9 @@ impl Session {
     fn written(&self, outputs: &[(&str, Option<&PathBuf>)]) -> Result<(), Failure> {
         for (what, path) in outputs {
             if let Some(path) = path.filter(|path| path.as_path() != Path::new("-")) {
+                if *what == "Model" && path.extension().is_none_or(|ending| !ending.eq_ignore_ascii_case("toml")) {
+                    self.note(&format!("{}: commands recognise a model file by the ending .toml", path.display()));
+                }
                 self.say(format_args!("{what} written to {}\n", path.display()))?;
             }
         }

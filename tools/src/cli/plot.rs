@@ -48,8 +48,8 @@ impl PlotArgs {
         Outputs::check_beside(&self.output, &files)?;
         let (mut shown, mut inputs) = (Vec::new(), Vec::new());
         for path in models {
-            inputs.push(Input::of_file(path)?);
             shown.push(Shown::model(path, &model::load(path)?, self.reading.rated_deflection)?);
+            inputs.push(Input::of_file(path)?);
         }
         for file in &files {
             let bytes = file.path.metadata().map_or(0, |m| m.len());

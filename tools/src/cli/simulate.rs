@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use super::Session;
-use super::common::{SeedArgs, json};
+use super::common::{SeedArgs, drawing, json};
 use super::failure::Failure;
 use super::progress::Progress;
 use crate::bench::joint::{self, Plant};
@@ -41,7 +41,7 @@ pub struct SimulateArgs {
     #[arg(long, value_name = "K.toml")]
     key: Option<PathBuf>,
     /// Where to draw the link's error by compensation, on the gear of --plant or else maxwell-slip (joint) [default: beside the recording]
-    #[arg(long, value_name = "F.svg")]
+    #[arg(long, value_name = "F.svg", value_parser = drawing)]
     plot: Option<PathBuf>,
     /// Where to write the error of each compensation (joint)
     #[arg(long, value_name = "F.json")]

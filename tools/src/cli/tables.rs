@@ -9,6 +9,8 @@ use crate::number::{number, plus_minus, trimmed};
 use crate::recording::TorqueUnit;
 use crate::regression::uncertainty::Estimated;
 use crate::report::fit_words::held_invertible;
+use crate::text_table::Head::{Numbers, Words};
+use crate::text_table::text_table as table;
 
 /// A replay: both errors, old and new coefficients with their standard deviations, warnings.
 pub(super) fn adapt(replay: &Replay) -> String {
@@ -25,29 +27,28 @@ pub(super) fn adapt(replay: &Replay) -> String {
         ),
     ];
     if let Some(last) = replay.trace.last() {
-        lines.push(format!("  {:<4} {:>14}    {}", "", "block", "estimate at the end"));
         let values = last.coefficients();
-        lines.extend(NAMES.iter().enumerate().map(|(k, name)| {
-            format!("  {name:<4} {:>14}    {}", number(replay.block[k], 5), plus_minus(values[k], last.sd[k]))
-        }));
+        let rows = NAMES
+            .iter()
+            .enumerate()
+            .map(|(k, name)| [name.to_string(), number(replay.block[k], 5), plus_minus(values[k], last.sd[k])]);
+        lines.push(table([Words(""), Numbers("block"), Words("estimate at the end")], rows));
     }
     lines.extend(replay.warnings.iter().map(|warning| format!("Warning: {warning}")));
-    lines.join("\n") + "\n"
+    joined(&lines)
 }
 
 /// What a drive has learnt, old beside new.
 pub(super) fn learnt(learnt: &Learnt) -> String {
     let force = if learnt.taken_over { "adapted parameters are in force" } else { "the block is in force" };
-    let mut lines = vec![
-        format!("After {} stretches of motion, {force}", learnt.stretches),
-        format!("  {:<4} {:>14} {:>14}    shadow", "", "block", "in force"),
-    ];
-    lines.extend(learnt.coefficients.iter().map(|of| {
+    let rows = learnt.coefficients.iter().map(|of| {
         let [block, in_force] = [of.block, of.in_force].map(|value| number(value, 5));
-        format!("  {:<4} {block:>14} {in_force:>14}    {} {}", of.name, plus_minus(of.shadow, of.sd), of.unit)
-    }));
+        [of.name.to_string(), block, in_force, plus_minus(of.shadow, of.sd), of.unit.to_string()]
+    });
+    let heads = [Words(""), Numbers("block"), Numbers("in force"), Words("shadow"), Words("")];
+    let mut lines = vec![format!("After {} stretches of motion, {force}", learnt.stretches), table(heads, rows)];
     lines.extend(learnt.warnings.iter().map(|warning| format!("Warning: {warning}")));
-    lines.join("\n") + "\n"
+    joined(&lines)
 }
 
 /// A fit: structure, parameters with standard deviations, what is left.
@@ -65,17 +66,18 @@ pub(super) fn fit(fit: &Fit) -> String {
         lines.push(format!("Structure {} ({of}), seed {}", chosen.name, fit.seed));
     }
     if fit.selection.len() > 1 {
-        lines.push(format!("  {:<24} {:>10} {:>12} {:>12}", "structure", "parameters", "rms fitted", "held out"));
-        lines.extend(fit.selection.iter().map(|c| {
+        let rows = fit.selection.iter().map(|c| {
             let said = if c.chosen {
-                "  chosen"
+                "chosen"
             } else if c.tied {
-                "  predicts as well"
+                "predicts as well"
             } else {
                 ""
             };
-            format!("  {:<24} {:>10} {:>12} {:>12}{said}", c.name, c.parameters, four(c.rms), four(c.heldout_rms))
-        }));
+            [c.name.to_string(), c.parameters.to_string(), four(c.rms), four(c.heldout_rms), said.to_owned()]
+        });
+        let heads = [Words("structure"), Numbers("parameters"), Numbers("rms fitted"), Numbers("held out"), Words("")];
+        lines.push(table(heads, rows));
     }
     if let Some(words) = fit.held_invertible_up_to_rated().map(held_invertible) {
         lines.push(format!("The parameters are {words}; the recordings do not contradict it"));
@@ -91,13 +93,14 @@ pub(super) fn fit(fit: &Fit) -> String {
     }
     if fit.zeros_apart_rad().is_some() {
         lines.push("Each recording has its own deflection zero; the model has the first:".to_owned());
-        lines.extend(fit.deflection_zeros.iter().map(|zero| {
+        let rows = fit.deflection_zeros.iter().map(|zero| {
             let value = zero.sd_rad.map_or_else(|| number(zero.rad, 5), |sd| plus_minus(zero.rad, sd));
-            format!("  {}  {value} rad", zero.recording)
-        }));
+            [zero.recording.clone(), format!("{value} rad")]
+        });
+        lines.push(table([Words(""), Words("")], rows));
     }
-    let width = fit.uncertainty.parameters.iter().map(|p| p.name.len()).max().unwrap_or(0);
-    lines.extend(fit.uncertainty.parameters.iter().map(|p| parameter(p, width)));
+    let parameters = fit.uncertainty.parameters.iter().map(parameter);
+    lines.push(table([Words(""), Words(""), Words(""), Words("")], parameters));
     lines.extend(notes(&fit.uncertainty.parameters));
     let left_out = match fit.unsettled_rows.iter().sum::<usize>() {
         0 => String::new(),
@@ -109,7 +112,7 @@ pub(super) fn fit(fit: &Fit) -> String {
         fit.rows,
         four(fit.heldout_rms)
     ));
-    lines.join("\n") + "\n"
+    joined(&lines)
 }
 
 /// A diagnosis: verdict, places, effects, what stays open.
@@ -151,13 +154,11 @@ pub(super) fn diagnosis(found: &Diagnosis) -> String {
         let share = percent(place.share);
         lines.push(format!("Seen in {}: {share}, {} ({}{more})", place.coordinate, place.detail, stretches.join(", ")));
     }
-    let row = |name: &str, rms: &crate::diagnose::diagnosis::Rms| {
-        format!("  {name:<10} {:>12} {:>14} {:>12}", four(rms.given), four(rms.refitted), four(rms.extended))
-    };
     lines.push(format!("Residual, rms in {unit}"));
-    lines.push(format!("  {:<10} {:>12} {:>14} {:>12}", "rows", "model given", "base refitted", "extended"));
-    lines.push(row("fitted", &found.rms));
-    lines.push(row("held out", &found.heldout.rms));
+    let heads = [Words("rows"), Numbers("model given"), Numbers("base refitted"), Numbers("extended")];
+    let rows = [("fitted", &found.rms), ("held out", &found.heldout.rms)];
+    let rows = rows.map(|(name, rms)| [name.to_owned(), four(rms.given), four(rms.refitted), four(rms.extended)]);
+    lines.push(table(heads, rows));
     if !found.undecidable.is_empty() {
         let names: Vec<&str> = found.undecidable.iter().map(|u| u.name.as_str()).collect();
         lines.push("These recordings cannot show:".to_owned());
@@ -166,7 +167,12 @@ pub(super) fn diagnosis(found: &Diagnosis) -> String {
     if !found.next_experiment.is_empty() {
         lines.push(format!("Next bench test: {}", found.next_experiment));
     }
-    lines.join("\n") + "\n"
+    joined(&lines)
+}
+
+/// Lines and tables below each other; a table has its last line break.
+fn joined(parts: &[String]) -> String {
+    parts.iter().map(|part| format!("{}\n", part.trim_end_matches('\n'))).collect()
 }
 
 /// Four significant digits.
@@ -196,14 +202,14 @@ fn percent(share: f64) -> String {
     format!("{:.0} %", 100.0 * share)
 }
 
-/// One parameter on a line.
-fn parameter(p: &Estimated, width: usize) -> String {
+/// A parameter: name, value, unit, whether at a bound.
+fn parameter(p: &Estimated) -> [String; 4] {
     let value = match p.sd {
         Some(sd) => plus_minus(p.value, sd),
         None => format!("{} (not determined)", number(p.value, 5)),
     };
-    let bound = if p.at_bound { "  at its bound" } else { "" };
-    format!("  {:<width$}  {value:<28} {}{bound}", p.name, p.unit)
+    let bound = if p.at_bound { "at its bound" } else { "" };
+    [p.name.to_string(), value, p.unit.to_string(), bound.to_owned()]
 }
 
 /// What there is to say of parameters, each note once.
@@ -222,24 +228,21 @@ fn notes(parameters: &[Estimated]) -> Vec<String> {
 /// Models beside each other.
 pub(super) fn comparison(lines: &[Comparison], unit: TorqueUnit, seed: u64) -> String {
     let symbol = unit.symbol();
-    let mut text = format!("Residual of the torque in {symbol}, seed {seed}\n");
-    text += &format!(
-        "  {:<32} {:>10} {:>12} {:>10} {:>10} {:>16} {:>12}\n",
-        "model", "parameters", "sum of sq.", "rms", "held out", "unseen recording", "instructions"
-    );
-    for line in lines {
-        let unseen = line.unseen_recording_rms.map_or("-".to_owned(), four);
-        let cost = line.instructions.map_or("-".to_owned(), |count| count.to_string());
-        text += &format!(
-            "  {:<32} {:>10} {:>12} {:>10} {:>10} {:>16} {cost:>12}\n",
-            line.model,
-            line.parameters,
+    let rows = lines.iter().map(|line| {
+        [
+            line.model.to_string(),
+            line.parameters.to_string(),
             four(line.rss),
             four(line.rms),
             four(line.heldout_rms),
-            unseen
-        );
-    }
+            line.unseen_recording_rms.map_or("-".to_owned(), four),
+            line.instructions.map_or("-".to_owned(), |count| count.to_string()),
+        ]
+    });
+    let numbers = ["parameters", "sum of sq.", "rms", "held out", "unseen recording", "instructions"].map(Numbers);
+    let [parameters, squares, rms, heldout, unseen, instructions] = numbers;
+    let heads = [Words("model"), parameters, squares, rms, heldout, unseen, instructions];
+    let mut text = format!("Residual of the torque in {symbol}, seed {seed}\n") + &table(heads, rows);
     if lines.iter().all(|line| line.unseen_recording_rms.is_none()) {
         text += "Unseen recording: give several, at other amplitudes and rates, and each is held out whole in turn\n";
     }
@@ -263,36 +266,34 @@ pub(super) fn health(health: &Health) -> String {
     ));
     if let [only] = &health.conditions[..] {
         let knows_sd = only.quantities.iter().any(|q| q.sd.is_some());
-        lines.extend(only.quantities.iter().map(|q| {
+        let rows = only.quantities.iter().map(|q| {
             let sd = match (knows_sd, q.sd) {
-                (true, sd) => format!(" ± {:<10}", sd.map_or("-".to_owned(), |sd| number(2.0 * sd, 2))),
+                (true, sd) => format!("± {}", sd.map_or("-".to_owned(), |sd| number(2.0 * sd, 2))),
                 (false, _) => String::new(),
             };
-            format!("  {:<24} {:>13}{sd} {}", q.name, number(q.value, 5), q.unit)
-        }));
+            [q.name.to_string(), number(q.value, 5), sd, q.unit.clone()]
+        });
+        lines.push(table([Words(""), Numbers(""), Words(""), Words("")], rows));
         lines.push(match knows_sd {
             true => "± two standard deviations".to_owned(),
             false => "No uncertainty: write it beside the model by gmhm fit --json (gear.toml, gear.json)".to_owned(),
         });
-        return lines.join("\n") + "\n";
+        return joined(&lines);
     }
-    lines.push(format!(
-        "  {:<24} {:>13} {:>13} {:>10} {:>10} {:>10}  {}",
-        "", "first", "last", "change %", "± 2 sd %", "p-value", "unit"
-    ));
-    for change in &health.changes {
+    let rows = health.changes.iter().map(|change| {
         let percent = |sd: f64| format!("{:.3}", 200.0 * sd / change.first.abs());
-        lines.push(format!(
-            "  {:<24} {:>13} {:>13} {:>10} {:>10} {:>10}  {}{}",
-            change.name,
+        [
+            change.name.to_string(),
             number(change.first, 6),
             number(change.last, 6),
             format!("{:.3}", 100.0 * change.relative).replace('-', "−"),
             change.sd.map_or("-".to_owned(), percent),
             change.p_value.map_or("-".to_owned(), |p| if p < 1e-12 { "< 10⁻¹²".to_owned() } else { number(p, 2) }),
-            change.unit,
-            if change.moved { "  moved" } else { "" }
-        ));
-    }
-    lines.join("\n") + "\n"
+            change.unit.to_string(),
+            if change.moved { "moved" } else { "" }.to_owned(),
+        ]
+    });
+    let [first, last, by, sd, p] = ["first", "last", "change %", "± 2 sd %", "p-value"].map(Numbers);
+    lines.push(table([Words(""), first, last, by, sd, p, Words("unit"), Words("")], rows));
+    joined(&lines)
 }

@@ -5,6 +5,8 @@ use std::fmt::{self, Display, Formatter};
 use super::{Demo, NOISE_NM};
 use crate::fit::paper;
 use crate::number::{number, plus_minus};
+use crate::text_table::Head::{Numbers, Words};
+use crate::text_table::text_table;
 
 impl Display for Demo {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
@@ -14,10 +16,12 @@ impl Display for Demo {
             self.built_in.recording.name,
             self.built_in.recording.len()
         )?;
-        writeln!(f, "Torque error, rms in N·m         against the recording   against the torque without its noise")?;
-        for left in &self.left {
-            writeln!(f, "  {:<30} {:>10.4} {:>25.4}", left.model, left.recorded_rms_nm, left.noise_free_rms_nm)?;
-        }
+        writeln!(f, "Torque error, rms in N·m")?;
+        let rows = self.left.iter().map(|left| {
+            [left.model.to_string(), format!("{:.4}", left.recorded_rms_nm), format!("{:.4}", left.noise_free_rms_nm)]
+        });
+        let heads = [Words(""), Numbers("against the recording"), Numbers("against the torque without its noise")];
+        f.write_str(&text_table(heads, rows))?;
         self.table_1(f)?;
         self.table_2(f)?;
         self.table_3(f)
@@ -27,21 +31,28 @@ impl Display for Demo {
 impl Demo {
     fn table_1(&self, f: &mut Formatter<'_>) -> fmt::Result {
         writeln!(f, "\nTable 1 of the paper (the rows that are known), torque in N·m")?;
-        writeln!(f, "                        measured   published parameters        identified here")?;
-        writeln!(f, "  branch      θ in mrad by the paper  cycle  from remanence    cycle  from remanence")?;
-        for (published, identified) in &self.table_1 {
-            writeln!(
-                f,
-                "  {:<10} {:>9.3} {:>12.1} {:>7.2} {:>15.2} {:>8.2} {:>15.2}",
-                if published.loading { "loading" } else { "unloading" },
-                published.deflection_rad * 1e3,
-                published.measured_nm,
-                published.cycle_nm,
-                published.remanence_nm,
-                identified.cycle_nm,
-                identified.remanence_nm,
-            )?;
-        }
+        let rows = self.table_1.iter().map(|(published, identified)| {
+            [
+                if published.loading { "loading" } else { "unloading" }.to_owned(),
+                format!("{:.3}", published.deflection_rad * 1e3),
+                format!("{:.1}", published.measured_nm),
+                format!("{:.2}", published.cycle_nm),
+                format!("{:.2}", published.remanence_nm),
+                format!("{:.2}", identified.cycle_nm),
+                format!("{:.2}", identified.remanence_nm),
+            ]
+        });
+        let [angle, measured, published, of_published, identified, of_identified] = [
+            "θ in mrad",
+            "measured by the paper",
+            "published: cycle",
+            "from remanence",
+            "identified: cycle",
+            "from remanence",
+        ]
+        .map(Numbers);
+        let heads = [Words("branch"), angle, measured, published, of_published, identified, of_identified];
+        f.write_str(&text_table(heads, rows))?;
         writeln!(
             f,
             "  The unloading rows agree. The loading rows lie on no closed cycle of these parameters: they are"
@@ -59,12 +70,13 @@ impl Demo {
             ("h", memory.h().abs()),
             ("rho", memory.rho()),
         ];
-        writeln!(f, "\nTable 2 of the paper       published    identified ± standard deviation")?;
-        for (name, value) in published {
-            let Some(found) = self.fit.parameter(name) else { continue };
+        let rows = published.into_iter().filter_map(|(name, value)| {
+            let found = self.fit.parameter(name)?;
             let identified = found.sd.map_or("not determined".to_owned(), |sd| plus_minus(found.value, sd));
-            writeln!(f, "  {name:<18} {:>15}    {identified} {}", number(value, 5), found.unit)?;
-        }
+            Some([name.to_owned(), number(value, 5), identified, found.unit.to_string()])
+        });
+        let heads = [Words("parameter"), Numbers("published"), Words("identified ± standard deviation"), Words("unit")];
+        write!(f, "\nTable 2 of the paper\n{}", text_table(heads, rows))?;
         writeln!(f, "  Of α, β and ω the loop fixes only e = αβ/(β²+ω²), h = αω/(β²+ω²) and ρ = β/ω: the three alone")?;
         writeln!(f, "  have no standard error.")
     }

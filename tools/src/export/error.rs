@@ -3,6 +3,9 @@
 use gmhm::ParamError;
 use gmhm::terms::TermError;
 
+use crate::model::refusal;
+use crate::number::trimmed;
+
 /// Why a model is not exported.
 #[derive(Debug, thiserror::Error)]
 pub enum ExportError {
@@ -16,7 +19,7 @@ pub enum ExportError {
     #[error("the model has no rated_deflection_rad in [gear]")]
     NoRatedDeflection,
     /// The parameters are refused at the rated deflection in use.
-    #[error("the model at the rated deflection {rated_deflection_rad:?} rad: {error}")]
+    #[error("the model at the rated deflection {} rad: {}", trimmed(*rated_deflection_rad, 6), refusal::of_parameters(error))]
     Params {
         /// The rated deflection in use, rad.
         rated_deflection_rad: f64,
@@ -71,7 +74,9 @@ impl ExportError {
             }
             Self::Prefix { .. } => "use letters, digits and _, with a letter first, at most 24".to_owned(),
             Self::NoRatio => "add ratio to [gear], or take the deflection as input".to_owned(),
-            Self::Params { .. } | Self::Term { .. } | Self::Archive { .. } => return None,
+            Self::Params { .. } => "correct the model, fit the gear again, or give --rated-deflection".to_owned(),
+            Self::Term { .. } => "correct the term, or remove it".to_owned(),
+            Self::Archive { .. } => return None,
         })
     }
 }

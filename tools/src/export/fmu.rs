@@ -274,7 +274,7 @@ fn guid(origin: &Origin, inputs: &[Variable]) -> String {
     hash.update(&origin.sha256);
     inputs.iter().for_each(|input| hash.update(&input.name));
     hash.update(env!("CARGO_PKG_VERSION"));
-    let digits: String = hash.finalize().iter().take(16).map(|byte| format!("{byte:02x}")).collect();
+    let digits = hex::encode(&hash.finalize()[..16]);
     format!("{{{}-{}-{}-{}-{}}}", &digits[..8], &digits[8..12], &digits[12..16], &digits[16..20], &digits[20..])
 }
 

@@ -20,7 +20,7 @@ use crate::regression::error::EstimateError;
 use crate::regression::heldout::heldout;
 use crate::regression::polish::polish;
 use crate::regression::problem::{Problem, Sweep};
-use crate::regression::rows;
+use crate::regression::rows::{self, Rows};
 
 /// One model beside the recordings.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -71,11 +71,14 @@ pub fn compare(
     let assembly = Assembly::new(chosen, *rated_deflection_rad, rows, &start.known)?;
     let baselines = all(*rated_deflection_rad);
     let gear = assembly.problem(rows);
-    let mut lines = vec![line(format!("GMHM {}", select::name(&chosen)), parameters, &gear, options.seed, progress)];
+    let (found, _) = search(&gear, options.seed, progress);
+    let mut lines = vec![line(format!("GMHM {}", select::name(&chosen)), parameters, &gear, &found, progress)];
+    let searched = searched(rows);
     let done = AtomicUsize::new(0);
     let baselines = baselines.par_iter().map(|baseline| {
-        let problem = Problem { rows, corrections: Vec::new(), contributions: vec![&Offset, baseline] };
-        let line = line(baseline.name.clone(), baseline.parameters(), &problem, options.seed, progress);
+        let problem = |rows| Problem { rows, corrections: Vec::new(), contributions: vec![&Offset, baseline] };
+        let (found, _) = search(&problem(&searched), options.seed, progress);
+        let line = line(baseline.name.clone(), baseline.parameters(), &problem(rows), &found, progress);
         progress.report("comparing", (1 + done.fetch_add(1, Relaxed)) as f64 / baselines.len() as f64);
         line
     });
@@ -86,9 +89,20 @@ pub fn compare(
     Ok(lines)
 }
 
-fn line(model: String, parameters: usize, problem: &Problem<'_>, seed: u64, progress: &dyn Progress) -> Comparison {
-    let (found, _) = search(problem, seed, progress);
-    let nonlinear = polish(problem, &found, Sweep::PLAIN, progress).nonlinear;
+/// Rows beyond which the search of a baseline looks at every few recordings only, and the recordings that it looks at at least. The polish looks at all.
+const SEARCHED: (usize, usize) = (4000, 8);
+
+/// The recordings that a search looks at.
+fn searched<'a>(rows: &[Rows<'a>]) -> Vec<Rows<'a>> {
+    let (most_rows, least_recordings) = SEARCHED;
+    let total: usize = rows.iter().map(Rows::len).sum();
+    let every = total.div_ceil(most_rows).min(rows.len() / least_recordings).max(1);
+    rows.iter().step_by(every).cloned().collect()
+}
+
+/// A model beside the recordings, polished from where a search found it.
+fn line(model: String, parameters: usize, problem: &Problem<'_>, found: &[f64], progress: &dyn Progress) -> Comparison {
+    let nonlinear = polish(problem, found, Sweep::PLAIN, progress).nonlinear;
     let system = problem.factor(&nonlinear, None, Sweep::PLAIN).combine(|_, _| true);
     let rss = bounded::solve(&system.shared, &problem.bounds()).rss;
     let rms = (rss / system.rows.max(1) as f64).sqrt();

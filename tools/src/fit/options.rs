@@ -31,7 +31,7 @@ pub struct FitOptions {
     pub ratio: Option<f64>,
     /// Where the torque is taken; else where the model says.
     pub torque_side: Option<TorqueSide>,
-    /// Whether the deflection of each recording has a zero of its own, however well they go together without.
+    /// Whether the deflection of each recording, also of a single one, has a zero of its own, however well they fit without.
     pub own_zeros: bool,
 }
 

@@ -49,7 +49,7 @@ pub fn structures(memory: Option<&Memory>) -> Vec<Structure> {
 /// Where the deflection of each recording is zero, roughly, rad.
 ///
 /// Tried are the zeros as recorded, the middle of all deflections, and zeros of each recording, from both on to where they suit best. A gear of the structure that leaves least is
-/// fitted to compare them: what it lacks it lacks with any zero. Zeros differ only where the recordings go together no other way, or where `own` says so.
+/// fitted to compare them: what it lacks it lacks with any zero. Zeros differ only where the recordings go together no other way, or where `own` says so; then a single recording has one too.
 ///
 /// # Errors
 /// [`EstimateError::NoMovement`], and what building the gear refuses.
@@ -67,7 +67,7 @@ pub fn settle(
     }
     let (count, middle) = (rows.len(), 0.5 * (low + high));
     let centred = middle.abs() <= THRESHOLDS.centred_share * half;
-    if centred && count == 1 {
+    if centred && count == 1 && !own {
         return Ok(Zeros { rad: vec![0.0], free: 0 });
     }
     let spread = Spread::over(rows, THRESHOLDS.selection_rows);
@@ -81,7 +81,7 @@ pub fn settle(
         let from_middle = trial.polished(&vec![middle; count], 1)?;
         shared = if outside || from_middle.0 < shared.0 { from_middle } else { shared };
     }
-    let (left, zeros) = if shared.0 < THRESHOLDS.zeros_squares_share * stays {
+    let (left, zeros) = if own && count == 1 || shared.0 < THRESHOLDS.zeros_squares_share * stays {
         (shared.0, Zeros { rad: shared.1, free: 1 })
     } else {
         (stays.min(shared.0), Zeros { rad: vec![0.0; count], free: 0 })

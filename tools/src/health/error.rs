@@ -36,8 +36,8 @@ pub enum HealthError {
     },
     /// The rating is beyond the model.
     #[error(
-        "{name}: the rated torque {rated_torque} {unit} is beyond the {} {unit} of the rated deflection, where the model is not calibrated",
-        number(*reached, 4)
+        "{name}: the rated torque {} {unit} is beyond the {} {unit} of the rated deflection, where the model is not calibrated",
+        trimmed(*rated_torque, 6), number(*reached, 4)
     )]
     BeyondRated {
         /// The model.

@@ -28,6 +28,7 @@ use crate::model::{Model, TorqueSide};
 use crate::progress::Progress;
 use crate::recording::{Recording, TorqueUnit};
 use crate::regression::error::EstimateError;
+use crate::signal::plausible;
 use against::{Property, Regression};
 use catalogue::{Asked, Rating};
 use change::Change;
@@ -49,6 +50,8 @@ pub struct HealthOptions {
     pub ratio: Option<f64>,
     /// Where the torque is taken; else where the model says.
     pub torque_side: Option<TorqueSide>,
+    /// Whether the zero of each recording is always estimated; else only where it is seen to differ from none.
+    pub own_zeros: bool,
     /// Rated torque and breakpoints.
     pub rating: Asked,
     /// A property to regress on.
@@ -146,8 +149,20 @@ fn fit_options(options: &HealthOptions) -> FitOptions {
         rated_deflection_rad: options.rated_deflection_rad,
         ratio: options.ratio,
         torque_side: options.torque_side,
+        own_zeros: options.own_zeros,
         ..FitOptions::default()
     }
+}
+
+/// Recordings whose largest deflections differ by more than this factor are perhaps in different units.
+const OTHER_SIZE: f64 = 10.0;
+
+/// Refuses recordings that are in other units than the first, or of another sign.
+fn one_unit(recordings: &[Recording], options: &HealthOptions) -> Result<(), HealthError> {
+    let (first, others) = recordings.split_at(1);
+    let alone = fit::fit(first, &fit_options(options), &())?;
+    let same = others.iter().try_for_each(|other| plausible::units(other, &alone.model));
+    Ok(same.map_err(EstimateError::from)?)
 }
 
 /// A model of the structure and rated deflection that all recordings are fitted with.
@@ -162,7 +177,11 @@ fn structure(recordings: &[Recording], options: &HealthOptions, progress: &dyn P
         Some(rated) => rated,
         None => {
             let seen = recordings.iter().map(fit::largest_deflection_rad).collect::<Result<Vec<_>, _>>()?;
-            seen.into_iter().fold(0.0, f64::max)
+            let largest = seen.iter().copied().fold(0.0, f64::max);
+            if seen.iter().any(|own| OTHER_SIZE * own < largest) {
+                one_unit(recordings, options)?;
+            }
+            largest
         }
     };
     let mut fits = Vec::new();

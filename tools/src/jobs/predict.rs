@@ -2,11 +2,12 @@
 
 use super::Notes;
 use crate::failure::Failure;
-use crate::model::Model;
-use crate::physics::Prediction;
+use crate::model::{Model, refusal};
+use crate::number::trimmed;
 use crate::physics::invert::{self, Inversion};
+use crate::physics::{Prediction, Signals};
 use crate::recording::{self, Recording};
-use crate::signal::recorded;
+use crate::signal::{plausible, recorded};
 
 /// Predicts the torque of every row, after the ratio of the model is compared with that of the angles.
 ///
@@ -22,7 +23,21 @@ pub fn predict(
         recording::ratio::check(recording, model.gear.ratio)?;
     }
     let prediction = recorded::predict(model, rated_deflection_rad, recording)?;
-    if prediction.rows_out_of_range > 0 {
+    let theta = Signals::new(recording, &model.gear).deflection_rad;
+    let mut far = None;
+    let largest = || theta.as_deref().map(|theta| theta.iter().fold(0.0, |most: f64, x| most.max(x.abs())));
+    if let Some(rated_rad) = rated_deflection_rad.or(model.gear.rated_deflection_rad).or_else(largest) {
+        if let Some(Err(refusal)) = model.drive_params(rated_rad) {
+            notes(&format!("no gear has the parameters of this model: {}", refusal::of_parameters(&refusal)));
+        }
+        let within = theta
+            .as_deref()
+            .map(|theta| plausible::within(&recording.name, theta, rated_rad, model.gear.deflection_zero_rad));
+        far = within.and_then(Result::err);
+    }
+    if let Some(far) = far {
+        notes(&format!("{far}: {}", far.fix()));
+    } else if prediction.rows_out_of_range > 0 {
         notes(&format!(
             "{} of {} rows lie outside the rated deflection, where the model is not calibrated",
             prediction.rows_out_of_range,
@@ -47,9 +62,14 @@ pub fn invert(
     let beyond = found.saturated.iter().filter(|&&saturated| saturated).count();
     if beyond > 0 {
         notes(&format!(
-            "{beyond} of {} torques lie beyond the range of the model, ±{:?} rad: the deflection is held at its edge there",
+            "{beyond} of {} torques lie beyond the range of the model, ±{} rad: the deflection is held at its edge there{}",
             found.saturated.len(),
-            found.range_rad
+            trimmed(found.range_rad, 5),
+            if 2 * beyond > found.saturated.len() {
+                "; check the unit of the torque (--map scales columns)"
+            } else {
+                ""
+            }
         ));
     }
     merged(found.merged_pairs, notes);

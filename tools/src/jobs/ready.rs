@@ -24,8 +24,39 @@ pub fn ready(
         recording.derive_deflection(ratio)?;
     }
     notes_of_gap(recording, notes);
+    notes_of_spikes(recording, notes);
     recording.bridge_dropouts().iter().for_each(|bridged| notes(&bridged.to_string()));
     Ok(())
+}
+
+/// Values so many times farther from the middle than 98 % of all, and of at most such a share of the rows, are perhaps no measurement.
+const SPIKE: (f64, f64) = (20.0, 0.01);
+
+/// Values of a channel that its range is judged by.
+const JUDGED_BY: usize = 10_000;
+
+fn notes_of_spikes(recording: &Recording, notes: Notes<'_>) {
+    let unit = recording.torque_unit;
+    let channels =
+        [(unit.quantity(), unit.symbol(), &recording.torque), ("deflection", "rad", &recording.deflection_rad)];
+    for (what, unit, values) in channels {
+        let Some(values) = values.as_deref().filter(|values| !values.is_empty()) else { continue };
+        let mut some: Vec<f64> = values.iter().step_by(values.len().div_ceil(JUDGED_BY)).copied().collect();
+        some.sort_by(f64::total_cmp);
+        let outer = some.len() / 100;
+        let (low, high) = (some[outer], some[some.len() - 1 - outer]);
+        let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
+        let spikes = || (0..values.len()).filter(|&row| (values[row] - middle).abs() > SPIKE.0 * half);
+        let (Some(first), count) = (spikes().next(), spikes().count()) else { continue };
+        if half > 0.0 && count as f64 <= SPIKE.1 * values.len() as f64 {
+            notes(&format!(
+                "{}: {count} rows hold a {what} far beyond all others, the first {} {unit} at {} s: remove them if they are no measurement",
+                recording.name,
+                trimmed(values[first], 5),
+                trimmed(recording.time_s[first], 6)
+            ));
+        }
+    }
 }
 
 /// A step of so many median ones, and of such a share of the recording, is a gap that is worth a word.

@@ -25,6 +25,9 @@ pub enum ModelProblem {
     /// The system could not read the file.
     #[error("cannot be read: {0}")]
     Unreadable(String),
+    /// The file holds something else than text.
+    #[error("is not text in UTF-8")]
+    NotText,
     /// No TOML.
     #[error("is not TOML: {0}")]
     Syntax(String),
@@ -72,7 +75,7 @@ pub enum ModelProblem {
     #[error("format {0} is not known; this program reads format 1")]
     Format(String),
     /// The core refuses the parameters.
-    #[error("{0}")]
+    #[error("{}", super::refusal::of_parameters(.0))]
     Refused(gmhm::ParamError),
     /// The core refuses the values of a term.
     #[error("{0}")]
@@ -110,6 +113,8 @@ impl ModelError {
         let text = match &*self.problem {
             ModelProblem::NoChoice { .. } => return None,
             ModelProblem::Unreadable(_) => "check the path, and that the file may be read",
+            ModelProblem::NotText if self.file.to_lowercase().ends_with(".toml") => "save it again, encoded in UTF-8",
+            ModelProblem::NotText => "a model file (.toml) is needed here, as gmhm fit writes it",
             ModelProblem::Syntax(_) if !self.file.to_lowercase().ends_with(".toml") => {
                 "a model file (.toml) is needed here, as gmhm fit writes it; name it before the recordings"
             }

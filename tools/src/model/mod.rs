@@ -2,6 +2,7 @@
 
 mod error;
 mod read;
+pub mod refusal;
 pub(crate) mod unit;
 mod write;
 

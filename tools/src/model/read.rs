@@ -26,7 +26,10 @@ pub fn load(path: &Path) -> Result<Model, ModelError> {
         text: "".into(),
         span: None,
         key: String::new(),
-        problem: Box::new(ModelProblem::Unreadable(e.to_string())),
+        problem: Box::new(match e.kind() {
+            std::io::ErrorKind::InvalidData => ModelProblem::NotText,
+            _ => ModelProblem::Unreadable(e.to_string()),
+        }),
     })?;
     parse(&file, &text)
 }

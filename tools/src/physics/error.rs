@@ -3,6 +3,8 @@
 use gmhm::ParamError;
 use gmhm::terms::{Need, TermError};
 
+use crate::model::refusal;
+use crate::number::trimmed;
 use crate::recording::RecordingError;
 
 /// Why nothing could be predicted.
@@ -12,7 +14,7 @@ pub enum PredictError {
     #[error(transparent)]
     Recording(#[from] RecordingError),
     /// The parameters are refused at the rated deflection in use.
-    #[error("the model at the rated deflection {rated_deflection_rad:?} rad: {error}")]
+    #[error("the model at the rated deflection {} rad: {}", trimmed(*rated_deflection_rad, 6), refusal::of_parameters(error))]
     Params {
         /// The rated deflection in use, rad.
         rated_deflection_rad: f64,

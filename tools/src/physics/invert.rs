@@ -9,7 +9,7 @@ use super::error::PredictError;
 use super::evaluate::CAPACITY;
 use super::predict::add;
 use super::term::{MOST_TERMS, Terms, no_terms};
-use crate::model::Model;
+use crate::model::{Model, refusal};
 use crate::number::number;
 use crate::recording::{Need as ColumnNeed, Needs, Recording, TorqueUnit};
 
@@ -39,7 +39,7 @@ pub enum InvertError {
     #[error("the model states no rated_deflection_rad; it cannot be derived from torques")]
     NotRated,
     /// Torque increases with the deflection nowhere.
-    #[error(transparent)]
+    #[error("{}", refusal::of_inverse(.0))]
     NoRange(#[from] InverseError),
     /// Current for torque, or torque for current.
     #[error("{file} holds {found}, and the parameters of the model are per {expected}")]

@@ -7,6 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use super::mix::BLOCKS;
 use super::score::{CaseScore, KindRow, confusion};
+use crate::text_table::Head::{Numbers, Words};
+use crate::text_table::text_table;
 
 /// A share with its 95 % Wilson interval.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -350,24 +352,23 @@ impl Display for ProveReport {
                 ("invisible to anybody", b.invisible.to_string()),
                 ("refused", b.failed.to_string()),
             ];
-            for (name, value) in lines.iter().filter(|(_, v)| v != "-" && v != "0") {
-                writeln!(f, "    {name:26}{value}")?;
-            }
+            let said = lines.into_iter().filter(|(_, value)| value != "-" && value != "0");
+            f.write_str(&text_table([Words(""), Words("")], said.map(|(name, value)| [name.to_owned(), value])))?;
         }
-        writeln!(f, "\nhidden alone: that name given, in a class found, and every name given")?;
-        for (kind, row) in &self.confusion {
+        let rows = self.confusion.iter().map(|(kind, row)| {
             let mut names: Vec<_> = row.names.iter().collect();
             names.sort_by_key(|(name, count)| (std::cmp::Reverse(**count), *name));
             let listed: Vec<String> = names
                 .iter()
                 .map(|(name, count)| format!("{} {count}", if name.is_empty() { "nothing" } else { name }))
                 .collect();
-            writeln!(f, "    {kind:45}{:<30}{:<30}{}", row.named, row.in_class, listed.join(", "))?;
-        }
-        writeln!(f, "\naims")?;
-        for aim in &self.aims {
-            writeln!(f, "    {:70}{:>8}  {}", aim.aim, number(aim.measured), aim.verdict())?;
-        }
+            [kind.clone(), row.named.to_string(), row.in_class.to_string(), listed.join(", ")]
+        });
+        let heads =
+            [Words("hidden alone"), Words("that name given"), Words("in a class found"), Words("every name given")];
+        write!(f, "\n{}", text_table(heads, rows))?;
+        let rows = self.aims.iter().map(|aim| [aim.aim.clone(), number(aim.measured), aim.verdict()]);
+        write!(f, "\n{}", text_table([Words("aim"), Numbers("measured"), Words("verdict")], rows))?;
         self.notes.iter().try_for_each(|note| writeln!(f, "note: {note}"))
     }
 }

@@ -39,13 +39,15 @@ impl<'a> CsvTable<'a> {
         let taken = input.by_ref().take(HEAD).read_to_end(&mut head);
         taken.map_err(|e| refuse(e.into()))?;
         let dialect = Dialect::sniff(&head).map_err(refuse)?;
+        head.drain(..length_of_lines(&head, dialect.lines_above));
         // With a last line break added, a record's line is one less than the reader's.
         let whole = Cursor::new(head).chain(input).chain(&b"\n"[..]);
-        let whole: Box<dyn Read + 'a> = if dialect.spaces { Box::new(Squeeze::new(whole)) } else { Box::new(whole) };
+        let whole: Box<dyn Read + 'a> =
+            if dialect.separation.spaces { Box::new(Squeeze::new(whole)) } else { Box::new(whole) };
         let reader = csv::ReaderBuilder::new()
             .has_headers(false)
             .flexible(true)
-            .delimiter(dialect.delimiter)
+            .delimiter(dialect.separation.delimiter)
             // Carriage returns stay at the end of a field, where they are trimmed: so lines are counted rightly.
             .terminator(csv::Terminator::Any(b'\n'))
             .comment(Some(b'#'))
@@ -71,10 +73,12 @@ impl<'a> CsvTable<'a> {
     fn read_header(&mut self) -> Result<(), RecordingError> {
         if let Some((names, line)) = &self.dialect.commented_header {
             self.header_line = *line;
-            let names = String::from_utf8_lossy(names).into_owned();
-            let names: Vec<String> = match self.dialect.spaces {
+            let names = text(names);
+            let names: Vec<String> = match self.dialect.separation.spaces {
                 true => names.split_whitespace().map(str::to_owned).collect(),
-                false => names.split(self.dialect.delimiter as char).map(|name| name.trim().to_owned()).collect(),
+                false => {
+                    names.split(self.dialect.separation.delimiter as char).map(|name| name.trim().to_owned()).collect()
+                }
             };
             self.heads = names.into_iter().map(|name| ColumnHead { name, ..ColumnHead::default() }).collect();
             return Ok(());
@@ -85,7 +89,7 @@ impl<'a> CsvTable<'a> {
         if !self.next_record()? {
             return Err(self.at_file(RecordingProblem::Empty));
         }
-        let clean = |f: &[u8]| String::from_utf8_lossy(f.trim_ascii()).replace(['\r', '\n'], " ");
+        let clean = |f: &[u8]| text(f.trim_ascii()).replace(['\r', '\n'], " ");
         let mut names: Vec<String> = self.row.iter().map(clean).collect();
         while names.last().is_some_and(String::is_empty) {
             names.pop();
@@ -93,7 +97,7 @@ impl<'a> CsvTable<'a> {
         if names.iter().all(|name| is_number(name.as_bytes())) {
             return Err(self.at_line(RecordingProblem::HeaderMissing));
         }
-        if self.dialect.spaces {
+        if self.dialect.separation.spaces {
             names = with_their_brackets(names);
         }
         self.heads = names.into_iter().map(|name| ColumnHead { name, ..ColumnHead::default() }).collect();
@@ -111,7 +115,7 @@ impl<'a> CsvTable<'a> {
     /// Moves to the next row; false at the end. Every row has a field a column.
     pub(super) fn next_row(&mut self) -> Result<bool, RecordingError> {
         if std::mem::take(&mut self.ahead) {
-            self.line = self.reader.position().line() - 1;
+            self.line = self.line_read();
         } else if !self.next_record()? {
             return Ok(false);
         }
@@ -136,12 +140,32 @@ impl<'a> CsvTable<'a> {
                 Ok(false) => return Ok(false),
                 Err(e) => return Err(self.at_file(e.into())),
             }
-            self.line = self.reader.position().line() - 1;
+            self.line = self.line_read();
+            self.refuse_open_quote()?;
             let comment = self.row.get(0).is_some_and(|f| f.trim_ascii_start().starts_with(b"#"));
             if !comment && self.row.iter().any(|field| !field.trim_ascii().is_empty()) {
                 return Ok(true);
             }
         }
+    }
+
+    /// The line of the record that was read last.
+    fn line_read(&self) -> u64 {
+        self.reader.position().line() - 1 + self.dialect.lines_above as u64
+    }
+
+    /// Refuses a quoted field that goes on over the ends of lines: it may have taken in rows. A name in the header may have a few lines.
+    fn refuse_open_quote(&mut self) -> Result<(), RecordingError> {
+        const LINES_OF_A_HEADER: usize = 4;
+        let breaks = self.row.as_slice().iter().filter(|byte| **byte == b'\n').count();
+        // The line break added to the text is in the field.
+        let open = self.row.as_slice().ends_with(b"\n");
+        let is_header = self.heads.is_empty();
+        if breaks == 0 || is_header && !open && breaks < LINES_OF_A_HEADER {
+            return Ok(());
+        }
+        self.line = self.line + u64::from(open) - breaks as u64;
+        Err(self.at_line(RecordingProblem::OpenQuote))
     }
 
     /// One field of the row as a number.
@@ -205,6 +229,16 @@ impl Table for CsvTable<'_> {
     }
 }
 
+/// Text in UTF-8, else in Latin-1: `µ` and `°` of older instruments.
+fn text(bytes: &[u8]) -> String {
+    std::str::from_utf8(bytes).map_or_else(|_| bytes.iter().map(|byte| char::from(*byte)).collect(), str::to_owned)
+}
+
+/// How many bytes the first lines of a text take.
+fn length_of_lines(text: &[u8], lines: usize) -> usize {
+    text.split_inclusive(|byte| *byte == b'\n').take(lines).map(<[u8]>::len).sum()
+}
+
 /// Names of a header that spaces separate: `Time [s]` is one name.
 fn with_their_brackets(words: Vec<String>) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
@@ -256,8 +290,8 @@ impl<R: Read> Read for Squeeze<R> {
                 if std::mem::take(&mut self.spaces) && !self.line_begins && byte != b'\n' {
                     ready.push(b'\t');
                 }
-                self.quoted ^= byte == b'"';
                 self.line_begins = byte == b'\n';
+                self.quoted = (self.quoted ^ (byte == b'"')) && !self.line_begins;
                 ready.push(byte);
             }
             self.ready.set_position(0);

@@ -1,18 +1,28 @@
 //! What kind of text a file is: encoding, separator, decimal mark.
 
 use super::error::RecordingProblem;
+use super::preamble;
 
-/// How the file separates its columns.
+/// How the file separates its columns, and where its header is.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Dialect {
-    /// Comma, semicolon or tab. A tab too where spaces separate the columns: runs of them are read as one.
-    pub delimiter: u8,
-    /// Runs of spaces and tabs separate the columns.
-    pub spaces: bool,
+    /// What separates its columns.
+    pub separation: Separation,
+    /// Lines above the header that are none of the table.
+    pub lines_above: usize,
     /// The first record is Excel's `sep=;`.
     pub separator_line: bool,
     /// The header behind the `#` of a comment, as NumPy writes it, and its line counted from 1.
     pub commented_header: Option<(Vec<u8>, u64)>,
+}
+
+/// What separates columns.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Separation {
+    /// Comma, semicolon or tab. A tab too where spaces separate the columns: runs of them are read as one.
+    pub delimiter: u8,
+    /// Runs of spaces and tabs separate the columns.
+    pub spaces: bool,
 }
 
 impl Dialect {
@@ -26,58 +36,75 @@ impl Dialect {
         }
         let text = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head);
         let lines = || text.split(|&b| b == b'\n').map(<[u8]>::trim_ascii);
-        let mut filled = lines().filter(|line| !line.is_empty() && !line.starts_with(b"#"));
+        let lines_above = preamble::lines_above(text);
+        let mut filled = lines().skip(lines_above).filter(|line| !line.is_empty() && !line.starts_with(b"#"));
         let first = filled.next().ok_or(RecordingProblem::Empty)?;
         if first.contains(&b'\r') {
             return Err(RecordingProblem::NotText("text whose lines end in a carriage return alone"));
         }
         if let Some(&[delimiter]) = first.strip_prefix(b"sep=") {
-            return Ok(Dialect { delimiter, spaces: false, separator_line: true, commented_header: None });
+            let separation = Separation { delimiter, spaces: false };
+            return Ok(Dialect { separation, lines_above: 0, separator_line: true, commented_header: None });
         }
-        let (delimiter, spaces) = separator(first, filled.next());
-        let mut dialect = Dialect { delimiter, spaces, separator_line: false, commented_header: None };
-        let count = |line: &[u8]| dialect.fields(line).len();
-        let numbers = |line: &[u8]| dialect.fields(line).iter().all(|field| is_number(field));
+        let separation = Separation::of(first, filled.next());
+        let mut dialect = Dialect { separation, lines_above, separator_line: false, commented_header: None };
+        let count = |line: &[u8]| separation.fields(line).len();
+        let numbers = |line: &[u8]| separation.fields(line).iter().all(|field| is_number(field));
         if numbers(first) {
             let at = lines().position(|line| line == first).unwrap_or(0);
             let comment = lines().enumerate().take(at).filter(|(_, line)| line.starts_with(b"#")).last();
             if let Some((line, text)) = comment {
                 let names = text[text.iter().take_while(|b| **b == b'#').count()..].trim_ascii();
-                if count(names) == count(first) && dialect.fields(names).iter().all(|name| !is_number(name)) {
+                if count(names) == count(first) && separation.fields(names).iter().all(|name| !is_number(name)) {
                     dialect.commented_header = Some((names.to_vec(), line as u64 + 1));
                 }
             }
         }
         Ok(dialect)
     }
+}
+
+impl Separation {
+    /// The separation of a header, or of a first row of numbers, and of the row below it.
+    pub fn of(first: &[u8], second: Option<&[u8]>) -> Self {
+        let mut quoted = false;
+        let mut counts = [0_usize; 3];
+        for &byte in first {
+            quoted ^= byte == b'"';
+            if let Some(i) = b",;\t".iter().position(|&d| d == byte && !quoted) {
+                counts[i] += 1;
+            }
+        }
+        let words = |line: &[u8]| line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty()).count();
+        let separates = |line: &[u8]| line.iter().any(|b| b",;\t".contains(b));
+        let (delimiter, spaces) = match counts {
+            // Nothing but spaces, in the row below too.
+            [0, 0, 0] if words(first) > 1 && second.is_none_or(|row| words(row) > 1 && !separates(row)) => {
+                (b'\t', true)
+            }
+            [commas, semicolons, tabs] if tabs > 0 && tabs >= commas.max(semicolons) => (b'\t', false),
+            [commas, semicolons, _] if semicolons > 0 && semicolons >= commas => (b';', false),
+            _ => (b',', false),
+        };
+        Separation { delimiter, spaces }
+    }
 
     /// The fields of a line without quotes.
-    fn fields<'l>(&self, line: &'l [u8]) -> Vec<&'l [u8]> {
+    fn fields<'l>(self, line: &'l [u8]) -> Vec<&'l [u8]> {
         match self.spaces {
             true => line.split(u8::is_ascii_whitespace).filter(|field| !field.is_empty()).collect(),
             false => line.split(|&b| b == self.delimiter).map(<[u8]>::trim_ascii).collect(),
         }
     }
-}
 
-/// The separator of a header, or of a first row of numbers, and whether it is runs of spaces.
-fn separator(first: &[u8], second: Option<&[u8]>) -> (u8, bool) {
-    let mut quoted = false;
-    let mut counts = [0_usize; 3];
-    for &byte in first {
-        quoted ^= byte == b'"';
-        if let Some(i) = b",;\t".iter().position(|&d| d == byte && !quoted) {
-            counts[i] += 1;
+    /// The fields of a line as names: without quotes around them, and without empty ones at the end.
+    pub fn names(self, line: &[u8]) -> Vec<String> {
+        let bare = |field: &&[u8]| String::from_utf8_lossy(field).trim_matches('"').trim().to_owned();
+        let mut names: Vec<String> = self.fields(line).iter().map(bare).collect();
+        while names.last().is_some_and(String::is_empty) {
+            names.pop();
         }
-    }
-    let words = |line: &[u8]| line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty()).count();
-    let separates = |line: &[u8]| line.iter().any(|b| b",;\t".contains(b));
-    match counts {
-        // Nothing but spaces, in the row below too.
-        [0, 0, 0] if words(first) > 1 && second.is_none_or(|row| words(row) > 1 && !separates(row)) => (b'\t', true),
-        [commas, semicolons, tabs] if tabs > 0 && tabs >= commas.max(semicolons) => (b'\t', false),
-        [commas, semicolons, _] if semicolons > 0 && semicolons >= commas => (b';', false),
-        _ => (b',', false),
+        names
     }
 }
 
@@ -97,7 +124,7 @@ pub(super) struct Numbers {
 
 impl Numbers {
     pub fn new(dialect: &Dialect) -> Self {
-        Numbers { comma_separated: dialect.delimiter == b',', mark: None, scratch: String::new() }
+        Numbers { comma_separated: dialect.separation.delimiter == b',', mark: None, scratch: String::new() }
     }
 
     /// True once a decimal comma was read.
@@ -158,7 +185,7 @@ mod tests {
     use super::*;
 
     fn delimiter(head: &str) -> u8 {
-        Dialect::sniff(head.as_bytes()).unwrap().delimiter
+        Dialect::sniff(head.as_bytes()).unwrap().separation.delimiter
     }
 
     #[test]
@@ -169,10 +196,10 @@ mod tests {
         assert_eq!(delimiter("\"x;y;z\",b"), b',');
         assert_eq!(delimiter("sep=;\na;b"), b';');
         assert_eq!(delimiter("a"), b',');
-        assert!(Dialect::sniff(b"a  b\n1 2").unwrap().spaces);
-        assert!(!Dialect::sniff(b"Time s\n1").unwrap().spaces);
+        assert!(Dialect::sniff(b"a  b\n1 2").unwrap().separation.spaces);
+        assert!(!Dialect::sniff(b"Time s\n1").unwrap().separation.spaces);
         let numpy = Dialect::sniff(b"# bench 3\n# time_s torque_nm\n0.0e+00 1.0e+00\n").unwrap();
-        assert_eq!((numpy.spaces, numpy.commented_header), (true, Some((b"time_s torque_nm".to_vec(), 2))));
+        assert_eq!((numpy.separation.spaces, numpy.commented_header), (true, Some((b"time_s torque_nm".to_vec(), 2))));
         assert_eq!(Dialect::sniff(b"# 3 runs, 2 benches\n0,1,2\n").unwrap().commented_header, None);
     }
 

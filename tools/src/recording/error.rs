@@ -185,6 +185,9 @@ pub enum RecordingProblem {
         /// This row, s.
         after: f64,
     },
+    /// A quoted field that does not end on its line.
+    #[error("a quote is opened and not closed on the line")]
+    OpenQuote,
     /// Fewer fields than columns.
     #[error("{} has {found} of {expected} fields", if *last { "the last row is cut off: it" } else { "the row" })]
     TooFewFields {
@@ -257,6 +260,12 @@ impl RecordingError {
                 true => format!("if it is in {}, add --map {}", quantity.units()[0].spellings[0], shell_word(&map)),
                 false => format!("convert it, such as --map {}", shell_word(&format!("{map}*0.001"))),
             });
+        }
+        if let (RecordingProblem::MissingColumns { guess: None, .. }, None) = (&*self.problem, self.place) {
+            return Some(
+                "name the column so, or add --map NAME=COLUMN; `gmhm columns FILE` lists them all. Columns that hold no numbers (texts, lists, complex numbers) are not among them"
+                    .to_owned(),
+            );
         }
         self.problem.fix()
     }
@@ -341,7 +350,7 @@ impl RecordingProblem {
             }
             RecordingProblem::EmptyField => "fill it, or remove the row",
             RecordingProblem::NotANumber(text) if text.contains(':') => {
-                "write times as seconds, such as 12.345, counted from any origin"
+                "write times as seconds, such as 12.345, counted from any origin; of time stamps by pandas: (t - t.iloc[0]).dt.total_seconds()"
             }
             RecordingProblem::NotANumber(_) => "write a number such as -1.5e-3, or remove the row",
             RecordingProblem::NotFinite(_) => "remove the row, or fill it by a measured value",
@@ -356,6 +365,7 @@ impl RecordingProblem {
             RecordingProblem::TimeRunsBack { .. } => {
                 "sort the rows, or split the file where the clock was set back; time must increase from row to row"
             }
+            RecordingProblem::OpenQuote => "close the quote, or remove it and any line break in the field",
             RecordingProblem::TooFewFields { last: true, .. } => "remove the last row, or export again",
             RecordingProblem::TooFewFields { .. } => "complete the row, or remove it",
             RecordingProblem::TooManyFields { .. } => {

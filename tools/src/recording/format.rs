@@ -82,13 +82,18 @@ const SHEET: &str = "save the sheet as CSV (in Excel: Save As, CSV UTF-8)";
 const UNPACK: &str = "unpack it, or pack the CSV by gzip or zstd";
 
 /// Formats that are not read: how they begin, what they are, how to export them.
-const FOREIGN: [(&[u8], &str, &str); 19] = [
+const FOREIGN: [(&[u8], &str, &str); 20] = [
     (b"PK\x03\x04", "a ZIP archive or an Excel workbook (XLSX)", SHEET),
     (b"\xd0\xcf\x11\xe0", "an old Excel workbook (XLS)", SHEET),
     (
         b"TDSm",
         "a TDMS file of LabVIEW",
         "export it as CSV, in Python by nptdms: TdmsFile.read(f).as_dataframe().to_csv(…)",
+    ),
+    (
+        b"LabVIEW Measurement",
+        "a measurement file of LabVIEW (LVM)",
+        "export it as CSV with names and units in the header: in LabVIEW without a segment header, in Python by pandas: read_csv(f, sep='\\t', skiprows=22)",
     ),
     (
         b"\x89HDF\r\n\x1a\n",

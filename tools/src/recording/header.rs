@@ -67,8 +67,35 @@ pub(super) fn resolve(heads: &[ColumnHead], map: &ColumnMap, needs: &Needs) -> R
 
     let has = |quantity| sources.iter().any(|s| s.quantity == quantity);
     unclear.retain(|u| !(has(u.quantity) || u.quantity == Quantity::Current && has(Quantity::Torque)));
+    other_rows(heads, &candidates, &sources, needs)?;
     refuse_what_is_missing(heads, &sources, unclear, needs)?;
     Ok(sources)
+}
+
+/// What has to be there, each by any of these quantities.
+const NEEDED: [(fn(&Needs) -> Need, &str, &[Quantity]); 3] = [
+    (|needs| needs.time, "`time_s`", &[Quantity::Time]),
+    (|needs| needs.torque, "`torque_nm` (or `current_a`)", &[Quantity::Torque, Quantity::Current]),
+    (
+        |needs| needs.motion,
+        "`deflection_rad` (or the angles `theta_in_rad` and `theta_out_rad`)",
+        &[Quantity::Deflection, Quantity::ThetaOut],
+    ),
+];
+
+/// Refuses what has to be there and is, but not with the rows of the others.
+fn other_rows(heads: &[ColumnHead], candidates: &[Source], sources: &[Source], needs: &Needs) -> Result<(), Fault> {
+    for (need, _, quantities) in NEEDED {
+        let of_it = |source: &&Source| quantities.contains(&source.quantity);
+        if need(needs) == Need::Required
+            && !sources.iter().any(|source| of_it(&source))
+            && let (Some(apart), Some(first)) = (candidates.iter().find(of_it), sources.first())
+        {
+            let problem = RecordingProblem::OtherRows { other: heads[first.index].name.clone() };
+            return Err(Fault { index: Some(apart.index), problem });
+        }
+    }
+    Ok(())
 }
 
 /// Every column that is a quantity by its name or by the map, and those that are nearly one.
@@ -159,15 +186,6 @@ fn refuse_what_is_missing(
     mut unclear: Vec<Unclear>,
     needs: &Needs,
 ) -> Result<(), Fault> {
-    let any_of: [(Need, &str, &[Quantity]); 3] = [
-        (needs.time, "`time_s`", &[Quantity::Time]),
-        (needs.torque, "`torque_nm` (or `current_a`)", &[Quantity::Torque, Quantity::Current]),
-        (
-            needs.motion,
-            "`deflection_rad` (or the angles `theta_in_rad` and `theta_out_rad`)",
-            &[Quantity::Deflection, Quantity::ThetaOut],
-        ),
-    ];
     let mut taken: Vec<usize> = sources.iter().map(|s| s.index).collect();
     let mut wanted: Vec<String> = Vec::new();
     let mut open: Vec<String> = Vec::new();
@@ -179,10 +197,10 @@ fn refuse_what_is_missing(
             Some(format!("{}={}", u.quantity.si_name(), heads[index].name))
         })
         .collect();
-    for (need, words, quantities) in any_of {
+    for (need, words, quantities) in NEEDED {
         let there = sources.iter().any(|s| quantities.contains(&s.quantity))
             || unclear.iter().any(|u| quantities.contains(&u.quantity));
-        if need != Need::Required || there {
+        if need(needs) != Need::Required || there {
             continue;
         }
         let guess = quantities.iter().find_map(|quantity| {
@@ -233,4 +251,18 @@ fn listed(heads: &[ColumnHead]) -> String {
         text += &format!(" and {} more", heads.len() - SHOWN);
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_has_rows_of_its_own_is_named() {
+        let head = |(name, group): (&str, usize)| ColumnHead { name: name.to_owned(), group, ..ColumnHead::default() };
+        let heads = [("time_s", 0), ("deflection_rad", 0), ("torque_nm", 1)].map(head);
+        let fault = resolve(&heads, &ColumnMap::default(), &Needs::FIT).unwrap_err();
+        assert_eq!(fault.index, Some(2));
+        assert_eq!(fault.problem, RecordingProblem::OtherRows { other: "time_s".to_owned() });
+    }
 }

@@ -19,6 +19,7 @@ mod name;
 mod needs;
 mod open;
 mod parquet_table;
+mod preamble;
 mod quantity;
 pub mod ratio;
 mod read;

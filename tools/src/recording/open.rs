@@ -89,8 +89,7 @@ impl<'a> Opened<'a> {
 
     /// SHA-256 of what was read of the file: all of it, once the columns were.
     pub(super) fn sha256(&self) -> String {
-        let digest = self.digest.borrow().clone().finalize();
-        digest.iter().map(|byte| format!("{byte:02x}")).collect()
+        hex::encode(self.digest.borrow().clone().finalize())
     }
 }
 

@@ -7,6 +7,7 @@ use super::needs::{Need, Needs};
 use super::open::{Progress, RecordingFile, open};
 use super::quantity::Quantity;
 use super::read::Reading;
+use super::table::Place;
 
 /// What is in a file.
 #[derive(Debug, Clone)]
@@ -15,6 +16,8 @@ pub struct Survey {
     pub file: String,
     /// Its format.
     pub format: Format,
+    /// The line of a text that names the columns, counted from 1.
+    pub header_line: Option<u64>,
     /// Rows that the recognised columns have in common; `None` where none was recognised.
     pub rows: Option<usize>,
     /// The columns, in the order of the file.
@@ -87,6 +90,10 @@ impl Survey {
         let mut survey = Survey {
             file: file.name.clone(),
             format: opened.format,
+            header_line: match opened.table().header_place() {
+                Some(Place::Line(line)) => Some(line),
+                _ => None,
+            },
             rows: None,
             columns: columns.collect(),
             pace: None,

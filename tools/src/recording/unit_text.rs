@@ -45,6 +45,6 @@ pub(super) fn suffix(unit: &str) -> Option<String> {
 }
 
 /// Without the brackets of a units row.
-fn bare(unit: &str) -> &str {
+pub(super) fn bare(unit: &str) -> &str {
     unit.trim().trim_start_matches(['[', '(', '{', '<']).trim_end_matches([']', ')', '}', '>']).trim()
 }

@@ -1,15 +1,18 @@
 //! Writing recordings, and rows of a recording with columns added, as CSV whose numbers read back exactly.
 
+use std::borrow::Cow;
 use std::io::{self, Write};
 
 use super::Recording;
 use super::csv_table::CsvTable;
 use super::error::RecordingError;
 use super::header::Source;
+use super::name::{Named, parse_head};
 use super::open::{Columns, RecordingFile, open};
 use super::quantity::Quantity;
 use super::read::Reading;
-use super::table::Table;
+use super::table::{ColumnHead, Table};
+use super::unit_text;
 
 /// A column to write: its name and its values.
 pub type Column<'a> = (&'a str, &'a [f64]);
@@ -102,9 +105,11 @@ fn copy_text(
     out: &mut dyn Write,
 ) -> Result<usize, CopyError> {
     let kept = kept(table, added);
-    let mut writer = csv::WriterBuilder::new().delimiter(table.dialect.delimiter).from_writer(out);
-    let names = kept.iter().map(|&i| table.heads()[i].name.as_str()).chain(added.iter().map(|(name, _)| *name));
-    writer.write_record(names).map_err(into_io)?;
+    let mut writer = csv::WriterBuilder::new().delimiter(table.dialect.separation.delimiter).from_writer(out);
+    let names: Vec<Cow<'_, str>> = kept.iter().map(|&i| with_its_unit(&table.heads()[i])).collect();
+    writer
+        .write_record(names.iter().map(|name| &**name).chain(added.iter().map(|(name, _)| *name)))
+        .map_err(into_io)?;
     let mut row = 0;
     let mut text = String::new();
     while table.next_row()? {
@@ -155,14 +160,27 @@ fn copy_numbers(
             values.retain(|_| *keep.next().unwrap_or(&false));
         }
     }
-    let names = kept.iter().map(|i| table.heads()[*i].name.as_str());
-    let copied = names.zip(columns.iter().map(Vec::as_slice));
+    let names: Vec<Cow<'_, str>> = kept.iter().map(|i| with_its_unit(&table.heads()[*i])).collect();
+    let copied = names.iter().map(|name| &**name).zip(columns.iter().map(Vec::as_slice));
     let all: Vec<Column<'_>> = copied.chain(added.iter().copied()).collect();
     let rows = columns.first().map_or(0, Vec::len);
     if all.iter().all(|(_, values)| values.len() == rows) {
         write_columns(out, &all)?;
     }
     Ok(rows)
+}
+
+/// The name of a column; where it says no unit and one stands beside it, with that, so that it reads back.
+fn with_its_unit(head: &ColumnHead) -> Cow<'_, str> {
+    match &head.unit {
+        Some(unit)
+            if !matches!(parse_head(&head.name, None), Named::Known(..))
+                && matches!(parse_head(&head.name, Some(unit)), Named::Known(..)) =>
+        {
+            format!("{} [{}]", head.name, unit_text::bare(unit)).into()
+        }
+        _ => (&*head.name).into(),
+    }
 }
 
 fn into_io(error: csv::Error) -> io::Error {

@@ -2,6 +2,7 @@
 
 use gmhm::ParamError;
 
+use crate::model::refusal;
 use crate::number::number;
 use crate::physics::PredictError;
 use crate::signal::plausible::Implausible;
@@ -125,7 +126,7 @@ pub enum EstimateError {
     #[error(transparent)]
     Implausible(#[from] Implausible),
     /// The core refused the gear.
-    #[error("the fitted parameters are not those of a gear: {0}")]
+    #[error("the fitted parameters are not those of a gear: {}", refusal::of_parameters(.0))]
     Refused(#[from] ParamError),
     /// The caller asked for it.
     #[error("stopped before the fit was done; nothing was written")]

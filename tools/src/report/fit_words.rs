@@ -3,6 +3,7 @@
 use crate::fit::rated::BetterRated;
 use crate::fit::units::DoubtfulUnit;
 use crate::fit::verdict::{Cause, FitVerdict, Grade, Reason};
+use crate::model::refusal;
 use crate::number::{number, trimmed};
 use crate::recording::TorqueUnit;
 
@@ -91,7 +92,7 @@ pub fn clause(cause: &Cause, torque_unit: TorqueUnit) -> String {
             "feed-forward has an inverse up to {:.0} % of the rated deflection only: beyond, the torque can fall while the deflection rises",
             100.0 * share
         ),
-        Cause::FeedForwardRefused(refusal) => format!("feed-forward: {refusal}"),
+        Cause::FeedForwardRefused(error) => format!("feed-forward: {}", refusal::of_inverse(error)),
         Cause::HeldInvertible { up_to_rated } => format!("the parameters are {}", held_invertible(*up_to_rated)),
         Cause::AtBound { name, value } => format!("{name} is at its bound {value}"),
         Cause::OneLoadDirection => "only one load direction was recorded; the other is extrapolated".to_owned(),

@@ -241,8 +241,7 @@ impl Input {
     /// It cannot be read.
     pub fn of_file(path: &std::path::Path) -> std::io::Result<Self> {
         use sha2::Digest;
-        let digest = sha2::Sha256::digest(std::fs::read(path)?);
-        let sha256 = digest.iter().map(|byte| format!("{byte:02x}")).collect();
+        let sha256 = hex::encode(sha2::Sha256::digest(std::fs::read(path)?));
         Ok(Self { name: path.display().to_string(), sha256, rows: None })
     }
 }

@@ -56,6 +56,14 @@ pub enum Implausible {
         /// The middle between the extremes as recorded, where they are no farther apart than this gear's may be, rad.
         middle_rad: Option<f64>,
     },
+    /// A current beside a model per newton-metre, or a torque beside one per ampere.
+    #[error("{file} holds a {}, and the model is per {}", found.quantity(), match found { TorqueUnit::Ampere => "newton-metre", TorqueUnit::NewtonMetre => "ampere" })]
+    OtherQuantity {
+        /// The recording.
+        file: String,
+        /// What it holds.
+        found: TorqueUnit,
+    },
     /// A torque that never changes.
     #[error("{file}: the torque is the same in every row: there is nothing to explain")]
     NoTorqueChange {
@@ -103,6 +111,11 @@ impl Implausible {
                 "check the unit of the deflection (--map scales columns), rated_deflection_rad in the model, and --rated-deflection"
                     .to_owned()
             }
+            Implausible::OtherQuantity { found: TorqueUnit::Ampere, .. } => {
+                "fit a model per ampere to this recording, or convert the current: --map torque_nm=current_a*NM_PER_A"
+                    .to_owned()
+            }
+            Implausible::OtherQuantity { .. } => "fit a model per newton-metre to this recording".to_owned(),
             Implausible::NoTorqueChange { .. } => {
                 "check that the sensor is connected and that the column is the right one".to_owned()
             }
@@ -228,6 +241,9 @@ pub fn examine(recordings: &[Recording], held_out: &[Recording], model: &Model) 
     for recording in recordings.iter().chain(held_out) {
         if recording.torque.as_deref().is_some_and(|torque| sd(torque) <= resolution(torque)) {
             return Err(Implausible::NoTorqueChange { file: recording.name.clone() });
+        }
+        if model.elastic.is_some() && recording.torque.is_some() && recording.torque_unit != model.torque_unit {
+            return Err(Implausible::OtherQuantity { file: recording.name.clone(), found: recording.torque_unit });
         }
         let theta = Signals::new(recording, &model.gear).deflection_rad;
         let theta = theta.as_deref();

@@ -285,6 +285,7 @@ def fit(
     *,
     model: Model | None = None,
     method: Literal["auto", "pso"] = "auto",
+    own_zeros: bool = False,
     rated_deflection_rad: float | None = None,
     ratio: float | None = None,
     torque_side: TorqueSide | None = None,
@@ -299,6 +300,8 @@ def fit(
             with `time_s`, `torque_nm` (or `current_a`) and `deflection_rad` (or two angles and `ratio`).
         model: gives ratio, law, kernel, gate and play; without it held-out prediction chooses them.
         method: `"auto"`, or `"pso"`, the paper's particle swarm.
+        own_zeros: the encoders of each recording count from a zero of their own; by default where the recordings do
+            not go together otherwise.
         rated_deflection_rad: rad; else the model's, else the largest recorded.
         ratio: reduction ratio, negative where the gear reverses; else the model's.
         torque_side: where the torque is taken; else where the model says, else the output (motor for a current).
@@ -314,6 +317,7 @@ def fit(
         as_recordings(recordings, "fit"),
         None if model is None else model._native,
         method,
+        own_zeros,
         rated_deflection_rad,
         ratio,
         torque_side,

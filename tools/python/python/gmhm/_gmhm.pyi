@@ -90,6 +90,7 @@ def fit(
     recordings: list[Recording],
     model: Model | None,
     method: str,
+    own_zeros: bool,
     rated_deflection_rad: float | None,
     ratio: float | None,
     torque_side: str | None,
@@ -111,6 +112,7 @@ def diagnose(
 def health_of_recordings(
     recordings: list[Recording],
     model: Model | None,
+    own_zeros: bool,
     rated_deflection_rad: float | None,
     ratio: float | None,
     torque_side: str | None,

@@ -139,6 +139,7 @@ def health(
     rated_torque: float | None = None,
     t1: float | None = None,
     t2: float | None = None,
+    own_zeros: bool = False,
     rated_deflection_rad: float | None = None,
     ratio: float | None = None,
     torque_side: TorqueSide | None = None,
@@ -153,6 +154,8 @@ def health(
         model: gives law, kernel, gate and rated deflection; by default all recordings choose.
         against: the property that quantities are regressed on: `"temperature_c"`, or `"TABLE.csv:COLUMN"`.
         rated_torque, t1, t2: as the catalogue has them, N·m (A); by default from the rated deflection.
+        own_zeros: the zero of the encoder of every recording is estimated; by default where it is seen to differ from
+            none.
         rated_deflection_rad, ratio, torque_side, seed: as for `fit`.
     """
     rating = [rated_torque, t1, t2]
@@ -163,6 +166,7 @@ def health(
     text = _gmhm.health_of_recordings(
         as_recordings([] if recordings is None else recordings, "fit"),
         None if model is None else model._native,
+        own_zeros,
         rated_deflection_rad,
         ratio,
         torque_side,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from html import escape
+from typing import cast
 
 
 def page(heading: str, *parts: str) -> str:
@@ -37,6 +38,6 @@ def number(value: object) -> str:
         case float():
             return f"{value:.6g}"
         case tuple() | list():
-            return ", ".join(map(number, value))
+            return ", ".join(map(number, cast("Sequence[object]", value)))
         case _:
             return str(value)

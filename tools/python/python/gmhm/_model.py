@@ -98,6 +98,7 @@ class Block:
 
     def _repr_html_(self) -> str:
         contents = self.to_dict()
+        sections: list[tuple[str, dict[str, Any]]]
         sections = [(name, values) for name, values in contents.items() if isinstance(values, dict)]
         sections += [(f"term {term.get('kind', '')}", term) for term in contents["terms"]]
         tables = (_html.paragraph(name) + _html.table(("key", "value"), values.items()) for name, values in sections)

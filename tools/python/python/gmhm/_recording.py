@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeGuard, cast
 
 from . import _gmhm, _html
 
@@ -116,7 +116,8 @@ def read(
     Args:
         source: a file (CSV, also `.gz` and `.zst`, Parquet, MAT, MDF4, MCAP), or columns in memory: a dict of
             arrays, a frame of pandas or polars, a table of PyArrow, a structured array. Columns are recognised by
-            their names, as those of files (`torque_nm`, `deflection_mrad`, `Time [s]`), and copied once.
+            their names, as those of files (`torque_nm`, `deflection_mrad`, `Time [s]`), and copied once: the recording
+            owns its rows, since work goes on without the interpreter's lock while other threads may write to arrays.
         map: columns under other names, scaled, flipped or shifted: `"torque_nm=tau*0.001,deflection_rad=-x"`.
         from_s, to_s: rows before and after these times are left out, s of the time column.
         name: for messages and reports, of columns in memory.
@@ -153,7 +154,7 @@ def as_recording(
         source._native.require(purpose, native)
         return source
     if isinstance(source, (str, os.PathLike)):
-        return Recording(_gmhm.read_file(source, purpose, native, text, from_s, to_s))
+        return Recording(_gmhm.read_file(cast("str | os.PathLike[str]", source), purpose, native, text, from_s, to_s))
     names, column = _columns(source)
     if name is None:
         name = "recording"
@@ -163,13 +164,14 @@ def as_recording(
 def as_recordings(sources: Source, purpose: str, model: Model | None = None) -> list[_gmhm.Recording]:
     """One source or several as recordings."""
     several = isinstance(sources, Sequence) and not isinstance(sources, (str, Recording))
-    return [as_recording(source, purpose, model)._native for source in (sources if several else [sources])]
+    listed = cast("Sequence[Any]", sources if several else [sources])
+    return [as_recording(source, purpose, model)._native for source in listed]
 
 
 def _columns(source: Any) -> tuple[list[str], Callable[[int], Array]]:
     """The names of columns in memory, and the function that gives the numbers of each."""
     labels: list[Any]
-    if isinstance(source, Mapping):
+    if _is_mapping(source):
         labels = list(source)
     elif (names := getattr(getattr(source, "dtype", None), "names", None)) is not None:
         labels = list(names)
@@ -183,6 +185,10 @@ def _columns(source: Any) -> tuple[list[str], Callable[[int], Array]]:
             "a table of PyArrow or a structured array"
         )
     return [str(label) for label in labels], lambda index: _numbers(source[labels[index]])
+
+
+def _is_mapping(source: Any) -> TypeGuard[Mapping[Any, Any]]:
+    return isinstance(source, Mapping)
 
 
 def _numbers(column: Any) -> Array:

@@ -23,7 +23,7 @@ class Result:
 
     def to_dict(self) -> dict[str, Any]:
         """The same in dicts, lists, numbers, texts and None; numbers that are not finite are None."""
-        values = {}
+        values: dict[str, Any] = {}
         for field in dataclasses.fields(self):
             value = getattr(self, field.name)
             # Fields that hold arrays or models are no part of the JSON; some are left out where they are None.
@@ -59,7 +59,7 @@ def _read(hint: Any, value: Any) -> Any:
         inner = [argument for argument in arguments if argument is not type(None)]
         if len(inner) == 1:
             return _read(inner[0], value)
-        return tuple(value) if isinstance(value, list) else value
+        return tuple(value) if _is_list(value) else value
     if origin is tuple:
         if arguments[1:] == (...,):
             return tuple(_read(arguments[0], item) for item in value)
@@ -72,14 +72,18 @@ def _read(hint: Any, value: Any) -> Any:
     return math.nan if value is None and hint is float else value
 
 
+def _is_list(value: Any) -> typing.TypeGuard[list[Any]]:
+    return isinstance(value, list)
+
+
 def _written(value: Any) -> Any:
     match value:
         case Result():
             return value.to_dict()
         case tuple() | list():
-            return [_written(item) for item in value]
+            return [_written(item) for item in typing.cast("list[Any]", value)]
         case dict():
-            return {key: _written(item) for key, item in value.items()}
+            return {key: _written(item) for key, item in typing.cast("dict[str, Any]", value).items()}
         case float() if not math.isfinite(value):
             return None
         case _:

@@ -1,5 +1,8 @@
 """Pictures of results, by matplotlib (`pip install gmhm[plot]`). Each function draws into `axes`, or into new ones, and returns them."""
 
+# Matplotlib leaves some of its arguments without types.
+# pyright: reportUnknownMemberType=false
+
 from __future__ import annotations
 
 from typing import TYPE_CHECKING

@@ -6,6 +6,7 @@ use serde::{Serialize, Serializer};
 
 use super::{Compensation, Plant};
 use crate::report::plot::{Curve, Drawing, Figure, Role};
+use crate::text_table::{Head, text_table};
 
 /// How far the drive's knowledge of the gear is off.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -139,19 +140,19 @@ impl JointReport {
 impl fmt::Display for JointReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "Error once settled, rms, by compensation, parameters as fitted (synthetic, seed {}):", self.seed)?;
-        writeln!(f, "{:<14}{:^52}  {:^52}", "", "tracking: link position in µrad", "pressing: torque in N·m")?;
-        let names = Compensation::ALL.map(|kind| format!("{:>13}", kind.name())).concat();
-        writeln!(f, "{:<14}{names}  {names}", "gear")?;
-        for gear in &self.identified {
-            let cell = |kind, number: fn(&Errors) -> String| {
-                let line = self.line(gear.plant, Knows::Fitted, kind);
-                format!("{:>13}", line.map_or("-".to_owned(), |line| number(&line.all)))
-            };
-            let position =
-                Compensation::ALL.map(|kind| cell(kind, |errors| format!("{:.2}", 1e6 * errors.position_rad)));
-            let torque = Compensation::ALL.map(|kind| cell(kind, |errors| format!("{:.4}", errors.torque_nm)));
-            writeln!(f, "{:<14}{}  {}", gear.plant.name(), position.concat(), torque.concat())?;
-        }
+        let table = |number: fn(&Errors) -> String| {
+            let rows = self.identified.iter().map(|gear| {
+                let [off, spring, reference, measurement] = Compensation::ALL.map(|kind| {
+                    let line = self.line(gear.plant, Knows::Fitted, kind);
+                    line.map_or("-".to_owned(), |line| number(&line.all))
+                });
+                [gear.plant.name(), off, spring, reference, measurement]
+            });
+            let [off, spring, reference, measurement] = Compensation::ALL.map(|kind| Head::Numbers(kind.name()));
+            text_table([Head::Words("gear"), off, spring, reference, measurement], rows)
+        };
+        write!(f, "Tracking, link position in µrad:\n{}", table(|e| format!("{:.2}", 1e6 * e.position_rad)))?;
+        write!(f, "Pressing, torque in N·m:\n{}", table(|e| format!("{:.4}", e.torque_nm)))?;
         writeln!(
             f,
             "off: no compensation; spring: T/k; reference, measurement: the inverse of the hysteresis model on either"

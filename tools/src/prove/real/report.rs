@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::entry::Split;
 use super::question::Part;
 use crate::prove::table::{Rate, judged};
+use crate::text_table::{Head, text_table};
 
 /// "No structure" is wrong while textbook terms take this share of the squared error.
 const SILENT_SHARE: f64 = 0.2;
@@ -156,20 +157,20 @@ impl Display for RealReport {
             writeln!(f, "{}, {half} ({} questions)", row.part.name(), row.questions)?;
             let number = |x: Option<f64>| x.map_or("-".to_owned(), |x| format!("{x:.2}"));
             let wrong = row.wrong_names as f64 / row.questions as f64;
-            writeln!(f, "    {:34}{:<34}{}", "named", row.named, judged("answers", row.named, 0.92, true))?;
-            writeln!(f, "    {:34}{} ({wrong:.2} a question)", "wrong names", row.wrong_names)?;
-            writeln!(f, "    {:34}{}", "error taken over textbook, median", number(row.taken_median))?;
-            writeln!(f, "    {:34}{}", "error taken over textbook, worst", number(row.taken_worst))?;
-            writeln!(
-                f,
-                "    {:34}{:<34}{}",
-                "silent though a fifth is there",
-                row.silent,
-                judged("questions", row.silent, 0.0, false)
-            )?;
-            if row.refused > 0 {
-                writeln!(f, "    {:34}{}", "refused", row.refused)?;
-            }
+            let line = |name: &str, value: String, verdict: String| [name.to_owned(), value, verdict];
+            let lines = [
+                line("named", row.named.to_string(), judged("answers", row.named, 0.92, true)),
+                line("wrong names", format!("{} ({wrong:.2} a question)", row.wrong_names), String::new()),
+                line("error taken over textbook, median", number(row.taken_median), String::new()),
+                line("error taken over textbook, worst", number(row.taken_worst), String::new()),
+                line(
+                    "silent though a fifth is there",
+                    row.silent.to_string(),
+                    judged("questions", row.silent, 0.0, false),
+                ),
+            ];
+            let refused = (row.refused > 0).then(|| line("refused", row.refused.to_string(), String::new()));
+            f.write_str(&text_table([""; 3].map(Head::Words), lines.into_iter().chain(refused)))?;
         }
         writeln!(f, "\nevery question: base, textbook | refitted, extended (rms, held out); taken; names")?;
         let digits = |x: Option<f64>| x.map_or("-".to_owned(), |x| format!("{x:.4}"));
