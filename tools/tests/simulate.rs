@@ -42,7 +42,7 @@ fn the_joint_tells_what_each_compensation_leaves() {
     dir.write("gear.toml", PUBLISHED);
     let files = "-o joint.csv --key key.toml --plot joint.svg --json joint.json";
     let done = dir.succeed(&format!("simulate gear.toml --experiment joint --plant maxwell-slip {files}"));
-    for part in ["maxwell-slip", "reference", "measurement", "Pressing, torque in N·m", "10 % too large"] {
+    for part in ["maxwell-slip", "reference", "measurement", "pressing: torque in N·m", "10 % too large"] {
         assert!(done.stdout.contains(part), "{}", done.stdout);
     }
     assert_eq!(dir.column("joint.csv", "torque_nm").len(), 12_000);

@@ -148,13 +148,13 @@ pub fn page(text: &str) -> Result<PathBuf, String> {
     }
 }
 
-/// A file for a drawing: .svg, or standard output.
+/// A file for a drawing, not named as a picture of another format or a page.
 pub fn drawing(text: &str) -> Result<PathBuf, String> {
-    let path = Path::new(text);
-    let is_svg = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("svg"));
-    match is_svg || text == "-" || path.starts_with("/dev") {
-        true => Ok(text.into()),
-        false => Err("must end in .svg: the picture is an SVG drawing".to_owned()),
+    const OTHERS: [&str; 8] = ["png", "jpg", "jpeg", "gif", "pdf", "eps", "html", "htm"];
+    let ending = Path::new(text).extension().map(|ending| ending.to_string_lossy().to_lowercase());
+    match ending.is_some_and(|ending| OTHERS.contains(&&*ending)) {
+        true => Err("must end in .svg: the picture is an SVG drawing".to_owned()),
+        false => Ok(text.into()),
     }
 }
 

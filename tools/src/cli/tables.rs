@@ -93,11 +93,10 @@ pub(super) fn fit(fit: &Fit) -> String {
     }
     if fit.zeros_apart_rad().is_some() {
         lines.push("Each recording has its own deflection zero; the model has the first:".to_owned());
-        let rows = fit.deflection_zeros.iter().map(|zero| {
+        lines.extend(fit.deflection_zeros.iter().map(|zero| {
             let value = zero.sd_rad.map_or_else(|| number(zero.rad, 5), |sd| plus_minus(zero.rad, sd));
-            [zero.recording.clone(), format!("{value} rad")]
-        });
-        lines.push(table([Words(""), Words("")], rows));
+            format!("  {}  {value} rad", zero.recording)
+        }));
     }
     let parameters = fit.uncertainty.parameters.iter().map(parameter);
     lines.push(table([Words(""), Words(""), Words(""), Words("")], parameters));

@@ -364,11 +364,11 @@ impl Display for ProveReport {
                 .collect();
             [kind.clone(), row.named.to_string(), row.in_class.to_string(), listed.join(", ")]
         });
-        let heads =
-            [Words("hidden alone"), Words("that name given"), Words("in a class found"), Words("every name given")];
-        write!(f, "\n{}", text_table(heads, rows))?;
+        writeln!(f, "\nhidden alone: that name given, in a class found, and every name given")?;
+        f.write_str(&text_table([""; 4].map(Words), rows))?;
         let rows = self.aims.iter().map(|aim| [aim.aim.clone(), number(aim.measured), aim.verdict()]);
-        write!(f, "\n{}", text_table([Words("aim"), Numbers("measured"), Words("verdict")], rows))?;
+        writeln!(f, "\naims")?;
+        f.write_str(&text_table([Words(""), Numbers(""), Words("")], rows))?;
         self.notes.iter().try_for_each(|note| writeln!(f, "note: {note}"))
     }
 }

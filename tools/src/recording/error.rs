@@ -114,6 +114,14 @@ pub enum RecordingProblem {
         /// The other column.
         other: String,
     },
+    /// What is needed is there, with rows of its own.
+    #[error("is the column {wanted}, but has rows of its own, other than those of `{other}`")]
+    RowsApart {
+        /// What is needed, in words.
+        wanted: &'static str,
+        /// The other column.
+        other: String,
+    },
     /// Nothing is left between `--from` and `--to`.
     #[error("has {found} between --from and --to; its time runs from {first} to {last} s")]
     NothingBetween {
@@ -334,7 +342,7 @@ impl RecordingProblem {
             RecordingProblem::TwoUnits { .. } => "correct the header, or say which by --map",
             RecordingProblem::NoNumbers(_) => "convert it to floats, or map another column",
             RecordingProblem::OtherLength { .. } => "give all columns the same length",
-            RecordingProblem::OtherRows { .. } => {
+            RecordingProblem::OtherRows { .. } | RecordingProblem::RowsApart { .. } => {
                 "take all columns from one group or topic, or resample them to one time when exporting"
             }
             RecordingProblem::NothingBetween { .. } => "give --from and --to in seconds of the time column",

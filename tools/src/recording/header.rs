@@ -72,26 +72,28 @@ pub(super) fn resolve(heads: &[ColumnHead], map: &ColumnMap, needs: &Needs) -> R
     Ok(sources)
 }
 
-/// What has to be there, each by any of these quantities.
-const NEEDED: [(fn(&Needs) -> Need, &str, &[Quantity]); 3] = [
-    (|needs| needs.time, "`time_s`", &[Quantity::Time]),
-    (|needs| needs.torque, "`torque_nm` (or `current_a`)", &[Quantity::Torque, Quantity::Current]),
-    (
-        |needs| needs.motion,
-        "`deflection_rad` (or the angles `theta_in_rad` and `theta_out_rad`)",
-        &[Quantity::Deflection, Quantity::ThetaOut],
-    ),
-];
+/// What is needed, in words, and the quantities of which any will do.
+fn needed(needs: &Needs) -> [(Need, &'static str, &'static [Quantity]); 3] {
+    [
+        (needs.time, "`time_s`", &[Quantity::Time]),
+        (needs.torque, "`torque_nm` (or `current_a`)", &[Quantity::Torque, Quantity::Current]),
+        (
+            needs.motion,
+            "`deflection_rad` (or the angles `theta_in_rad` and `theta_out_rad`)",
+            &[Quantity::Deflection, Quantity::ThetaOut],
+        ),
+    ]
+}
 
 /// Refuses what has to be there and is, but not with the rows of the others.
 fn other_rows(heads: &[ColumnHead], candidates: &[Source], sources: &[Source], needs: &Needs) -> Result<(), Fault> {
-    for (need, _, quantities) in NEEDED {
+    for (need, wanted, quantities) in needed(needs) {
         let of_it = |source: &&Source| quantities.contains(&source.quantity);
-        if need(needs) == Need::Required
+        if need == Need::Required
             && !sources.iter().any(|source| of_it(&source))
             && let (Some(apart), Some(first)) = (candidates.iter().find(of_it), sources.first())
         {
-            let problem = RecordingProblem::OtherRows { other: heads[first.index].name.clone() };
+            let problem = RecordingProblem::RowsApart { wanted, other: heads[first.index].name.clone() };
             return Err(Fault { index: Some(apart.index), problem });
         }
     }
@@ -197,10 +199,10 @@ fn refuse_what_is_missing(
             Some(format!("{}={}", u.quantity.si_name(), heads[index].name))
         })
         .collect();
-    for (need, words, quantities) in NEEDED {
+    for (need, words, quantities) in needed(needs) {
         let there = sources.iter().any(|s| quantities.contains(&s.quantity))
             || unclear.iter().any(|u| quantities.contains(&u.quantity));
-        if need(needs) != Need::Required || there {
+        if need != Need::Required || there {
             continue;
         }
         let guess = quantities.iter().find_map(|quantity| {
@@ -263,6 +265,7 @@ mod tests {
         let heads = [("time_s", 0), ("deflection_rad", 0), ("torque_nm", 1)].map(head);
         let fault = resolve(&heads, &ColumnMap::default(), &Needs::FIT).unwrap_err();
         assert_eq!(fault.index, Some(2));
-        assert_eq!(fault.problem, RecordingProblem::OtherRows { other: "time_s".to_owned() });
+        let wanted = "`torque_nm` (or `current_a`)";
+        assert_eq!(fault.problem, RecordingProblem::RowsApart { wanted, other: "time_s".to_owned() });
     }
 }

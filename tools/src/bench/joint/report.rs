@@ -151,8 +151,8 @@ impl fmt::Display for JointReport {
             let [off, spring, reference, measurement] = Compensation::ALL.map(|kind| Head::Numbers(kind.name()));
             text_table([Head::Words("gear"), off, spring, reference, measurement], rows)
         };
-        write!(f, "Tracking, link position in µrad:\n{}", table(|e| format!("{:.2}", 1e6 * e.position_rad)))?;
-        write!(f, "Pressing, torque in N·m:\n{}", table(|e| format!("{:.4}", e.torque_nm)))?;
+        write!(f, "tracking: link position in µrad\n{}", table(|e| format!("{:.2}", 1e6 * e.position_rad)))?;
+        write!(f, "pressing: torque in N·m\n{}", table(|e| format!("{:.4}", e.torque_nm)))?;
         writeln!(
             f,
             "off: no compensation; spring: T/k; reference, measurement: the inverse of the hysteresis model on either"
