@@ -114,18 +114,34 @@ fn recordings_that_take_no_part_are_predicted() {
 fn another_simulator_is_compared_in_the_models_place() {
     let dir = bench();
     dir.succeed(&format!("{RUNNING} --hide viscous_friction=0.15 --seed 5 -o rec.csv"));
-    // Somebody's simulation: the published gear along the recorded motion, computed outside the diagnosis.
-    dir.succeed("predict gear.toml rec.csv -o predicted.csv");
-    let simulated = dir.column("predicted.csv", "torque_model_nm");
-    let mut rows: Vec<String> = dir.read("rec.csv").lines().map(str::to_owned).collect();
-    rows[0].push_str(",torque_sim_nm");
-    rows.iter_mut().skip(1).zip(&simulated).for_each(|(row, torque)| row.push_str(&format!(",{torque}")));
-    dir.write("both.csv", rows.join("\n"));
+    let both_angles = ["time_s", "theta_in_rad", "theta_out_rad", "velocity_out_rad_per_s", "torque_nm"];
+    with_simulation(&dir, &both_angles);
     // The model handed in is stiffer than the gear; the simulation stands in for it.
     dir.write("stiff.toml", PUBLISHED.replace("2.4737e4", "2.9e4"));
     dir.succeed("diagnose stiff.toml both.csv -o extended.toml --json findings.json");
     let found: Value = serde_json::from_str(&dir.read("findings.json")).unwrap();
     assert_eq!(names(&found), ["viscous_friction"], "{found}");
+}
+
+#[test]
+fn a_memory_missing_from_a_simulation_of_a_bench_is_named() {
+    let dir = bench();
+    dir.succeed("simulate gear.toml --experiment amplitudes --duration 60 --sample-rate 100 --hide nonlocal_memory=0.5 --seed 8 -o rec.csv");
+    with_simulation(&dir, &["time_s", "deflection_rad", "torque_nm"]);
+    dir.succeed("diagnose both.csv -o extended.toml --json findings.json");
+    let found: Value = serde_json::from_str(&dir.read("findings.json")).unwrap();
+    assert_eq!(found["effects"][0]["family"], "memory", "{found}");
+    assert!(number(&found, &["explained"]) > 0.8, "{found}");
+}
+
+/// Columns of `rec.csv` with somebody's simulation as `both.csv`: the published gear along the recorded motion, computed outside the diagnosis.
+fn with_simulation(dir: &WorkDir, columns: &[&str]) {
+    dir.succeed("predict gear.toml rec.csv -o predicted.csv");
+    let mut all: Vec<Vec<f64>> = columns.iter().map(|name| dir.column("rec.csv", name)).collect();
+    all.push(dir.column("predicted.csv", "torque_model_nm"));
+    let mut rows = vec![format!("{},torque_sim_nm", columns.join(","))];
+    rows.extend((0..all[0].len()).map(|row| all.iter().map(|c| c[row].to_string()).collect::<Vec<_>>().join(",")));
+    dir.write("both.csv", rows.join("\n"));
 }
 
 #[test]

@@ -59,7 +59,7 @@ pub struct ProveArgs {
     /// Only one half of the machines: development, which the diagnosis was developed with, or heldout, which is reported
     #[arg(long, value_name = "HALF", requires = "real", value_parser = half)]
     split: Option<Split>,
-    /// What is asked of real recordings: answers that are known, terms dropped from a textbook base, effects added
+    /// What is asked of real recordings: answers that are known, terms dropped from a textbook base, effects added, pairs of one machine before and after a known change
     #[arg(long, value_name = "PART,...", requires = "real", value_delimiter = ',', value_parser = part)]
     ask: Vec<Part>,
     #[command(flatten)]

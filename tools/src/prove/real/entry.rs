@@ -5,6 +5,7 @@ use std::path::Path;
 use serde::Deserialize;
 
 use crate::model::TorqueSide;
+use crate::physics::PredictError;
 use crate::prove::key::sha256;
 use crate::recording::{self, ColumnMap, MapError, Need, Needs, Recording, RecordingError};
 
@@ -45,6 +46,9 @@ pub enum RealError {
     /// The recording.
     #[error(transparent)]
     Recording(#[from] RecordingError),
+    /// The model of the recording before a change, along the recording after it.
+    #[error(transparent)]
+    Predict(#[from] PredictError),
 }
 
 /// One effect that is known to be there beside the base.
@@ -58,6 +62,18 @@ pub struct KnownAnswer {
     /// Orders of the output turn, for ripples.
     #[serde(default)]
     pub orders: Vec<f64>,
+}
+
+/// Another recording of the same machine, and what was changed between the two.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct KnownChange {
+    /// File name of the recording before the change.
+    pub before: String,
+    /// Kinds that are right, one list for each effect of the change; `unknown` for what no kind explains.
+    pub kinds: Vec<Vec<String>>,
+    /// How it is known.
+    pub source: String,
 }
 
 /// One real recording and what is known of it.
@@ -84,6 +100,8 @@ pub struct Entry {
     /// What is known to be there beside the base.
     #[serde(default)]
     pub answer: Vec<KnownAnswer>,
+    /// What was changed since another recording of the machine.
+    pub change: Option<KnownChange>,
     /// Kinds that may be there too: no wrong names.
     #[serde(default)]
     pub may_also: Vec<String>,
@@ -194,6 +212,10 @@ mod tests {
             }
             assert!(["motor", "output"].contains(&entry.torque_side.as_str()) && !entry.unknown.is_empty());
             assert!(entry.answer.iter().all(|a| !a.kinds.is_empty() && !a.source.is_empty()));
+            if let Some(change) = &entry.change {
+                let before = entries.iter().find(|e| e.file == change.before).unwrap();
+                assert!(before.machine == entry.machine && !change.kinds.is_empty() && !change.source.is_empty());
+            }
         }
         let halves = [Split::Development, Split::Heldout].map(|h| entries.iter().filter(|e| e.split == h).count());
         assert!(halves.iter().all(|n| *n >= 8), "{halves:?}");

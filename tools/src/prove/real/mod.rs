@@ -10,7 +10,7 @@ mod question;
 mod report;
 mod textbook;
 
-pub use entry::{Entry, KnownAnswer, RealError, Split};
+pub use entry::{Entry, KnownAnswer, KnownChange, RealError, Split};
 pub use question::{Part, Question};
 pub use report::{RealReport, RealScore};
 

@@ -9,6 +9,7 @@ use super::report::RealScore;
 use super::textbook::{Channels, Fit};
 use crate::diagnose::diagnosis::{Diagnosis, UNKNOWN};
 use crate::model::{Base, GearSection, Model, Term, TermValue};
+use crate::physics::predict::predict;
 use crate::prove::generator::{PlantModel, Rng};
 use crate::prove::key::sha256;
 use crate::recording::Recording;
@@ -32,11 +33,13 @@ pub enum Part {
     Dropped,
     /// An effect is added to the torque.
     Added,
+    /// The simulation is a model of the machine before a change that is known.
+    Pairs,
 }
 
 impl Part {
     /// Every part, in the order of the report.
-    pub const ALL: [Self; 3] = [Self::Answers, Self::Dropped, Self::Added];
+    pub const ALL: [Self; 4] = [Self::Answers, Self::Dropped, Self::Added, Self::Pairs];
 
     /// Its name on the command line.
     pub fn name(self) -> &'static str {
@@ -44,6 +47,7 @@ impl Part {
             Self::Answers => "answers",
             Self::Dropped => "dropped",
             Self::Added => "added",
+            Self::Pairs => "pairs",
         }
     }
 }
@@ -59,7 +63,7 @@ pub struct Question {
     pub machine: String,
     /// The half that the machine is in.
     pub split: Split,
-    /// What was dropped or added, in words; empty for answers.
+    /// What was dropped, added or changed, in words; empty for answers.
     pub detail: String,
     /// What the detector sees.
     pub recording: Recording,
@@ -88,6 +92,7 @@ pub fn of(entry: &Entry, folder: &Path, parts: &[Part]) -> Result<Vec<Question>,
             Part::Answers => questions.push(subject.answers()),
             Part::Dropped => questions.extend(subject.dropped()),
             Part::Added => questions.extend(subject.added()),
+            Part::Pairs => questions.extend(subject.changed(folder)?),
         }
     }
     Ok(questions)
@@ -215,6 +220,52 @@ impl Subject<'_> {
                 visible.then_some(Question { detail, may_also, ..question })
             })
             .collect()
+    }
+
+    /// The recording beside a simulation by the textbook model of the same machine before a change: base and answers, fitted to the recording before. Nothing where there was no change, or
+    /// the recording before is not there.
+    fn changed(&self, folder: &Path) -> Result<Option<Question>, RealError> {
+        let Some(change) = &self.entry.change else { return Ok(None) };
+        let entry = Entry::all().into_iter().find(|e| e.file == change.before && folder.join(&e.file).exists());
+        let Some(entry) = entry else { return Ok(None) };
+        let recording = entry.read(folder)?;
+        let before = Subject { entry: &entry, channels: Channels::of(&recording), recording };
+        let mut kinds = before.base();
+        if !entry.gear() {
+            kinds.extend(before.true_kinds().into_iter().filter(|(k, _)| TERMS.contains(&k.as_str())));
+        }
+        let (fit, chosen) = before.fit(&before.torque(&before.recording), &kinds);
+        let model = before.model(&kinds, &fit.weights(), &chosen);
+        let simulated = predict(&model, None, &self.recording)?.torque;
+        let recording = Recording { torque_sim_nm: Some(simulated), ..self.recording.clone() };
+        let orders = |kind: &str| {
+            let known = self.entry.answer.iter().find(|a| a.kinds.iter().any(|k| k == kind));
+            known.map_or(Vec::new(), |a| a.orders.clone())
+        };
+        let truth: Vec<Kind> = change.kinds.iter().map(|kinds| (kinds[0].clone(), orders(&kinds[0]))).collect();
+        let torque = self.torque(&recording);
+        let gear = GearSection {
+            base: Base::Simulation,
+            ratio: self.entry.ratio,
+            torque_side: self.entry.side(),
+            ..GearSection::default()
+        };
+        let base =
+            Model { name: self.entry.file.clone(), torque_unit: recording.torque_unit, gear, ..Model::default() };
+        Ok(Some(Question {
+            part: Part::Pairs,
+            file: self.entry.file.clone(),
+            machine: self.entry.machine.clone(),
+            split: self.entry.split,
+            detail: format!("after {}", change.before),
+            recording,
+            base,
+            asked: change.kinds.clone(),
+            // What is known of the recording may have changed as well.
+            may_also: self.entry.answer.iter().flat_map(|a| &a.kinds).chain(&self.entry.may_also).cloned().collect(),
+            base_error: self.fit(&torque, &[]).0.error(),
+            textbook_error: self.fit(&torque, &truth).0.error(),
+        }))
     }
 
     /// A kind that neither the base nor the answers hold, and its torque along the recording, of any size.

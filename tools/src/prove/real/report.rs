@@ -23,7 +23,7 @@ pub struct RealScore {
     pub machine: String,
     /// The half that the machine is in.
     pub split: Split,
-    /// What was dropped or added.
+    /// What was dropped, added or changed.
     pub detail: String,
     /// What had to be named.
     pub asked: Vec<String>,
