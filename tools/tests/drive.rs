@@ -10,10 +10,11 @@ use served::{Joint, ON, blank, serve};
 #[test]
 fn parameters_are_tried_kept_and_taken_back() {
     let dir = two_blocks();
-    let served = serve(Joint::default(), blank(), 14, None);
+    let served = serve(Joint::default(), blank(), 15, None);
     let to = format!("tcp:{}", served.address);
     let drive = |words: &str| dir.succeed(&format!("drive --to {to} {words}")).stdout;
     assert!(drive("status").contains("in force      nothing\n"));
+    assert!(dir.succeed(&format!("drive status --to {to}")).stdout.contains("in force      nothing\n"));
     dir.succeed(&format!("flash params.bin --to {to}"));
 
     let tried = drive("try softer.bin");
@@ -83,4 +84,5 @@ fn refusals_name_the_mend() {
     dir.refuse("drive --to probe live", &["does not speak to the firmware", "help: "]);
     assert_eq!(dir.gmhm("drive --to tcp:localhost:1 gain 1.5").status, Some(2));
     assert_eq!(dir.gmhm("drive --to tcp:localhost:1").status, Some(2));
+    assert_eq!(dir.gmhm("drive status").status, Some(2));
 }

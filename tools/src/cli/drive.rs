@@ -27,17 +27,17 @@ use crate::output::Outputs;
 /// only while it is disabled; it says so.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  gmhm drive --to serial:/dev/ttyUSB0 status\n  gmhm drive --to serial:/dev/ttyUSB0 try params.bin\n  gmhm drive --to serial:/dev/ttyUSB0 gain 0.3\n  gmhm drive --to serial:/dev/ttyUSB0 on\n  gmhm drive --to serial:/dev/ttyUSB0 live --block params.bin\n  gmhm drive --to serial:/dev/ttyUSB0 live --seconds 10 --json live.json"
+    after_help = "Examples:\n  gmhm drive status --to serial:/dev/ttyUSB0\n  gmhm drive --to serial:/dev/ttyUSB0 try params.bin\n  gmhm drive --to serial:/dev/ttyUSB0 gain 0.3\n  gmhm drive --to serial:/dev/ttyUSB0 on\n  gmhm drive --to serial:/dev/ttyUSB0 live --block params.bin\n  gmhm drive --to serial:/dev/ttyUSB0 live --seconds 10 --json live.json"
 )]
 pub struct DriveArgs {
     /// The drive: serial:PORT or tcp:HOST:PORT
-    #[arg(long, value_name = "TARGET")]
-    to: Target,
+    #[arg(long, value_name = "TARGET", global = true)]
+    to: Option<Target>,
     /// Speed of a serial port
-    #[arg(long, value_name = "RATE", default_value = "115200")]
+    #[arg(long, value_name = "RATE", default_value = "115200", global = true)]
     baud: u32,
     /// The drive's key, 64 hexadecimal digits, where it has one
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", global = true)]
     key: Option<PathBuf>,
     #[command(subcommand)]
     action: Action,
@@ -149,7 +149,7 @@ impl DriveArgs {
             _ => Vec::new(),
         };
         let key = self.key.as_deref().map(key::read).transpose()?;
-        let mut drive = Client::new(line::open(&self.to, self.baud)?).with_key(key);
+        let mut drive = Client::new(line::open(self.target(), self.baud)?).with_key(key);
         match &self.action {
             Action::Status { json } => {
                 let state = State::of(drive.identify()?, drive.status()?);
@@ -157,7 +157,7 @@ impl DriveArgs {
                 write_json(json.as_deref(), &state)
             }
             Action::Live { seconds: None, json: None, block: given, .. } if has_screen() => {
-                Screen::new(&mut drive, &self.to, given.is_some().then_some(block))?.run()
+                Screen::new(&mut drive, self.target(), given.is_some().then_some(block))?.run()
             }
             Action::Live { seconds, every, json, .. } => {
                 live(&mut drive, seconds.unwrap_or(1.0), *every, json.as_deref())
@@ -241,7 +241,7 @@ impl DriveArgs {
         // Its session ends with it: the next one begins at once.
         drop(drive);
         let key = self.key.as_deref().map(key::read).transpose()?;
-        let open = || Ok(Client::new(line::open(&self.to, self.baud)?).with_key(key));
+        let open = || Ok(Client::new(line::open(self.target(), self.baud)?).with_key(key));
         let progress = Progress::new("storing", 2 * new.len() as u64, session.quiet);
         let flashed = flash(&new, open, |done, _| progress.at(done as u64))?;
         self.say(&format!("stored and read back: sequence {}, CRC-32 {:#010x}", flashed.sequence, flashed.crc))
@@ -255,8 +255,14 @@ impl DriveArgs {
         self.say(&compensation(status.compensating, status.gain_ratio))
     }
 
+    /// The drive asked for; a command line without one is wrong usage, wherever its options stand.
+    fn target(&self) -> &Target {
+        let missing = || super::wrong_usage("--to is missing: gmhm drive status --to serial:PORT or tcp:HOST:PORT");
+        self.to.as_ref().unwrap_or_else(missing)
+    }
+
     fn say(&self, text: &str) -> Result<(), Failure> {
-        Ok(writeln!(std::io::stdout().lock(), "{}: {text}", self.to)?)
+        Ok(writeln!(std::io::stdout().lock(), "{}: {text}", self.target())?)
     }
 }
 

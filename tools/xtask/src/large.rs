@@ -52,6 +52,18 @@ pub fn run(shell: &Shell, build: bool) -> Result<()> {
         let each = format!("fit --each {files} --ndjson files_{}.ndjson", experiment.len());
         report("  each by itself", &measured(&program, folder.path(), &each)?, "10 s of all cores");
     }
+    let mut list = String::new();
+    for seed in 1..=2000 {
+        let words = format!(
+            "simulate {} --experiment cycle --cycles 2 --duration 20 --sample-rate 100 --seed {seed} -o {seed}.csv",
+            gear.display()
+        );
+        measured(&program, folder.path(), &words)?;
+        list += &format!("{seed}.csv\n");
+    }
+    std::fs::write(folder.path().join("fleet.txt"), list)?;
+    let fleet = measured(&program, folder.path(), "fit --each --files-from fleet.txt --ndjson fleet.ndjson")?;
+    report("2000 files of 1999 rows, each by itself, the law chosen", &fleet, "60 s");
     if build {
         let target = folder.path().join("target");
         let before = (Instant::now(), children_s()?);
