@@ -80,7 +80,7 @@ fn numbers_that_no_gear_has_are_refused_with_the_column() {
     dir.write("degrees.csv", with_column(&dir, "deflection_rad", |_, theta| theta.to_degrees()));
     dir.refuse("diagnose gear.toml degrees.csv -o out.toml", &["degrees", "--map deflection_deg=COLUMN,"]);
     let hide = "simulate gear.toml --experiment cycle --hide wear=1e9 -o worn.csv";
-    dir.refuse(hide, &["hide wear: leaves at most", "ask for less"]);
+    dir.refuse(hide, &["hide wear: at most", "choose a smaller size"]);
     dir.misuse("simulate gear.toml --experiment cycle --amplitude 2 -o two.csv", &["--amplitude 2: must be"]);
 }
 

@@ -164,7 +164,7 @@ fn lost_words_of_an_encoder_are_bridged_and_told() {
     };
     dir.write("lost.csv", text.lines().enumerate().map(lost).collect::<String>());
     let told = dir.succeed("fit lost.csv -o lost.toml --json lost.json").stderr;
-    assert!(told.contains("lost.csv: deflection_rad leaves and is back within 3 rows, 7 rows in all"), "{told}");
+    assert!(told.contains("lost.csv: deflection_rad has dropouts of at most 3 rows, 7 rows in all"), "{told}");
     dir.succeed("fit demo/recording.csv -o gear.toml --json gear.json");
     let e = |file: &str| {
         let fit: serde_json::Value = serde_json::from_str(&dir.read(file)).unwrap();

@@ -102,8 +102,8 @@ fn a_sensor_at_its_end_a_single_stroke_and_a_flipped_sign_are_told() {
     let (mut torque, mut deflection) = (whole.clone(), whole.clone());
     limit(&mut torque.torque, 20.0);
     limit(&mut deflection.deflection_rad, 0.7 * A);
-    says(&assessed(&[torque], A).1, Grade::Bad, "the torque stands at -20.000 N·m while the deflection goes on");
-    says(&assessed(&[deflection], A).1, Grade::Bad, "the deflection stands at -0.818 mrad while the torque goes on");
+    says(&assessed(&[torque], A).1, Grade::Bad, "the torque stays at −20 N·m while the deflection changes");
+    says(&assessed(&[deflection], A).1, Grade::Bad, "the deflection stays at −0.8176 mrad while the torque changes");
 
     let (elastic, memory) = published();
     let stroke: Vec<f64> = (0..2000).map(|k| A * (f64::from(k) / 1000.0 - 1.0)).collect();
@@ -118,7 +118,7 @@ fn a_sensor_at_its_end_a_single_stroke_and_a_flipped_sign_are_told() {
     says(
         &assessed(&[gear(4000, 4.0, 0.1)], 1.03 * A).1,
         Grade::Caution,
-        "of 1.1680 mrad, the largest seen, would leave",
+        "of 1.1680 mrad, the largest recorded, the error of rows held out is",
     );
     let smaller = Path { theta: cycle(0.6 * A, 4000, 4.0), period_s: 1e-2 };
     assert_eq!(assessed(&[record(A, elastic, memory, &smaller, 0.1, 5)], A).1.better_rated, None);

@@ -75,7 +75,7 @@ pub fn clause(cause: &Cause, torque_unit: TorqueUnit) -> String {
         }
         Cause::TorqueFalls => "the torque falls while the deflection rises, so one of them is counted backwards: flip it with --map deflection_rad=-COLUMN".to_owned(),
         Cause::BetterRated(BetterRated { rated_deflection_rad: seen, heldout_rms, given_heldout_rms }) => format!(
-            "a rated deflection of {} mrad, the largest seen, would leave {} instead of {} {unit} of rows held out, and e and c1–c3 depend on it: set --rated-deflection {}",
+            "with a rated deflection of {} mrad, the largest recorded, the error of rows held out is {} instead of {} {unit}; e and c1–c3 depend on it: set --rated-deflection {}",
             number(1e3 * seen, 5),
             number(*heldout_rms, 2),
             number(*given_heldout_rms, 2),

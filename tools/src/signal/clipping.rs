@@ -2,18 +2,19 @@
 
 use std::fmt;
 
+use crate::number::trimmed;
 use crate::numerics::autoregression::quantisation_step;
 use crate::numerics::extremes::range;
 use crate::recording::Recording;
 
-/// A channel that stands at its extreme, to the digit, while the other goes on, as a sensor does that is driven beyond its range.
+/// A channel that stays at its extreme, to the digit, while the other changes, as a sensor does beyond its range.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Clipped {
     /// The recording.
     pub recording: String,
     /// The channel.
     pub channel: &'static str,
-    /// The channel that goes on.
+    /// The channel that changes.
     pub other: &'static str,
     /// Where it stands, mrad, N·m or A.
     pub at: f64,
@@ -26,7 +27,8 @@ impl fmt::Display for Clipped {
         let Self { recording, channel, other, at, unit } = self;
         write!(
             f,
-            "{recording}: the {channel} stands at {at:.3} {unit} while the {other} goes on, as a sensor does that is driven beyond its range"
+            "{recording}: the {channel} stays at {} {unit} while the {other} changes: a sensor beyond its range; reduce the load, or use a sensor of a larger range",
+            trimmed(*at, 5)
         )
     }
 }

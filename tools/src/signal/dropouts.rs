@@ -1,4 +1,4 @@
-//! Dropouts of angle sensors: rows at which an angle leaves and is back within a few rows, and the gear was not there.
+//! Dropouts of angle sensors: few rows at which an angle jumps away and back, where the gear cannot have been.
 //!
 //! A lost word on an encoder's line is one wrong row. To a gear with memory it is a reversal, or two, and every later row hangs on it, so that leaving out its torque is not enough.
 
@@ -24,7 +24,7 @@ impl fmt::Display for Bridged {
         let Self { recording, channel, rows, first_s } = self;
         write!(
             f,
-            "{recording}: {channel} leaves and is back within {LONGEST} rows, {rows} rows in all, the first at {first_s:.4} s: taken as dropouts of the sensor and bridged by straight lines"
+            "{recording}: {channel} has dropouts of at most {LONGEST} rows, {rows} rows in all, the first at {first_s:.4} s: interpolated linearly; check the encoder's line"
         )
     }
 }

@@ -52,7 +52,7 @@ pub enum HideError {
     },
     /// It cannot be made so large.
     #[error(
-        "hide {kind}: leaves at most {} N·m in this experiment, not {size_nm}: ask for less, or choose another experiment",
+        "hide {kind}: at most {} N·m of it can be hidden in this experiment, not {size_nm}: choose a smaller size or another experiment",
         number(*largest_nm, 3)
     )]
     TooLarge {
