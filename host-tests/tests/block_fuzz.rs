@@ -4,8 +4,12 @@
 //! `GMHM_FUZZ=10000000 cargo test --release -p gmhm-host-tests --test block_fuzz -- --nocapture` runs ten million and says what became of them;
 //! `GMHM_FUZZ_SEED` chooses others.
 
+#[path = "common/fuzz.rs"]
+mod fuzz;
+
 use std::collections::BTreeMap;
 
+use fuzz::number;
 use gmhm::block::{BlockError, BlockLaw, CheckedTerms, HEADER_BYTES, Parameters, TermStack, Word, crc32, verify_first};
 use gmhm::inverse::MOST_STEPS;
 use gmhm::memory::AnyLaw;
@@ -37,13 +41,6 @@ const STRANGE: [u32; 14] = [
     0x7ff0_0000,
     0x3ff0_0000,
 ];
-
-fn number(name: &str, otherwise: u64) -> u64 {
-    match std::env::var(name) {
-        Ok(text) => text.parse().unwrap_or_else(|_| panic!("{name} must be a number")),
-        Err(_) => otherwise,
-    }
-}
 
 /// Where the records of a block begin and end, as far as they can be followed.
 fn records(block: &[u8]) -> Vec<(usize, usize)> {

@@ -3,12 +3,15 @@
 //! `GMHM_FUZZ=10000000 cargo test --release -p gmhm-host-tests --test control_faults -- --nocapture` fuzzes as many periods of each; `GMHM_FUZZ_SEED` chooses others.
 
 mod common;
+#[path = "common/fuzz.rs"]
+mod fuzz;
 #[path = "common/servos.rs"]
 mod servos;
 
 use std::f64::consts::TAU;
 
 use common::*;
+use fuzz::{number, strange};
 use gmhm::drive::{Cascade, CascadeState, Gains, Reference, Servo, ServoError};
 use gmhm::feedforward::{Controls, Demand, FeedForward, Settings, Source};
 use gmhm::scalar::Scalar;
@@ -20,28 +23,8 @@ use servos::*;
 /// Periods where none are asked for.
 const EXECUTIONS: u64 = 100_000;
 
-fn number(name: &str, otherwise: u64) -> u64 {
-    match std::env::var(name) {
-        Ok(text) => text.parse().unwrap_or_else(|_| panic!("{name} must be a number")),
-        Err(_) => otherwise,
-    }
-}
-
 fn dice() -> ChaCha8Rng {
     ChaCha8Rng::seed_from_u64(number("GMHM_FUZZ_SEED", 1))
-}
-
-/// A number that is none, is absurd, or any bits.
-fn strange(dice: &mut ChaCha8Rng) -> f32 {
-    match dice.random_range(0..7) {
-        0 => f32::NAN,
-        1 => f32::INFINITY,
-        2 => f32::NEG_INFINITY,
-        3 => 1e30,
-        4 => -3e38,
-        5 => 1e9,
-        _ => f32::from_bits(dice.random()),
-    }
 }
 
 #[test]

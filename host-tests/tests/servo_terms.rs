@@ -1,14 +1,17 @@
-//! The servo with plant terms: what it feeds forward is that of the feed-forward with terms, the link follows in spite of friction and ripple, and bad input leaves no trace.
+//! The servo with plant terms. Without terms it equals the plain servo bit for bit. With terms the link follows its reference better under friction and ripple. After bad input the torque recovers.
 //!
 //! `GMHM_FUZZ=10000000 cargo test --release -p gmhm-host-tests --test servo_terms -- --nocapture` fuzzes as many periods; `GMHM_FUZZ_SEED` chooses others.
 
 mod common;
+#[path = "common/fuzz.rs"]
+mod fuzz;
 #[path = "common/servos.rs"]
 mod servos;
 
 use std::f64::consts::TAU;
 
 use common::*;
+use fuzz::{number, strange};
 use gmhm::drive::{CompensatedServo, CompensatedServoState, Reference, Servo, ServoSetup, TorqueShaft};
 use gmhm::feedforward::{Controls, FeedForward, Settings, Source as Follows};
 use gmhm::terms::feedforward::CompensatedFeedForward;
@@ -257,22 +260,6 @@ fn other_terms_make_no_step() {
     second.restart(&mut state, motor, output, 0);
     let restarted = run(&second, &mut state, &mut torque);
     assert!(restarted <= most, "{restarted} N·m at another start");
-}
-
-fn number(name: &str, otherwise: u64) -> u64 {
-    std::env::var(name).map_or(otherwise, |text| text.parse().unwrap_or_else(|_| panic!("{name} must be a number")))
-}
-
-/// A number that is none, is absurd, or any bits.
-fn strange(dice: &mut ChaCha8Rng) -> f32 {
-    match dice.random_range(0..6) {
-        0 => f32::NAN,
-        1 => f32::INFINITY,
-        2 => 1e30,
-        3 => -3e38,
-        4 => 1e9,
-        _ => f32::from_bits(dice.random()),
-    }
 }
 
 /// Whatever a period brings, the torque stays within its limit, and two good periods later it is that of a servo that saw nothing bad.

@@ -1,5 +1,5 @@
-//! Which of two searches is believed: held-out error alone where structure is loud, likelihood against coloured noise where it is weak; and what keeps an extended model from
-//! running away beyond the recorded range.
+//! Which of two searches is believed: held-out error alone where structure is loud, likelihood against coloured noise where it is weak; and what an extended model
+//! may leave beyond the recorded range.
 
 use std::collections::BTreeSet;
 
@@ -53,11 +53,14 @@ fn is_refined(name: &str) -> bool {
     kinds::ALL.iter().any(|kind| kind.refines().contains(&name))
 }
 
+fn names(verdict: &DiagnosisVerdict) -> BTreeSet<&str> {
+    verdict.effects.iter().map(|e| e.name.as_str()).collect()
+}
+
 /// Whether a verdict names another's effects, some of them by kinds that contain them.
 fn refines(finer: &DiagnosisVerdict, plainer: &DiagnosisVerdict) -> bool {
     let contained = |name: &str| kinds::of(name).map_or(&[][..], |kind| kind.contains());
     let covers = |finer: &str, plain: &str| finer == plain || contained(finer).contains(&plain);
-    let names = |verdict: &DiagnosisVerdict| verdict.effects.iter().map(|e| e.name.clone()).collect::<BTreeSet<_>>();
     let (finer, plainer) = (names(finer), names(plainer));
     finer != plainer
         && plainer.iter().all(|plain| finer.iter().any(|f| covers(f, plain)))
@@ -114,15 +117,14 @@ impl Dataset<'_> {
     ) -> Result<(DiagnosisVerdict, Search<'r>), DiagnoseError> {
         let selection = self.with_remainder(base, selection.clone(), search)?;
         let joint = self.joint_verdict(base, &selection, search)?;
-        let is_plain = joint.effects.len() < 2
-            && self.mean_square_of_blocks(&joint.extended) < LARGE * self.mean_square_of_blocks(&joint.base);
+        let theirs = self.mean_square_of_blocks(&joint.extended);
+        let is_plain = joint.effects.len() < 2 && theirs < LARGE * self.mean_square_of_blocks(&joint.base);
         let is_clear = taken > VERY_LOUD || is_plain;
         if is_clear && joint.effects.iter().all(|e| !is_refined(&e.name)) {
             return Ok((joint, search));
         }
         let (verdict, by_likelihood) = self.found(model, search)?;
-        let (ours, theirs) =
-            (self.mean_square_of_blocks(&verdict.extended), self.mean_square_of_blocks(&joint.extended));
+        let ours = self.mean_square_of_blocks(&verdict.extended);
         let named = !verdict.effects.is_empty() && verdict.effects.iter().all(|e| e.name != UNKNOWN);
         let finer = named && ours <= AS_GOOD * theirs && refines(&verdict, &joint);
         let simpler = named && ours <= AS_GOOD * theirs && verdict.effects.len() < joint.effects.len();

@@ -139,13 +139,10 @@ pub fn diagnose(
         refitted: dataset.rms(&verdict.base.residual),
         extended: dataset.rms(&verdict.extended.residual),
     };
+    let [base_left, extended_left] = [&verdict.base, &verdict.extended].map(|fit| dataset.rms_of_blocks(fit));
     let heldout = if holdout.is_empty() {
         Heldout {
-            rms: Rms {
-                given: rms.given,
-                refitted: dataset.rms_of_blocks(&verdict.base),
-                extended: dataset.rms_of_blocks(&verdict.extended),
-            },
+            rms: Rms { given: rms.given, refitted: base_left, extended: extended_left },
             from: HeldoutFrom::Blocks,
         }
     } else {
@@ -166,13 +163,9 @@ pub fn diagnose(
         TorqueUnit::NewtonMetre => Unit::NewtonMetre,
         TorqueUnit::Ampere => Unit::Ampere,
     };
-    let part = |fit: &Fitted| {
-        let left = dataset.rms_of_blocks(fit) / dataset.rms_of_blocks(&verdict.base).max(f64::MIN_POSITIVE);
-        (1.0 - left * left).clamp(0.0, 1.0)
-    };
-    let explained = part(&verdict.extended);
-    let base_left = dataset.mean_square_of_blocks(&verdict.base).max(f64::MIN_POSITIVE);
-    let named = (1.0 - dataset.left_by_kinds(&verdict, search)? / base_left).clamp(0.0, 1.0);
+    let explained = (1.0 - (extended_left / base_left.max(f64::MIN_POSITIVE)).powi(2)).clamp(0.0, 1.0);
+    let base_squares = base_left.powi(2).max(f64::MIN_POSITIVE);
+    let named = (1.0 - dataset.left_by_kinds(&verdict, search)? / base_squares).clamp(0.0, 1.0);
     let noise_rms = rms.extended * verdict.noise_part;
     let next_experiment = next_experiment::next(&verdict, &undecidable);
     let diagnosis = Diagnosis {

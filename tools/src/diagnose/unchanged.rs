@@ -33,22 +33,19 @@ impl Dataset<'_> {
     ) -> Result<Fitted, DiagnoseError> {
         let is_base =
             |place: &FreeParameter| !matches!(place, FreeParameter::Term { term, .. } if *term >= search.base_terms);
-        let change = |place: &FreeParameter| {
-            (parameters::value(&extended.model, *place) - parameters::value(model, *place)).abs()
-        };
-        let is_far = |place: &FreeParameter| is_base(place) && change(place) > FAR * size(model, *place);
+        let change =
+            |place: &FreeParameter| parameters::value(&extended.model, *place) - parameters::value(model, *place);
+        let is_far = |place: &FreeParameter| is_base(place) && change(place).abs() > FAR * size(model, *place);
         let moved_far: Vec<usize> = (0..extended.places.len()).filter(|i| is_far(&extended.places[*i])).collect();
         if extended.model.gear.torque_side != model.gear.torque_side || moved_far.is_empty() {
             return Ok(extended);
         }
-        let counts: Vec<bool> = (0..self.len()).map(|row| self.counts(row)).collect();
+        let counts = self.rows_that_count();
         let gram = BlockGram::new(&extended.columns, &self.spans, &counts);
         let blocks = |kept: &[usize]| -> [f64; BLOCKS] {
             let mut left = extended.residual.clone();
             for at in kept {
-                let place = extended.places[*at];
-                let change = parameters::value(&extended.model, place) - parameters::value(model, place);
-                axpy(change, &extended.columns[*at], &mut left);
+                axpy(change(&extended.places[*at]), &extended.columns[*at], &mut left);
             }
             let free: Vec<usize> = (0..extended.columns.len()).filter(|i| !kept.contains(i)).collect();
             gram.error(&gram.targets(&extended.columns, &[left], &counts), &free, NO_RIDGE)

@@ -1,5 +1,6 @@
 //! The gear's model beside the baselines, fitted and held out alike.
 
+use std::borrow::Cow;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 use rayon::prelude::*;
@@ -93,11 +94,11 @@ pub fn compare(
 const SEARCHED: (usize, usize) = (4000, 8);
 
 /// The recordings that a search looks at.
-fn searched<'a>(rows: &[Rows<'a>]) -> Vec<Rows<'a>> {
+fn searched<'r, 'a>(rows: &'r [Rows<'a>]) -> Cow<'r, [Rows<'a>]> {
     let (most_rows, least_recordings) = SEARCHED;
     let total: usize = rows.iter().map(Rows::len).sum();
     let every = total.div_ceil(most_rows).min(rows.len() / least_recordings).max(1);
-    rows.iter().step_by(every).cloned().collect()
+    if every == 1 { rows.into() } else { rows.iter().step_by(every).cloned().collect() }
 }
 
 /// A model beside the recordings, polished from where a search found it.

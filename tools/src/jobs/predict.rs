@@ -4,6 +4,7 @@ use super::Notes;
 use crate::failure::Failure;
 use crate::model::{Model, refusal};
 use crate::number::trimmed;
+use crate::numerics::extremes;
 use crate::physics::invert::{self, Inversion};
 use crate::physics::{Prediction, Signals};
 use crate::recording::{self, Recording};
@@ -25,7 +26,7 @@ pub fn predict(
     let prediction = recorded::predict(model, rated_deflection_rad, recording)?;
     let theta = Signals::new(recording, &model.gear).deflection_rad;
     let mut far = None;
-    let largest = || theta.as_deref().map(|theta| theta.iter().fold(0.0, |most: f64, x| most.max(x.abs())));
+    let largest = || theta.as_deref().map(extremes::largest);
     if let Some(rated_rad) = rated_deflection_rad.or(model.gear.rated_deflection_rad).or_else(largest) {
         if let Some(Err(refusal)) = model.drive_params(rated_rad) {
             notes(&format!("no gear has the parameters of this model: {}", refusal::of_parameters(&refusal)));

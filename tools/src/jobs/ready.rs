@@ -46,8 +46,9 @@ fn notes_of_spikes(recording: &Recording, notes: Notes<'_>) {
         let outer = some.len() / 100;
         let (low, high) = (some[outer], some[some.len() - 1 - outer]);
         let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
-        let spikes = || (0..values.len()).filter(|&row| (values[row] - middle).abs() > SPIKE.0 * half);
-        let (Some(first), count) = (spikes().next(), spikes().count()) else { continue };
+        let mut spikes = (0..values.len()).filter(|&row| (values[row] - middle).abs() > SPIKE.0 * half);
+        let Some(first) = spikes.next() else { continue };
+        let count = 1 + spikes.count();
         if half > 0.0 && count as f64 <= SPIKE.1 * values.len() as f64 {
             notes(&format!(
                 "{}: {count} rows hold a {what} far beyond all others, the first {} {unit} at {} s: remove them if they are no measurement",

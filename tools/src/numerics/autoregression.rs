@@ -6,6 +6,7 @@
 //! *Time Series Analysis*, chapter 7). The first rows of a run use the predictors of lower order from the Levinson recursion, which is the exact
 //! likelihood. Outliers are isolated rows that Hampel's identifier finds in the residual (Hampel 1974; Pearson 2002); they do not count.
 
+use crate::numerics::extremes::largest;
 use crate::numerics::mark::Mark;
 use crate::numerics::vector::{dot, lattice};
 
@@ -286,7 +287,7 @@ pub fn mark_outliers(residual: &[f64], marks: &mut [Mark]) -> usize {
 /// The step of a quantised column: the smallest change, if all changes of less than 20 such are whole multiples of it, and these are a quarter of all.
 pub fn quantisation_step(values: &[f64]) -> Option<f64> {
     let changes: Vec<f64> = values.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|d| *d > 0.0).take(4096).collect();
-    let size = values.iter().fold(0.0_f64, |a, v| a.max(v.abs()));
+    let size = largest(values);
     let step = changes.iter().copied().filter(|d| *d > 1e-12 * size).fold(f64::INFINITY, f64::min);
     let near = || changes.iter().map(|d| d / step).filter(|multiple| *multiple < 20.0);
     let whole = |multiple: f64| (multiple - multiple.round()).abs() < 0.02 * multiple.clamp(1.0, 10.0);

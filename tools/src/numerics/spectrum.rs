@@ -4,6 +4,8 @@ use std::f64::consts::TAU;
 
 use realfft::RealFftPlanner;
 
+use crate::numerics::extremes::range;
+
 /// Bins of a turn.
 const BINS: usize = 64;
 /// The highest order looked for.
@@ -23,8 +25,7 @@ pub struct Line {
 /// The power of the weights `u` (a residual filtered forth and back by its noise) over the orders of an angle. `gain` is what the noise
 /// filter multiplies the power of a wave of a given order with.
 pub fn spectrum(angle: &[f64], u: &[f64], gain: impl Fn(f64) -> f64) -> Vec<Line> {
-    let low = angle.iter().copied().fold(f64::INFINITY, f64::min);
-    let high = angle.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let (low, high) = range(angle);
     let turns = (high - low) / TAU;
     if !(0.5..=1e5).contains(&turns) {
         return Vec::new();
@@ -74,8 +75,7 @@ pub fn peaks(lines: &[Line], turns: f64, most: usize) -> Vec<f64> {
 
 /// Orders of an angle up to a highest at which a residual stands out, whatever its noise: lines at least eight times their neighbourhood.
 pub fn high_orders(angle: &[f64], residual: &[f64], highest: f64) -> Vec<f64> {
-    let low = angle.iter().copied().fold(f64::INFINITY, f64::min);
-    let high = angle.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let (low, high) = range(angle);
     let turns = (high - low) / TAU;
     let bins_of_turn = 2.5 * highest;
     if !(1e-2..=1e4).contains(&turns) {

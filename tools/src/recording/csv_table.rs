@@ -73,14 +73,8 @@ impl<'a> CsvTable<'a> {
     fn read_header(&mut self) -> Result<(), RecordingError> {
         if let Some((names, line)) = &self.dialect.commented_header {
             self.header_line = *line;
-            let names = text(names);
-            let names: Vec<String> = match self.dialect.separation.spaces {
-                true => names.split_whitespace().map(str::to_owned).collect(),
-                false => {
-                    names.split(self.dialect.separation.delimiter as char).map(|name| name.trim().to_owned()).collect()
-                }
-            };
-            self.heads = names.into_iter().map(|name| ColumnHead { name, ..ColumnHead::default() }).collect();
+            let names = self.dialect.separation.fields(names).into_iter().map(text);
+            self.heads = names.map(|name| ColumnHead { name, ..ColumnHead::default() }).collect();
             return Ok(());
         }
         if self.dialect.separator_line {

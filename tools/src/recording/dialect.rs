@@ -90,7 +90,7 @@ impl Separation {
     }
 
     /// The fields of a line without quotes.
-    fn fields(self, line: &[u8]) -> Vec<&[u8]> {
+    pub fn fields(self, line: &[u8]) -> Vec<&[u8]> {
         match self.spaces {
             true => line.split(u8::is_ascii_whitespace).filter(|field| !field.is_empty()).collect(),
             false => line.split(|&b| b == self.delimiter).map(<[u8]>::trim_ascii).collect(),

@@ -204,10 +204,15 @@ impl<'a> Dataset<'a> {
         self.recordings.iter().flat_map(|r| self.looked_at(&r.time_s)).collect()
     }
 
-    /// The marks in one line.
+    /// Whether a row is one of those that a fit explains.
     pub fn counts(&self, row: usize) -> bool {
         let index = self.spans.partition_point(|span| span.end <= row);
         matches!(self.marks[index][row - self.spans[index].start], Mark::Used | Mark::First)
+    }
+
+    /// [`counts`](Self::counts) of every row.
+    pub fn rows_that_count(&self) -> Vec<bool> {
+        (0..self.len()).map(|row| self.counts(row)).collect()
     }
 }
 

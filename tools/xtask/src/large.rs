@@ -36,15 +36,16 @@ pub fn run(shell: &Shell, build: bool) -> Result<()> {
     report("10 million rows: read, cropped, fitted", &measured(&program, folder.path(), fit)?, "60 s, 4 GiB");
     std::fs::remove_file(folder.path().join("rows.csv"))?;
 
+    let simulated = |options: &str, seed: u32| -> Result<String> {
+        let words = format!("simulate {} --experiment {options} --seed {seed} -o {seed}.csv", gear.display());
+        measured(&program, folder.path(), &words)?;
+        Ok(format!("{seed}.csv"))
+    };
     for experiment in ["cycle --cycles 2", "amplitudes"] {
         let mut files = String::new();
         for seed in 1..=200 {
-            let words = format!(
-                "simulate {} --experiment {experiment} --duration 130 --sample-rate 10 --seed {seed} -o {seed}.csv",
-                gear.display()
-            );
-            measured(&program, folder.path(), &words)?;
-            files += &format!("{seed}.csv ");
+            files += &simulated(&format!("{experiment} --duration 130 --sample-rate 10"), seed)?;
+            files.push(' ');
         }
         let what = format!("200 files of 1301 rows fitted together: {experiment}");
         let taken = measured(&program, folder.path(), &format!("fit {files} -o files.toml"))?;
@@ -54,12 +55,8 @@ pub fn run(shell: &Shell, build: bool) -> Result<()> {
     }
     let mut list = String::new();
     for seed in 1..=2000 {
-        let words = format!(
-            "simulate {} --experiment cycle --cycles 2 --duration 20 --sample-rate 100 --seed {seed} -o {seed}.csv",
-            gear.display()
-        );
-        measured(&program, folder.path(), &words)?;
-        list += &format!("{seed}.csv\n");
+        list += &simulated("cycle --cycles 2 --duration 20 --sample-rate 100", seed)?;
+        list.push('\n');
     }
     std::fs::write(folder.path().join("fleet.txt"), list)?;
     let fleet = measured(&program, folder.path(), "fit --each --files-from fleet.txt --ndjson fleet.ndjson")?;

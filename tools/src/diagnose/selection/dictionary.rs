@@ -83,7 +83,7 @@ impl Dictionary {
             columns: Vec::new(),
             y: fit.residual.clone(),
             simulation: fit.model.is_simulation(),
-            counts: (0..dataset.len()).map(|row| dataset.counts(row)).collect(),
+            counts: dataset.rows_that_count(),
             base: Vec::new(),
             candidates: Vec::new(),
             origins: Vec::new(),

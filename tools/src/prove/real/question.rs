@@ -136,10 +136,15 @@ impl Subject<'_> {
         self.entry.answer.iter().map(|a: &KnownAnswer| (a.kinds[0].clone(), a.orders.clone())).collect()
     }
 
-    /// The base and every answer that can stand in one as a term.
+    /// The base and, of a log of terms, every answer that can stand in one as a term.
     fn full(&self) -> Vec<Kind> {
+        if self.entry.simulated() { self.base() } else { self.with_answers() }
+    }
+
+    /// The same, beside a simulation too.
+    fn with_answers(&self) -> Vec<Kind> {
         let mut full = self.base();
-        if !self.entry.simulated() && !self.entry.gear() {
+        if !self.entry.gear() {
             let answers = self.true_kinds().into_iter().filter(|(k, _)| TERMS.contains(&k.as_str()));
             full.extend(answers.filter(|(k, _)| !self.entry.base.contains(k)));
         }
@@ -158,6 +163,18 @@ impl Subject<'_> {
         let (fit, chosen) = self.fit(&torque, base);
         let model = self.model(base, &fit.weights(), &chosen);
         let (with, _) = self.fit(&torque, &[base, truth].concat());
+        self.asking(part, recording, model, asked, [fit.error(), with.error()])
+    }
+
+    /// A question about a recording beside a base, with the errors of the base and of the true terms beside it.
+    fn asking(
+        &self,
+        part: Part,
+        recording: Recording,
+        base: Model,
+        asked: Vec<Vec<String>>,
+        [base_error, textbook_error]: [f64; 2],
+    ) -> Question {
         Question {
             part,
             file: self.entry.file.clone(),
@@ -165,11 +182,11 @@ impl Subject<'_> {
             split: self.entry.split,
             detail: String::new(),
             recording,
-            base: model,
+            base,
             asked,
             may_also: self.entry.may_also.clone(),
-            base_error: fit.error(),
-            textbook_error: with.error(),
+            base_error,
+            textbook_error,
         }
     }
 
@@ -230,10 +247,7 @@ impl Subject<'_> {
         let Some(entry) = entry else { return Ok(None) };
         let recording = entry.read(folder)?;
         let before = Subject { entry: &entry, channels: Channels::of(&recording), recording };
-        let mut kinds = before.base();
-        if !entry.gear() {
-            kinds.extend(before.true_kinds().into_iter().filter(|(k, _)| TERMS.contains(&k.as_str())));
-        }
+        let kinds = before.with_answers();
         let (fit, chosen) = before.fit(&before.torque(&before.recording), &kinds);
         let model = before.model(&kinds, &fit.weights(), &chosen);
         let simulated = predict(&model, None, &self.recording)?.torque;
@@ -244,28 +258,17 @@ impl Subject<'_> {
         };
         let truth: Vec<Kind> = change.kinds.iter().map(|kinds| (kinds[0].clone(), orders(&kinds[0]))).collect();
         let torque = self.torque(&recording);
-        let gear = GearSection {
-            base: Base::Simulation,
-            ratio: self.entry.ratio,
-            torque_side: self.entry.side(),
-            ..GearSection::default()
-        };
-        let base =
-            Model { name: self.entry.file.clone(), torque_unit: recording.torque_unit, gear, ..Model::default() };
-        Ok(Some(Question {
-            part: Part::Pairs,
-            file: self.entry.file.clone(),
-            machine: self.entry.machine.clone(),
-            split: self.entry.split,
-            detail: format!("after {}", change.before),
+        let errors = [&[][..], &truth].map(|kinds| self.fit(&torque, kinds).0.error());
+        let question = self.asking(
+            Part::Pairs,
             recording,
-            base,
-            asked: change.kinds.clone(),
-            // What is known of the recording may have changed as well.
-            may_also: self.entry.answer.iter().flat_map(|a| &a.kinds).chain(&self.entry.may_also).cloned().collect(),
-            base_error: self.fit(&torque, &[]).0.error(),
-            textbook_error: self.fit(&torque, &truth).0.error(),
-        }))
+            self.model_of(Base::Simulation, Vec::new()),
+            change.kinds.clone(),
+            errors,
+        );
+        // What is known of the recording may have changed as well.
+        let may_also = self.entry.answer.iter().flat_map(|a| &a.kinds).chain(&self.entry.may_also).cloned().collect();
+        Ok(Some(Question { detail: format!("after {}", change.before), may_also, ..question }))
     }
 
     /// A kind that neither the base nor the answers hold, and its torque along the recording, of any size.
@@ -333,15 +336,16 @@ impl Subject<'_> {
             };
             terms.push(Term { kind: kind.clone(), values: values.into_iter().collect() });
         }
+        self.model_of(if self.entry.simulated() { Base::Simulation } else { Base::default() }, terms)
+    }
+
+    /// A model file of the recording's joint without a gear.
+    fn model_of(&self, base: Base, terms: Vec<Term>) -> Model {
+        let (ratio, torque_side) = (self.entry.ratio, self.entry.side());
         Model {
             name: self.entry.file.clone(),
             torque_unit: self.recording.torque_unit,
-            gear: GearSection {
-                base: if self.entry.simulated() { Base::Simulation } else { Base::default() },
-                ratio,
-                torque_side: side,
-                ..GearSection::default()
-            },
+            gear: GearSection { base, ratio, torque_side, ..GearSection::default() },
             terms,
             ..Model::default()
         }

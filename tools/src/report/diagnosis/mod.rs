@@ -82,7 +82,7 @@ fn torque_unit(finding: &Finding) -> TorqueUnit {
     if finding.diagnosis.unit == Unit::Ampere { TorqueUnit::Ampere } else { TorqueUnit::NewtonMetre }
 }
 
-/// The torque over deflection, or else over velocity or angle, measured and by both models; over time what they leave where there is none of these.
+/// Torque over deflection, measured and by both models. Without a deflection: over velocity or angle. Without these: the residual over time.
 pub fn drawing(finding: &Finding, recordings: &[Recording]) -> Drawing {
     let unit = torque_unit(finding);
     let of = if finding.model.name.is_empty() { String::new() } else { format!("{}: ", finding.model.name) };

@@ -33,7 +33,7 @@ pub(super) fn gain(finding: &Finding, unit: TorqueUnit) -> Section {
         rows: vec![row("fitted", &found.rms), row("held out", &found.heldout.rms)],
     };
     Section::new("Error before and after").table(table).text(format!(
-        "Held out: {from}. Estimated noise: {} {} rms, which is {} of what the {} model leaves.",
+        "Held out: {from}. Estimated noise: {} {} rms, {} of the residual of the {} model.",
         four(found.noise_rms),
         unit.symbol(),
         percent(found.noise_rms / found.rms.extended.max(f64::MIN_POSITIVE)),
