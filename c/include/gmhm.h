@@ -62,6 +62,7 @@ typedef struct gmhm_joint {
 #define GMHM_PLACE 0x0009u      /* the slots of gmhm_flash are no whole sectors, overlap or lie beyond its end, a function is missing, or the sizes do not go together */
 #define GMHM_PERIOD 0x000Au     /* law `time`: the block was made for another control period, see gmhm pack --period */
 #define GMHM_NO_INVERSE 0x000Bu /* the block has no inverse: it cannot be fed forward */
+#define GMHM_UNREADABLE 0x000Cu /* a slot cannot be read, and no block is known to be in force: nothing was touched, see gmhm_store_erase_unreadable */
 #define GMHM_ERROR_LENGTH 0x0101u
 #define GMHM_ERROR_MAGIC 0x0102u
 #define GMHM_ERROR_VERSION 0x0103u
@@ -366,14 +367,19 @@ typedef struct gmhm_store {
 /* Makes a store of bytes that hold anything. GMHM_PLACE where the slots cannot be. Nothing is read or written yet. */
 uint16_t gmhm_store_init(gmhm_store *store, const gmhm_flash *flash);
 
-/* Copies the newest whole block, for gmhm_init or gmhm_load. */
+/* Copies the newest whole block, for gmhm_init or gmhm_load. Call it at boot: its slot counts as the one in force from then on and is never written over. */
 uint16_t gmhm_store_read(gmhm_store *store, uint8_t *to, uint32_t room, uint32_t *length);
 
-/* Stores a block beside the one in force, reads it back, and makes it the newest. Takes as long as the flash takes to erase a slot. */
+/* Stores a block beside the one in force, reads it back, and makes it the newest. Takes as long as the flash takes to erase a slot.
+   GMHM_UNREADABLE where a slot cannot be read and no block is known to be in force: read the newest block first, or switch power off and on. */
 uint16_t gmhm_store_write(gmhm_store *store, const uint8_t *block, uint32_t length);
 
 /* Erases the newest block: the one before it is the newest again. */
 uint16_t gmhm_store_roll_back(gmhm_store *store);
+
+/* Erases each slot that gives nothing but read errors, never one that reads, nor that of the block in force: the way out of GMHM_UNREADABLE where a slot does not
+   read again after power was switched off and on (flash with error correction, after an interrupted erase). A block that lay in it is lost. */
+uint16_t gmhm_store_erase_unreadable(gmhm_store *store);
 
 /* What a drive measures and computes, for a host that watches. */
 typedef struct gmhm_live {

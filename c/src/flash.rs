@@ -7,7 +7,7 @@ use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashEr
 use gmhm::block::{stamp, verify_first};
 use gmhm::store::{Store, StoreError};
 
-use crate::{FLASH, NO_BLOCK, NO_SPACE, NOT_NEWER, NULL, OK, PLACE, READ_BACK, bytes};
+use crate::{FLASH, NO_BLOCK, NO_SPACE, NOT_NEWER, NULL, OK, PLACE, READ_BACK, UNREADABLE, bytes};
 
 /// `gmhm_flash`.
 #[derive(Debug, Clone, Copy)]
@@ -105,6 +105,7 @@ fn code(error: &StoreError<FlashError>) -> u16 {
         StoreError::TooLong { .. } => NO_SPACE,
         StoreError::ReadBack => READ_BACK,
         StoreError::NothingBefore => NO_BLOCK,
+        StoreError::Unreadable { .. } => UNREADABLE,
         _ => FLASH,
     }
 }
@@ -151,7 +152,7 @@ pub unsafe extern "C" fn gmhm_store_read(
     }
     // SAFETY: not null, and the caller vouches for `room` bytes that nothing else uses until the call returns.
     let to = unsafe { core::slice::from_raw_parts_mut(to, entry.header.length as usize) };
-    match store.read(&entry, 0, to) {
+    match store.read_whole(&entry, to) {
         Ok(()) => {
             *length = entry.header.length;
             OK
@@ -183,6 +184,15 @@ pub extern "C" fn gmhm_store_roll_back(store: Option<&mut StoreC>) -> u16 {
     let Some(store) = store else { return NULL };
     let Some(store) = &mut store.0 else { return PLACE };
     store.roll_back().err().map_or(OK, |error| code(&error))
+}
+
+/// See `gmhm.h`.
+// SAFETY: as for `gmhm_store_init`.
+#[unsafe(no_mangle)]
+pub extern "C" fn gmhm_store_erase_unreadable(store: Option<&mut StoreC>) -> u16 {
+    let Some(store) = store else { return NULL };
+    let Some(store) = &mut store.0 else { return PLACE };
+    store.erase_unreadable().err().map_or(OK, |error| code(&error))
 }
 
 /// See `gmhm.h`.

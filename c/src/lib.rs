@@ -28,7 +28,8 @@ pub use feed_forward::{
     gmhm_feed_forward_restart, gmhm_feed_forward_step,
 };
 pub use flash::{
-    FlashC, STORE_WORDS, StoreC, gmhm_stamp, gmhm_store_init, gmhm_store_read, gmhm_store_roll_back, gmhm_store_write,
+    FlashC, STORE_WORDS, StoreC, gmhm_stamp, gmhm_store_erase_unreadable, gmhm_store_init, gmhm_store_read,
+    gmhm_store_roll_back, gmhm_store_write,
 };
 pub use joint::Joint;
 pub use law::{LAW_WORDS, Law, gmhm_law_init, gmhm_law_load, gmhm_law_restart, gmhm_law_step};
@@ -63,6 +64,8 @@ pub const PLACE: u16 = 9;
 pub const PERIOD: u16 = 10;
 /// `GMHM_NO_INVERSE`.
 pub const NO_INVERSE: u16 = 11;
+/// `GMHM_UNREADABLE`.
+pub const UNREADABLE: u16 = 12;
 
 /// 64-bit words of `gmhm_joint`.
 pub const JOINT_WORDS: usize = 448;

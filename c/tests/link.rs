@@ -12,9 +12,9 @@ use gmhm::diagnostics::{Fault, SelfTest};
 use gmhm::link::message::SAVE;
 use gmhm::link::{Answer, Origin, Receiver, Refusal, Request, Tag};
 use gmhm_c::{
-    DiagnosticsC, DriveC, FLASH, FlashC, Joint, LinkC, LiveC, NO_BLOCK, NO_SPACE, NOT_NEWER, OK, PLACE, READ_BACK,
-    StoreC, UNIT, flag, gmhm_link_boot, gmhm_link_elapse, gmhm_link_init, gmhm_link_receive, gmhm_load,
-    gmhm_store_init, gmhm_store_read, gmhm_store_write,
+    DiagnosticsC, DriveC, FLASH, FlashC, Joint, LinkC, LiveC, NO_BLOCK, NO_SPACE, NOT_NEWER, NULL, OK, PLACE,
+    READ_BACK, StoreC, UNIT, UNREADABLE, flag, gmhm_link_boot, gmhm_link_elapse, gmhm_link_init, gmhm_link_receive,
+    gmhm_load, gmhm_store_erase_unreadable, gmhm_store_init, gmhm_store_read, gmhm_store_write,
 };
 
 const SECTOR: u32 = 1024;
@@ -334,6 +334,10 @@ unsafe extern "C" fn write_wrong(context: *mut c_void, address: u32, from: *cons
     answer
 }
 
+unsafe extern "C" fn read_nothing(_: *mut c_void, _: u32, _: *mut u8, _: u32) -> u32 {
+    1
+}
+
 #[test]
 fn a_store_answers_by_its_codes() {
     let bench = Bench::new();
@@ -364,4 +368,14 @@ fn a_store_answers_by_its_codes() {
     let bench = Bench::new();
     let wrong = FlashC { write: Some(write_wrong), ..bench.flash() };
     assert_eq!(write_to(&mut store_of(&wrong)), READ_BACK);
+    // A flash that does not read may hold the block in force; erased on purpose, it still does not read.
+    let blind = FlashC { read: Some(read_nothing), ..bench.flash() };
+    let mut store = store_of(&blind);
+    let before = bench.cells.borrow().clone();
+    assert_eq!(write_to(&mut store), UNREADABLE);
+    assert_eq!(*bench.cells.borrow(), before);
+    assert_eq!(gmhm_store_erase_unreadable(Some(&mut store)), READ_BACK);
+    assert_eq!(gmhm_store_erase_unreadable(Some(&mut store_of(&bench.flash()))), OK);
+    assert_eq!(gmhm_store_erase_unreadable(None), NULL);
+    assert_eq!(write_to(&mut store_of(&bench.flash())), OK);
 }

@@ -1,5 +1,7 @@
 //! A NOR flash that is out for the store: programming only clears bits, a unit is programmed once, and power fails where the test says.
 
+use core::ops::Range;
+
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash, check_erase, check_read, check_write,
 };
@@ -22,6 +24,11 @@ pub struct HostileFlash<const WRITE: usize, const ERASE: usize> {
     /// Reads until a fault, how many there are, and what they are.
     fault: Option<(u64, u64, ReadFault)>,
     reads: u64,
+    /// Bytes that do not read for now.
+    unreadable: Range<usize>,
+    /// The write or erase that fails, by its number, and what of it is done.
+    change_fault: Option<(u64, ChangeFault)>,
+    changes: u64,
 }
 
 /// What a read that fails for once does.
@@ -33,6 +40,17 @@ pub enum ReadFault {
     Flip,
     /// All bytes are those of an erased flash.
     Erased,
+}
+
+/// What of a write or an erase is done that fails for once.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ChangeFault {
+    /// Nothing.
+    Nothing,
+    /// Some units or sectors, and one of them in part.
+    Part,
+    /// All of it.
+    All,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -53,7 +71,7 @@ pub enum FlashFault {
     Rewritten(usize),
     /// The unit at this byte does not read: its error correction fails.
     Unreadable(usize),
-    /// This read failed, the next one may not.
+    /// This call failed, the next one may not.
     Transient,
 }
 
@@ -83,6 +101,9 @@ impl<const WRITE: usize, const ERASE: usize> HostileFlash<WRITE, ERASE> {
             dark: false,
             fault: None,
             reads: 0,
+            unreadable: 0..0,
+            change_fault: None,
+            changes: 0,
         }
     }
 
@@ -106,6 +127,28 @@ impl<const WRITE: usize, const ERASE: usize> HostileFlash<WRITE, ERASE> {
     /// Reads so far.
     pub fn reads(&self) -> u64 {
         self.reads
+    }
+
+    /// Lets reads of these bytes fail until it is called again.
+    pub fn hide(&mut self, bytes: Range<usize>) {
+        self.unreadable = bytes;
+    }
+
+    /// Lets one write or erase fail, after `changes` that do not.
+    pub fn disturb_change(&mut self, changes: u64, fault: ChangeFault) {
+        self.change_fault = Some((self.changes + changes, fault));
+    }
+
+    /// Writes and erases so far.
+    pub fn changes(&self) -> u64 {
+        self.changes
+    }
+
+    /// The fault of the write or erase that begins.
+    fn change(&mut self) -> Option<ChangeFault> {
+        let fault = self.change_fault.filter(|(at, _)| *at == self.changes);
+        self.changes += 1;
+        fault.map(|(_, fault)| fault)
     }
 
     /// Moments that have passed.
@@ -138,6 +181,15 @@ impl<const WRITE: usize, const ERASE: usize> HostileFlash<WRITE, ERASE> {
             }
             None => true,
         }
+    }
+
+    /// The bytes of a unit are programmed together: what follows the first `done` may have begun.
+    fn tear_unit(&mut self, at: usize, unit: &[u8], done: usize) {
+        for (j, byte) in unit.iter().enumerate().skip(done) {
+            let kept: u8 = self.random.random();
+            self.bytes[at + j] &= byte | kept;
+        }
+        self.units[at / WRITE] = Unit::Torn;
     }
 
     fn tear_sector(&mut self, from: usize, stage: u64) {
@@ -179,6 +231,9 @@ impl<const WRITE: usize, const ERASE: usize> ReadNorFlash for HostileFlash<WRITE
         if let Some(torn) = units.clone().find(|unit| self.corrects_errors && self.units[*unit] == Unit::Torn) {
             return Err(FlashFault::Unreadable(torn * WRITE));
         }
+        if from < self.unreadable.end && self.unreadable.start < from + bytes.len() {
+            return Err(FlashFault::Unreadable(self.unreadable.start));
+        }
         bytes.copy_from_slice(&self.bytes[from..from + bytes.len()]);
         let disturbed = self.fault.filter(|(first, count, _)| (*first..first + count).contains(&self.reads));
         self.reads += 1;
@@ -207,7 +262,19 @@ impl<const WRITE: usize, const ERASE: usize> NorFlash for HostileFlash<WRITE, ER
             return Err(FlashFault::Dark);
         }
         check_erase(self, from, to).map_err(FlashFault::Place)?;
-        for sector in (from as usize..to as usize).step_by(ERASE) {
+        let fault = self.change();
+        let sectors = (to - from) as usize / ERASE;
+        let torn = match fault {
+            Some(ChangeFault::Nothing) => return Err(FlashFault::Transient),
+            Some(ChangeFault::Part) => self.random.random_range(0..sectors),
+            Some(ChangeFault::All) | None => sectors,
+        };
+        for (k, sector) in (from as usize..to as usize).step_by(ERASE).enumerate() {
+            if k == torn {
+                let stage = self.random.random_range(1..ERASE_MOMENTS);
+                self.tear_sector(sector, stage);
+                return Err(FlashFault::Transient);
+            }
             for stage in 0..ERASE_MOMENTS {
                 if !self.moment() {
                     self.tear_sector(sector, stage);
@@ -217,7 +284,7 @@ impl<const WRITE: usize, const ERASE: usize> NorFlash for HostileFlash<WRITE, ER
             self.bytes[sector..sector + ERASE].fill(0xFF);
             self.units[sector / WRITE..(sector + ERASE) / WRITE].fill(Unit::Erased);
         }
-        Ok(())
+        fault.map_or(Ok(()), |_| Err(FlashFault::Transient))
     }
 
     fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), FlashFault> {
@@ -225,25 +292,31 @@ impl<const WRITE: usize, const ERASE: usize> NorFlash for HostileFlash<WRITE, ER
             return Err(FlashFault::Dark);
         }
         check_write(self, offset, bytes.len()).map_err(FlashFault::Place)?;
+        let fault = self.change();
+        let count = bytes.len().div_ceil(WRITE);
+        let torn = match fault {
+            Some(ChangeFault::Nothing) => return Err(FlashFault::Transient),
+            Some(ChangeFault::Part) => self.random.random_range(0..count),
+            Some(ChangeFault::All) | None => count,
+        };
         for (k, unit) in bytes.chunks(WRITE).enumerate() {
             let at = offset as usize + k * WRITE;
             if self.units[at / WRITE] != Unit::Erased {
                 return Err(FlashFault::Rewritten(at));
             }
+            if k == torn {
+                self.tear_unit(at, unit, 0);
+                return Err(FlashFault::Transient);
+            }
             for (i, byte) in unit.iter().enumerate() {
                 if !self.moment() {
-                    // The bytes of a unit are programmed together: what follows may have begun.
-                    for (j, byte) in unit.iter().enumerate().skip(i) {
-                        let kept: u8 = self.random.random();
-                        self.bytes[at + j] &= byte | kept;
-                    }
-                    self.units[at / WRITE] = Unit::Torn;
+                    self.tear_unit(at, unit, i);
                     return Err(FlashFault::Dark);
                 }
                 self.bytes[at + i] &= byte;
             }
             self.units[at / WRITE] = Unit::Programmed;
         }
-        Ok(())
+        fault.map_or(Ok(()), |_| Err(FlashFault::Transient))
     }
 }

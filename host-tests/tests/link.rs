@@ -8,7 +8,7 @@ mod drives;
 use blocks::block;
 use drives::{Session, Told, answers, ask, bench, blank, crc, power_up, staging, store, stored};
 use gmhm::block::{BlockError, Identity, verify};
-use gmhm::link::message::{LOAD, MOST_BYTES, SAVE};
+use gmhm::link::message::{ERASE, LOAD, MOST_BYTES, SAVE};
 use gmhm::link::{Answer, Origin, Refusal, Request, Tag};
 
 fn of(sequence: u32) -> Vec<u8> {
@@ -172,6 +172,8 @@ fn every_refusal_is_reached_and_changes_nothing() {
     expect(Refusal::Value, 0, &[&old], &nothing, &[Request::Bound { share: f32::NAN }]);
     expect(Refusal::Value, 0, &[&old], &nothing, &[Request::Bound { share: -0.1 }]);
     expect(Refusal::Enabled, 0, &[&old], &enabled, &[Request::Bound { share: 0.5 }]);
+    expect(Refusal::Signature, 0, &[&old], &nothing, &[Request::EraseUnreadable { signature: SAVE }]);
+    expect(Refusal::Enabled, 0, &[&old], &enabled, &[Request::EraseUnreadable { signature: ERASE }]);
     expect(Refusal::OnTrial, 0, &[&old], &nothing, &[staging(&new), vec![Request::Try, staging(&new)[0]]].concat());
     expect(Refusal::OnTrial, 0, &[&old], &nothing, &[staging(&new), vec![Request::Try, staging(&new)[1]]].concat());
     expect(Refusal::OnTrial, 0, &[&old], &nothing, &with(&[Request::Try, Request::Try]));
@@ -197,10 +199,11 @@ fn every_refusal_is_reached_and_changes_nothing() {
 
     // Commands and versions that are not known, payloads of another length.
     for (body, refusal) in [
-        ([1, 18, 0, 0, 0, 0, 0, 0, 0, 0].as_slice(), Refusal::Command),
+        ([1, 19, 0, 0, 0, 0, 0, 0, 0, 0].as_slice(), Refusal::Command),
         (&[2, 7, 0, 0, 0, 0, 0, 0, 0, 0], Refusal::Command),
         (&[1, 7, 0, 0, 0, 0, 0, 0, 0, 0, 0], Refusal::Payload),
         (&[1, 9, 0, 0, 0, 0, 0, 0, 0, 0, 0], Refusal::Payload),
+        (&[1, 18, 0, 0, 0, 0, 0, 0, 0, 0], Refusal::Payload),
         (&[1, 11, 0, 0, 0, 0, 0, 0, 0, 0, 2], Refusal::Payload),
     ] {
         let bodies = answers(&mut port, &mut drive, &gmhm::link::frame::encode(body));
@@ -213,8 +216,11 @@ fn every_refusal_is_reached_and_changes_nothing() {
         assert!(answers(&mut port, &mut drive, &gmhm::link::frame::encode(body)).is_empty());
     }
     let missing: Vec<_> = Refusal::ALL.iter().filter(|refusal| !reached.contains(refusal)).collect();
-    // A flash that fails is met where power is cut, the next two among plausible changes, the last with a lock.
-    assert_eq!(missing, [&Refusal::Flash, &Refusal::ReadBack, &Refusal::Bound, &Refusal::Busy, &Refusal::Locked]);
+    // A flash that fails is met where power is cut, one that does not read below, the others among plausible changes and with a lock.
+    assert_eq!(
+        missing,
+        [&Refusal::Flash, &Refusal::ReadBack, &Refusal::Bound, &Refusal::Busy, &Refusal::Locked, &Refusal::Unreadable]
+    );
 }
 
 #[test]
@@ -260,7 +266,7 @@ fn refusals_have_numbers_of_their_own_and_abort_codes_of_canopen() {
         assert!(!refusal.to_string().is_empty());
     }
     assert_eq!(Refusal::of_number(0), None);
-    assert_eq!(Refusal::of_number(26), None);
+    assert_eq!(Refusal::of_number(27), None);
 }
 
 /// Power fails at every moment of a commit: an acknowledgement means that boot finds the new block, and without one it finds the old or the new.
@@ -370,6 +376,65 @@ fn a_flash_that_does_not_keep_what_it_is_told_is_found_out() {
         }
         assert_eq!(last, Some(if sticks { Err(Refusal::ReadBack) } else { Ok(()) }));
         assert_eq!(port.boot(&mut drive).map(|entry| entry.header.sequence), Some(if sticks { 1 } else { 2 }));
+    }
+}
+
+/// The flash does not read when the drive boots: nothing is stored until it does, or until what does not read is erased on purpose.
+#[test]
+fn a_flash_that_does_not_read_is_not_written() {
+    let (old, new) = (of(1), of(2));
+    let commit = Request::Commit { signature: SAVE, crc: crc(&new) };
+    let try_new = |flash: drives::Flash| {
+        let (mut port, mut drive) = power_up(flash, Told::default());
+        assert_eq!(drive.in_force, None);
+        let mut session = Session::open(&mut port, &mut drive);
+        session.stage(&mut port, &mut drive, &new).expect("staged");
+        session.ask(&mut port, &mut drive, Request::Try).expect("on trial");
+        let answer = session.ask(&mut port, &mut drive, commit);
+        assert_eq!(refused(answer), (Refusal::Unreadable, 0));
+        (port, drive, session)
+    };
+    let mut flash = blank();
+    store_one(&mut flash, &old);
+    flash.hide(0..2 * drives::SLOT as usize);
+    let (port, drive, _) = try_new(flash);
+    let mut flash = port.into_store().into_flash();
+    flash.hide(0..0);
+    let (_, drive) = power_up(flash, drive);
+    assert_eq!(drive.in_force.as_ref(), Some(&old), "power off and on, and the block in force is there");
+
+    // The first block ever lost its power in the erase before it, and the flash has error correction.
+    let mut flash = blank();
+    flash.cut_after(3, 0);
+    let mut store = store(flash);
+    store.write(&verify(&old).expect("a block")).expect_err("no power");
+    let mut flash = store.into_flash();
+    flash.power_up();
+    let (mut port, mut drive, mut session) = try_new(flash);
+    let erase = Request::EraseUnreadable { signature: ERASE };
+    assert_eq!(session.ask(&mut port, &mut drive, erase), Ok(Answer::Done));
+    assert_eq!(session.ask(&mut port, &mut drive, commit), Ok(Answer::Stored { sequence: 2, crc: crc(&new) }));
+}
+
+/// One bad read at boot does not put the older block in force.
+#[test]
+fn a_bad_read_at_boot_changes_nothing() {
+    use gmhm_host_tests::flash::ReadFault;
+
+    let (port, drive) = bench(&[&of(1), &of(2)]);
+    let mut flash = port.into_store().into_flash();
+    flash.disturb_reads(0, 0, ReadFault::Error);
+    for fault in [ReadFault::Error, ReadFault::Flip, ReadFault::Erased] {
+        for after in 0.. {
+            let mut flash = flash.clone();
+            let before = flash.reads();
+            flash.disturb_reads(after, 1, fault);
+            let (port, drive) = power_up(flash, drive.clone());
+            assert_eq!((drive.in_force, port.boot_error()), (Some(of(2)), 0), "{fault:?} after {after}");
+            if port.into_store().into_flash().reads() - before <= after {
+                break;
+            }
+        }
     }
 }
 

@@ -56,7 +56,15 @@ fn write<const W: usize, const E: usize>(
     store: &mut Store<Flash<W, E>>,
     bytes: &[u8],
 ) -> Result<(), StoreError<FlashFault>> {
-    store.write(&verify(bytes).expect("a sound block")).map(drop)
+    let block = verify(bytes).expect("a sound block");
+    match store.write(&block) {
+        // The slot of the first block that the drive ever stored: erased on purpose.
+        Err(StoreError::Unreadable { .. }) => {
+            store.erase_unreadable()?;
+            store.write(&block).map(drop)
+        }
+        written => written.map(drop),
+    }
 }
 
 fn prepare<const W: usize, const E: usize>(

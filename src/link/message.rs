@@ -18,6 +18,9 @@ pub const SAVE: u32 = u32::from_le_bytes(*b"save");
 /// What [`Request::RollBack`] must carry: "load", as object 1011h of CANopen.
 pub const LOAD: u32 = u32::from_le_bytes(*b"load");
 
+/// What [`Request::EraseUnreadable`] must carry: "eras".
+pub const ERASE: u32 = u32::from_le_bytes(*b"eras");
+
 /// Bytes of a proof at the end of a body: see `docs/link.md`, access.
 pub const PROOF_BYTES: usize = 16;
 
@@ -114,6 +117,11 @@ pub enum Request<'a> {
     Adaptation,
     /// End the session: another host may open one at once. A trial goes on until it expires.
     Close,
+    /// Erase the slots of the flash that cannot be read: see [`Store::erase_unreadable`](crate::store::Store::erase_unreadable).
+    EraseUnreadable {
+        /// [`ERASE`].
+        signature: u32,
+    },
 }
 
 impl<'a> Request<'a> {
@@ -138,6 +146,7 @@ impl<'a> Request<'a> {
             Self::Bound { .. } => 15,
             Self::Close => 16,
             Self::Adaptation => 17,
+            Self::EraseUnreadable { .. } => 18,
         }
     }
 
@@ -177,6 +186,7 @@ impl<'a> Request<'a> {
             Self::Data { offset, bytes } => pen.u32(offset).bytes(bytes).end(),
             Self::Commit { signature, crc } => pen.u32(signature).u32(crc).end(),
             Self::RollBack { signature, sequence } => pen.u32(signature).u32(sequence).end(),
+            Self::EraseUnreadable { signature } => pen.u32(signature).end(),
             Self::Compensate { on } => pen.u8(u8::from(on)).end(),
             Self::Gain { ratio } | Self::Bound { share: ratio } => pen.u32(ratio.to_bits()).end(),
         }
@@ -196,7 +206,7 @@ impl<'a> Request<'a> {
             return Some((command, tag, Err(Refusal::Command)));
         }
         let request = match command {
-            1..=17 => fields.request(command).filter(|_| fields.0.is_empty()).ok_or(Refusal::Payload),
+            1..=18 => fields.request(command).filter(|_| fields.0.is_empty()).ok_or(Refusal::Payload),
             _ => Err(Refusal::Command),
         };
         Some((command, tag, request))
@@ -557,6 +567,7 @@ impl<'a> Fields<'a> {
             15 => Request::Bound { share: self.f32()? },
             16 => Request::Close,
             17 => Request::Adaptation,
+            18 => Request::EraseUnreadable { signature: self.u32()? },
             _ => return None,
         })
     }
@@ -634,7 +645,7 @@ impl<'a> Fields<'a> {
                 shadow: self.five()?,
                 deviations: self.five()?,
             }),
-            5..=8 | 11 | 12 | 14..=16 => Answer::Done,
+            5..=8 | 11 | 12 | 14..=16 | 18 => Answer::Done,
             _ => return None,
         })
     }

@@ -154,6 +154,7 @@ pub const OBJECTS: &[Object] = &[
     write(0x2006, 1, "try_staged_block", Unsigned8, Some([1.0, 1.0])),
     write(0x2006, 2, "revert_trial", Unsigned8, Some([1.0, 1.0])),
     write(0x2006, 3, "clear_diagnostics", Unsigned8, Some([1.0, 1.0])),
+    write(0x2006, 4, "erase_unreadable_slots", Unsigned32, None),
     read(ADAPTATION, 1, "taken_over", Unsigned8, ""),
     read(ADAPTATION, 2, "warnings", Unsigned16, ""),
     read(ADAPTATION, 3, "stretches", Unsigned32, ""),
@@ -355,6 +356,7 @@ impl<F: NorFlash, const ROOM: usize> Server<F, ROOM> {
             (0x2004, _) => Request::Bound { share: number },
             (0x2006, 1) => Request::Try,
             (0x2006, 2) => Request::Revert,
+            (0x2006, 4) => Request::EraseUnreadable { signature: word },
             _ => Request::ClearDiagnostics,
         };
         self.execute(request, drive, &mut [0; MOST_BYTES]).map(drop)?;

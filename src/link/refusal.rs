@@ -59,11 +59,13 @@ pub enum Refusal {
     Locked = 24,
     /// The drive adapts nothing.
     NoAdaptation = 25,
+    /// A slot of the flash cannot be read, and no stored block is known to be in force: storing might erase it.
+    Unreadable = 26,
 }
 
 impl Refusal {
     /// All of them.
-    pub const ALL: [Self; 25] = [
+    pub const ALL: [Self; 26] = [
         Self::Command,
         Self::Payload,
         Self::Session,
@@ -89,6 +91,7 @@ impl Refusal {
         Self::Busy,
         Self::Locked,
         Self::NoAdaptation,
+        Self::Unreadable,
     ];
 
     /// Its number.
@@ -121,7 +124,7 @@ impl Refusal {
             Self::Block => 0x0604_0043,
             Self::Gear => 0x0604_0047,
             Self::Sequence => 0x0609_0032,
-            Self::Flash => 0x0606_0000,
+            Self::Flash | Self::Unreadable => 0x0606_0000,
             Self::ReadBack => 0x0800_0000,
             Self::NothingBefore => 0x0602_0000,
             Self::Value | Self::Bound => 0x0609_0030,
@@ -158,6 +161,9 @@ impl fmt::Display for Refusal {
             Self::Locked => "the drive has a key, and the request does not prove that its host knows it",
             Self::NoAdaptation => {
                 "it adapts nothing: no parameters of law masing are in force, or its firmware has no adaptation"
+            }
+            Self::Unreadable => {
+                "a slot of the flash cannot be read, and no stored block is known to be in force: storing might erase it"
             }
             Self::Busy => "another host has a session open: wait until it has been silent for a while",
         })

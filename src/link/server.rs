@@ -6,7 +6,8 @@ use super::drive::{CompensationSetting, Drive};
 #[cfg(feature = "lock")]
 use super::lock::Key;
 use super::message::{
-    Answer, Asked, Identified, LOAD, LinkDiagnostics, MOST_BYTES, Origin, PROOF_BYTES, Request, SAVE, Status, Tag,
+    Answer, Asked, ERASE, Identified, LOAD, LinkDiagnostics, MOST_BYTES, Origin, PROOF_BYTES, Request, SAVE, Status,
+    Tag,
 };
 use super::rating::Rating;
 use super::refusal::{Refusal, Refused};
@@ -220,6 +221,7 @@ impl<F: NorFlash, const ROOM: usize> Server<F, ROOM> {
                 (self.refused_requests, self.expired_trials) = (0, 0);
                 drive.clear_diagnostics();
             }
+            Request::EraseUnreadable { signature } => self.erase_unreadable(signature, drive)?,
             Request::Bound { share } => {
                 if drive.is_enabled() {
                     return Err(Refusal::Enabled.into());
@@ -233,6 +235,16 @@ impl<F: NorFlash, const ROOM: usize> Server<F, ROOM> {
             }
         }
         Ok(Answer::Done)
+    }
+
+    fn erase_unreadable(&mut self, signature: u32, drive: &impl Drive) -> Result<(), Refusal> {
+        if signature != ERASE {
+            return Err(Refusal::Signature);
+        }
+        if drive.is_enabled() {
+            return Err(Refusal::Enabled);
+        }
+        self.store.erase_unreadable().map_err(refusal)
     }
 
     /// What went wrong so far, that of the line apart.
@@ -508,7 +520,7 @@ impl<F: NorFlash, const ROOM: usize> Server<F, ROOM> {
 
     fn adopt_entry(&mut self, entry: &Entry, drive: &mut impl Drive) -> Result<(), Refused> {
         let bytes = self.stage.get_mut(..entry.header.length as usize).ok_or(refused_block(BlockError::NoRoom))?;
-        self.store.read(entry, 0, bytes).map_err(refusal)?;
+        self.store.read_whole(entry, bytes).map_err(refusal)?;
         let block = verify(bytes).map_err(refused_block)?;
         drive.adopt(Some(&block)).map_err(refused_block)?;
         self.rating = Rating::of(&block);
@@ -547,5 +559,6 @@ fn refusal<E>(error: StoreError<E>) -> Refusal {
         StoreError::TooLong { .. } => Refusal::Room,
         StoreError::ReadBack => Refusal::ReadBack,
         StoreError::NothingBefore => Refusal::NothingBefore,
+        StoreError::Unreadable { .. } => Refusal::Unreadable,
     }
 }

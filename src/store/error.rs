@@ -2,6 +2,8 @@
 
 use core::fmt;
 
+use super::Slot;
+
 /// The two ranges cannot be slots.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
@@ -54,6 +56,12 @@ pub enum StoreError<E> {
     ReadBack,
     /// There is no block before the newest.
     NothingBefore,
+    /// A slot could not be read, and no block is known to be in force: it may hold the one that is. Nothing was touched. Find the newest block first, with the power
+    /// switched off and on where need be; where a slot never reads again, [`Store::erase_unreadable`](super::Store::erase_unreadable) is the way out.
+    Unreadable {
+        /// The slot; the first where neither could be read.
+        slot: Slot,
+    },
 }
 
 impl<E: fmt::Debug> fmt::Display for StoreError<E> {
@@ -66,6 +74,10 @@ impl<E: fmt::Debug> fmt::Display for StoreError<E> {
             Self::TooLong { room } => write!(f, "it does not fit into a slot of {room} bytes"),
             Self::ReadBack => write!(f, "the flash does not read back what was written"),
             Self::NothingBefore => write!(f, "there is no block before the newest"),
+            Self::Unreadable { slot } => write!(
+                f,
+                "slot {slot:?} cannot be read, and no block is known to be in force: switch power off and on; if it stays, erase what cannot be read"
+            ),
         }
     }
 }

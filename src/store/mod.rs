@@ -13,8 +13,9 @@
 //! The slots are read through a window of 64 bytes: no buffer of a block's size is needed to find the newest.
 //!
 //! **Read faults.** A slot that does not read as a block is read again, [`ATTEMPTS`] times in all, before it counts as none. The block in force is remembered once it was
-//! found, written or [named](Store::keep): from then on no fault of its slot makes a write erase it. Where no block was ever found, a slot that reads is preferred to one
-//! that does not.
+//! [found](Store::newest), written or [named](Store::keep): from then on no fault of its slot makes a write erase it. While none is remembered and a slot gives nothing but
+//! read errors, [`write`](Store::write) refuses: that slot may hold the block in force. A sector with error correction whose erase was interrupted may give read errors
+//! for ever; [`erase_unreadable`](Store::erase_unreadable) is the deliberate way out. A flash that lies without an error, every time, cannot be told from an empty one.
 //!
 //! **Sequence.** The larger sequence number is the newer one, and after `u32::MAX` comes 1 ([`next_sequence`]).
 //!
@@ -29,7 +30,7 @@ use core::ops::Range;
 
 use embedded_storage::nor_flash::NorFlash;
 
-use crate::block::{Block, Digest, HEADER_BYTES, Header};
+use crate::block::{Block, Digest, HEADER_BYTES, Header, crc32};
 pub use error::{PlaceError, StoreError};
 pub use ram::RamFlash;
 #[cfg(feature = "link")]
@@ -90,6 +91,25 @@ pub struct Entry {
     pub crc: u32,
 }
 
+/// What a slot holds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Content {
+    Block(Entry),
+    /// It reads, and is no whole block.
+    Nothing,
+    /// It gives nothing but read errors.
+    Unreadable,
+}
+
+impl Content {
+    fn entry(self) -> Option<Entry> {
+        match self {
+            Self::Block(entry) => Some(entry),
+            Self::Nothing | Self::Unreadable => None,
+        }
+    }
+}
+
 /// The two slots.
 #[derive(Debug)]
 pub struct Store<F> {
@@ -133,7 +153,12 @@ impl<F: NorFlash> Store<F> {
 
     /// The whole blocks there are, the newest first. A slot that cannot be read holds none, unless it is that of the block in force.
     pub fn entries(&mut self) -> [Option<Entry>; 2] {
-        let [a, b] = [Slot::A, Slot::B].map(|slot| self.content(slot).0);
+        let contents = self.contents();
+        Self::in_order(contents)
+    }
+
+    fn in_order(contents: [Content; 2]) -> [Option<Entry>; 2] {
+        let [a, b] = contents.map(Content::entry);
         match (a, b) {
             (Some(first), Some(second)) if is_newer(second.header.sequence, first.header.sequence) => [b, a],
             (None, Some(_)) => [b, a],
@@ -147,22 +172,26 @@ impl<F: NorFlash> Store<F> {
         self.in_force = entry;
     }
 
-    /// The block of a slot, and whether the slot could be read.
-    fn content(&mut self, slot: Slot) -> (Option<Entry>, bool) {
-        let mut readable = false;
+    fn contents(&mut self) -> [Content; 2] {
+        [Slot::A, Slot::B].map(|slot| self.content(slot))
+    }
+
+    fn content(&mut self, slot: Slot) -> Content {
+        let mut content = Content::Unreadable;
         for _ in 0..ATTEMPTS {
             match self.entry(slot) {
-                Ok(Some(entry)) => return (Some(entry), true),
-                Ok(None) => readable = true,
+                Ok(Some(entry)) => return Content::Block(entry),
+                Ok(None) => content = Content::Nothing,
                 Err(_) => {}
             }
         }
-        (self.in_force.filter(|entry| entry.slot == slot), readable)
+        self.in_force.filter(|entry| entry.slot == slot).map_or(content, Content::Block)
     }
 
-    /// The newest whole block.
+    /// The newest whole block. It counts as the one in force from then on where none does yet: call it at boot.
     pub fn newest(&mut self) -> Option<Entry> {
         let [newest, _] = self.entries();
+        self.in_force = self.in_force.or(newest);
         newest
     }
 
@@ -186,14 +215,33 @@ impl<F: NorFlash> Store<F> {
         })
     }
 
+    /// Copies a whole block into as many bytes, and reads again, [`ATTEMPTS`] times in all, what fails or is not the block that was found.
+    ///
+    /// # Errors
+    /// The flash could not be read, or reads otherwise than it did; the bytes are not those of the block's length.
+    pub fn read_whole(&mut self, entry: &Entry, bytes: &mut [u8]) -> Result<(), StoreError<F::Error>> {
+        let mut result = Err(StoreError::ReadBack);
+        for _ in 0..ATTEMPTS {
+            result = self.read(entry, 0, bytes);
+            let is_same =
+                |(checked, crc): (&[u8], &[u8; 4])| *crc == entry.crc.to_le_bytes() && crc32(checked) == entry.crc;
+            match result {
+                Ok(()) if bytes.split_last_chunk().is_some_and(is_same) => return Ok(()),
+                Ok(()) => result = Err(StoreError::ReadBack),
+                Err(_) => {}
+            }
+        }
+        result
+    }
+
     /// Stores a block beside the one in force and reads it back: it is the newest from then on, and the one in force.
     ///
     /// # Errors
-    /// The block is not newer than the newest, or longer than a slot: nothing was touched. The flash failed, or reads back otherwise: the block in force is
-    /// what it was.
+    /// The block is not newer than the newest, or longer than a slot; no block is known to be in force, and a slot cannot be read: nothing was touched. The flash
+    /// failed, or reads back otherwise: the block in force is what it was.
     pub fn write(&mut self, block: &Block<'_>) -> Result<Entry, StoreError<F::Error>> {
-        let newest = self.newest();
-        self.in_force = self.in_force.or(newest);
+        let contents = self.contents();
+        let [newest, _] = Self::in_order(contents);
         let sequence = newest.map_or(0, |entry| entry.header.sequence);
         if !is_newer(block.header().sequence, sequence) {
             return Err(StoreError::NotNewer { newest: sequence });
@@ -201,14 +249,15 @@ impl<F: NorFlash> Store<F> {
         if block.bytes().len() > self.room() as usize {
             return Err(StoreError::TooLong { room: self.room() });
         }
-        let in_force = self.in_force;
-        let slot = match in_force {
-            Some(entry) => entry.slot.other(),
-            None if self.content(Slot::A).1 => Slot::A,
-            None if self.content(Slot::B).1 => Slot::B,
-            // Both were damaged by cuts before there was any block.
-            None => Slot::A,
-        };
+        if self.in_force.is_none() {
+            let unreadable =
+                [Slot::A, Slot::B].into_iter().zip(contents).find(|(_, content)| *content == Content::Unreadable);
+            if let Some((slot, _)) = unreadable {
+                return Err(StoreError::Unreadable { slot });
+            }
+            self.in_force = newest;
+        }
+        let slot = self.in_force.map_or(Slot::A, |entry| entry.slot.other());
         let place = self.place(slot);
         self.flash.erase(place.start, place.end).map_err(StoreError::Flash)?;
         self.program(place.start, block.bytes()).map_err(StoreError::Flash)?;
@@ -239,6 +288,25 @@ impl<F: NorFlash> Store<F> {
         self.in_force = Some(before);
         self.flash.erase(place.start, place.end).map_err(StoreError::Flash)?;
         if self.newest() == Some(before) { Ok(before) } else { Err(StoreError::ReadBack) }
+    }
+
+    /// Erases each slot that gives nothing but read errors, never one that reads, nor that of the block in force: the way out of [`StoreError::Unreadable`] where a
+    /// slot does not read again after power was switched off and on. A block that lay in it is lost.
+    ///
+    /// # Errors
+    /// The flash failed, or the erased slot still cannot be read.
+    pub fn erase_unreadable(&mut self) -> Result<(), StoreError<F::Error>> {
+        for slot in [Slot::A, Slot::B] {
+            if self.content(slot) != Content::Unreadable {
+                continue;
+            }
+            let place = self.place(slot);
+            self.flash.erase(place.start, place.end).map_err(StoreError::Flash)?;
+            if self.content(slot) != Content::Nothing {
+                return Err(StoreError::ReadBack);
+            }
+        }
+        Ok(())
     }
 
     /// The flash again.

@@ -10,7 +10,7 @@ use served::{Joint, ON, blank, serve};
 #[test]
 fn parameters_are_tried_kept_and_taken_back() {
     let dir = two_blocks();
-    let served = serve(Joint::default(), blank(), 15, None);
+    let served = serve(Joint::default(), blank(), 17, None);
     let to = format!("tcp:{}", served.address);
     let drive = |words: &str| dir.succeed(&format!("drive --to {to} {words}")).stdout;
     assert!(drive("status").contains("in force      nothing\n"));
@@ -30,6 +30,8 @@ fn parameters_are_tried_kept_and_taken_back() {
     assert!(drive("commit").contains("sequence 2"));
     drive("read -o back.bin");
     assert!(drive("rollback").contains("in force again: sequence 1"));
+    assert!(drive("status").contains("as stored: sequence 1"));
+    assert!(drive("erase-unreadable").contains("all slots can be read"));
     assert!(drive("status").contains("as stored: sequence 1"));
     assert!(drive("on").contains("compensation on"));
     assert!(drive("gain 0.25").contains("compensation on, gain ratio 0.25"));

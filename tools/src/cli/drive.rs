@@ -84,6 +84,10 @@ enum Action {
     Commit,
     /// Erase the newest stored block and put the one before it in force
     Rollback,
+    /// Erase the slots of the flash that cannot be read, where commit is refused for them; a block that lay in one is lost
+    ///
+    /// Slots that can be read, and that of the block in force, are left as they are. Switch the drive off and on first: a fault may pass.
+    EraseUnreadable,
     /// Switch the compensation on
     On,
     /// Switch the compensation off
@@ -188,6 +192,10 @@ impl DriveArgs {
             Action::Rollback => {
                 let (sequence, crc) = trial::roll_back(&mut drive)?;
                 self.say(&format!("in force again: sequence {sequence}, CRC-32 {crc:#010x}"))
+            }
+            Action::EraseUnreadable => {
+                trial::erase_unreadable(&mut drive)?;
+                self.say("all slots can be read")
             }
             Action::On => self.tell(&mut drive, &Request::Compensate { on: true }),
             Action::Off => self.tell(&mut drive, &Request::Compensate { on: false }),

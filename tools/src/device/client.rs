@@ -179,7 +179,8 @@ impl Client {
         let frame = self.frame(request, tag);
         self.line.write_all(&frame)?;
         self.line.flush()?;
-        let stores = matches!(request, Request::Commit { .. } | Request::RollBack { .. });
+        let stores =
+            matches!(request, Request::Commit { .. } | Request::RollBack { .. } | Request::EraseUnreadable { .. });
         let patience = if stores { STORING } else { ANSWERING };
         let asked = Instant::now();
         let mut buffer = [0; 256];

@@ -121,6 +121,9 @@ fn refusal_mend(refusal: Refusal) -> Option<String> {
         Refusal::NotOnTrial => "gmhm drive --to TARGET try params.bin first",
         Refusal::NoParameters => "gmhm flash params.bin --to TARGET first",
         Refusal::Bound => "disable the drive, or, while it is disabled, gmhm drive --to TARGET bound SHARE first",
+        Refusal::Unreadable => {
+            "switch the drive off and on, then again; if it stays, gmhm drive --to TARGET erase-unreadable first: a block that lay in that slot is lost"
+        }
         Refusal::Locked => "give the drive's key with --key FILE",
         Refusal::Busy => "end the other program that talks to the drive, then again",
         _ => return None,
