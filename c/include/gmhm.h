@@ -49,7 +49,7 @@ typedef struct gmhm_joint {
     uint64_t opaque[GMHM_JOINT_WORDS];
 } gmhm_joint;
 
-/* Codes. Refused blocks: 0x0101 to 0x0111, listed in docs/block.md. */
+/* Codes. Refused blocks: 0x0101 to 0x0112, listed in docs/block.md. */
 #define GMHM_OK 0x0000u
 #define GMHM_NULL 0x0001u
 #define GMHM_VALUE 0x0002u /* a number that is none, or out of its range: nothing changed */
@@ -80,6 +80,7 @@ typedef struct gmhm_joint {
 #define GMHM_ERROR_NO_ROOM 0x010Fu
 #define GMHM_ERROR_NO_TERMS 0x0110u
 #define GMHM_ERROR_SELF_TEST 0x0111u /* the golden samples of the block come out otherwise on this processor */
+#define GMHM_ERROR_DISAGREES 0x0112u /* the words of the set-up are not those of the gear and the law beside them */
 
 /* Flags of outputs and solutions. */
 #define GMHM_FLAG_NOT_LOADED 0x01u    /* no parameters are in force: all numbers are 0 */

@@ -282,6 +282,8 @@ fn the_header_says_what_the_library_does() {
         "TERM",
         "NO_ROOM",
         "NO_TERMS",
+        "SELF_TEST",
+        "DISAGREES",
     ];
     for (k, name) in errors.into_iter().enumerate() {
         assert_eq!(defined(&format!("GMHM_ERROR_{name}")), 0x0101 + k as u32);

@@ -57,6 +57,8 @@ pub enum BlockError {
     TermsNotComputed(u16),
     /// The drive computes otherwise than the host that wrote the golden samples.
     SelfTest,
+    /// A record of a set-up whose words are not those of the records that it was computed from: its tag.
+    Disagrees(u16),
     /// More bytes than a block may have, or than the buffer of its writer has.
     NoRoom,
     /// The firmware around this crate refused it, by a code of its own.
@@ -64,7 +66,7 @@ pub enum BlockError {
 }
 
 impl BlockError {
-    /// The number of the reason on the link, in logs and in C: 0x0101 to 0x0111, or the firmware's own.
+    /// The number of the reason on the link, in logs and in C: 0x0101 to 0x0112, or the firmware's own.
     #[must_use]
     pub const fn code(&self) -> u16 {
         if let Self::Firmware(code) = self {
@@ -89,6 +91,7 @@ impl BlockError {
                 Self::NoRoom => 15,
                 Self::TermsNotComputed(_) => 16,
                 Self::SelfTest => 17,
+                Self::Disagrees(_) => 18,
                 Self::Firmware(_) => 0,
             }
     }
@@ -111,7 +114,7 @@ pub const fn sdo_abort(code: u16) -> u32 {
         // CRC error.
         0x0104 => 0x0504_0004,
         // Incompatible parameters.
-        0x0106 | 0x010B | 0x010C | 0x0110 => 0x0604_0043,
+        0x0106 | 0x010B | 0x010C | 0x0110 | 0x0112 => 0x0604_0043,
         // Value too high.
         0x0107 => 0x0609_0031,
         // Value out of range.
@@ -167,6 +170,9 @@ impl fmt::Display for BlockError {
             Self::SelfTest => {
                 write!(f, "the golden samples come out otherwise here: do not use this drive's arithmetic")
             }
+            Self::Disagrees(tag) => {
+                write!(f, "{} does not go with the records that it was computed from: pack the block anew", Tag(tag))
+            }
             Self::NoRoom => write!(f, "the block is longer than there is room for"),
             Self::Firmware(code) => write!(f, "the firmware refused it by its code {code:#06x}"),
         }
@@ -202,6 +208,7 @@ impl defmt::Format for BlockError {
             | Self::Malformed(tag)
             | Self::Twice(tag)
             | Self::Missing(tag)
+            | Self::Disagrees(tag)
             | Self::TermsNotComputed(tag) => {
                 defmt::write!(f, "block refused, code {=u16:#06x}: record {=u16:#06x}", self.code(), tag);
             }

@@ -39,6 +39,7 @@
 //! # Ok::<(), Box<dyn core::error::Error>>(())
 //! ```
 
+mod agreement;
 mod crc;
 mod error;
 mod header;
@@ -54,6 +55,7 @@ mod utf8;
 mod word;
 mod write;
 
+pub use agreement::check_set_up;
 #[cfg(feature = "store")]
 pub(crate) use crc::Digest;
 pub use crc::crc32;

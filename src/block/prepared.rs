@@ -57,7 +57,7 @@ use crate::terms::Setting;
 /// The most words that a set-up takes.
 pub(super) const MOST_WORDS: usize = GEAR_WORDS + 3 + SEARCH_WORDS;
 /// The words of the record of laws `phase` and `time`.
-const GEAR_RECORD_WORDS: usize = GEAR_WORDS + 2 + SEARCH_WORDS;
+pub(super) const GEAR_RECORD_WORDS: usize = GEAR_WORDS + 2 + SEARCH_WORDS;
 
 /// A law whose set-up blocks can hold.
 pub trait PreparedLaw<S: Word>: BlockLaw<S> {
@@ -91,7 +91,7 @@ pub(super) fn words<const N: usize>(block: &Block<'_>, tag: u16) -> Result<[u32;
 }
 
 /// The words of a record as numbers.
-fn numbers<S: Word, const N: usize>(block: &Block<'_>, tag: u16) -> Result<[S; N], BlockError> {
+pub(super) fn numbers<S: Word, const N: usize>(block: &Block<'_>, tag: u16) -> Result<[S; N], BlockError> {
     let mut numbers = [S::ZERO; N];
     for (to, word) in numbers.iter_mut().zip(only(block, tag, N)?.words()) {
         *to = S::of_word(word).ok_or(BlockError::Malformed(tag))?;
@@ -100,7 +100,7 @@ fn numbers<S: Word, const N: usize>(block: &Block<'_>, tag: u16) -> Result<[S; N
 }
 
 /// What lies between the words of the gear and those of the search: `N` words.
-fn between<S, const N: usize>(words: &[S]) -> Option<(&[S; GEAR_WORDS], &[S; N], &[S; SEARCH_WORDS])> {
+pub(super) fn between<S, const N: usize>(words: &[S]) -> Option<(&[S; GEAR_WORDS], &[S; N], &[S; SEARCH_WORDS])> {
     let (gear, rest) = words.split_first_chunk()?;
     let (law, search) = rest.split_first_chunk()?;
     Some((gear, law, search.first_chunk()?))

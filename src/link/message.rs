@@ -110,7 +110,7 @@ pub enum Request<'a> {
     /// Set how far parameters that come on trial while the drive is enabled may be from those in force. Only while it is disabled; power-up brings back
     /// [`DEFAULT_BOUND`](super::server::DEFAULT_BOUND).
     Bound {
-        /// The largest difference of elastic torques up to the rated deflection, as a share of the torque there; infinite for none.
+        /// The largest difference of torques, elastic and hysteresis, as a share of the torque in force; infinite for none. See `docs/link.md`.
         share: f32,
     },
     /// What has the adaptation learnt?

@@ -23,6 +23,7 @@ mod abort;
 pub mod adaptation;
 pub mod drive;
 pub mod frame;
+mod hysteresis;
 #[cfg(feature = "lock")]
 pub mod lock;
 pub mod message;

@@ -1,8 +1,18 @@
-//! How far the parameters of two blocks are apart: their elastic torques up to the rated deflection of the one in force.
+//! How far the torques of two blocks can be apart: what parameters on trial are bounded by while the drive is enabled.
+//!
+//! With f the elastic torque, A the rated deflection in force and Δz the largest difference of the hysteresis torques, whatever the path ([`Hysteresis`]), other parameters
+//! are within a share s where for all deflections up to 1.5·A, which no gear bears for long,
+//!
+//! ```text
+//! abs(f_other(θ) − f(θ)) + Δz ≤ s·max(f(A), f(θ))
+//! ```
+//!
+//! Both elastic torques are odd polynomials of degree five up to their knees and straight beyond, so the extremes lie at knees, ends and roots of quadratic equations.
 
+use super::hysteresis::Hysteresis;
 use crate::block::record::double;
 use crate::block::{Block, GEAR, ScalarKind, Word};
-use crate::elastic::{ElasticTorque, Polynomial};
+use crate::elastic::{ElasticTorque, LARGEST_KNEE, Polynomial};
 use crate::scalar::Fixed;
 
 /// What a gear transmits, of a block.
@@ -11,13 +21,11 @@ pub(super) struct Rating {
     rated_deflection_rad: f64,
     torque_scale_nm: f64,
     elastic: ElasticTorque<f64>,
+    hysteresis: Hysteresis,
 }
 
-/// Shares of the rated deflection at which torques are compared.
-const SHARES: [f64; 4] = [0.25, 0.5, 0.75, 1.0];
-
 impl Rating {
-    /// That of a block; `None` where it has no gear.
+    /// That of a block; `None` where it has no gear or not one law.
     pub(super) fn of(block: &Block<'_>) -> Option<Self> {
         match block.header().scalar {
             ScalarKind::F32 => Self::in_words::<f32>(block),
@@ -28,24 +36,74 @@ impl Rating {
     fn in_words<S: Word>(block: &Block<'_>) -> Option<Self> {
         let [a0, a1, t0, t1, k1, k3, k5] = block.words::<S, 7>(&GEAR).ok()?;
         let [k1, k3, k5] = [k1, k3, k5].map(|word| S::of_word(word).unwrap_or(S::ZERO).to_f64());
+        let [rated_deflection_rad, torque_scale_nm] = [[a0, a1], [t0, t1]].map(double);
         Some(Self {
-            rated_deflection_rad: double([a0, a1]),
-            torque_scale_nm: double([t0, t1]),
+            rated_deflection_rad,
+            torque_scale_nm,
             elastic: ElasticTorque::new(Polynomial { k1, k3, k5 }),
+            hysteresis: Hysteresis::of::<S>(block, rated_deflection_rad, torque_scale_nm)?,
         })
     }
 
-    fn torque_nm(&self, deflection_rad: f64) -> f64 {
-        self.elastic.torque(deflection_rad / self.rated_deflection_rad) * self.torque_scale_nm
-    }
-
-    /// Whether another gear gives the torques of this one within a share of its rated torque.
+    /// Whether another gear gives the torques of this one within a share of them.
     pub(super) fn bounds(&self, other: &Self, share: f32) -> bool {
-        let most = f64::from(share) * libm::fabs(self.torque_nm(self.rated_deflection_rad));
-        SHARES.iter().all(|part| {
-            let deflection_rad = part * self.rated_deflection_rad;
+        let share = f64::from(share);
+        // Deflections as fractions of A: one of the other gear is `ratio` times as many of its own.
+        let ratio = self.rated_deflection_rad / other.rated_deflection_rad;
+        let torque_nm = |x: f64| self.elastic.torque(x) * self.torque_scale_nm;
+        let other_nm = |x: f64| other.elastic.torque(ratio * x) * other.torque_scale_nm;
+        let hysteresis_nm = self.hysteresis.largest_difference_nm(&other.hysteresis);
+        let rated_nm = libm::fabs(torque_nm(1.0));
+        let is_within = |x: f64| {
+            let most = share * torque_nm(x).max(rated_nm);
             // A NaN compares false.
-            libm::fabs(other.torque_nm(deflection_rad) - self.torque_nm(deflection_rad)) <= most
-        })
+            libm::fabs(other_nm(x) - torque_nm(x)) + hysteresis_nm <= most
+        };
+
+        let [curve, line] = self.pieces(1.0);
+        let [other_curve, other_line] = other.pieces(ratio);
+        let ends = [0.0, 1.0, self.elastic.knee(), other.elastic.knee() / ratio, LARGEST_KNEE];
+        let pieces = [(curve, other_curve), (line, other_curve), (curve, other_line)];
+        let turns = pieces.into_iter().flat_map(|(one, other)| {
+            // Up to A the difference of the torques counts, beyond also a share of the torque itself.
+            [1.0, 1.0 + share, 1.0 - share].into_iter().flat_map(move |times| {
+                let [[a, b, c], [x, y, z]] = [one, other];
+                turning_points([x - times * a, y - times * b, z - times * c])
+            })
+        });
+        ends.into_iter().chain(turns).filter(|x| (0.0..=LARGEST_KNEE).contains(x)).all(is_within)
+    }
+
+    /// The factors of x, x³ and x⁵ below and beyond the knee, N·m, at a deflection of `ratio`·x·A. Beyond, a constant is left out.
+    fn pieces(&self, ratio: f64) -> [[f64; 3]; 2] {
+        let Polynomial { k1, k3, k5 } = *self.elastic.polynomial();
+        let (first, square) = (ratio * self.torque_scale_nm, ratio * ratio);
+        let third = first * square;
+        [[first * k1, third * k3, third * square * k5], [first * self.elastic.knee_stiffness(), 0.0, 0.0]]
+    }
+}
+
+/// Where the derivative of c1·x + c3·x³ + c5·x⁵ vanishes, x > 0; NaN or infinite in the place of what there is none of.
+fn turning_points([c1, c3, c5]: [f64; 3]) -> [f64; 2] {
+    // c1 + 3·c3·w + 5·c5·w² with w = x², in the form that does not cancel.
+    let (half, square) = (1.5 * c3, 5.0 * c5);
+    let root = libm::sqrt(half * half - square * c1);
+    let sum = -(half + if half < 0.0 { -root } else { root });
+    [sum / square, c1 / sum].map(libm::sqrt)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::turning_points;
+
+    #[test]
+    fn turning_points_are_those_of_the_polynomial() {
+        // (x² − 1/4)(x² − 1) as a derivative.
+        let found = turning_points([0.25, -1.25 / 3.0, 0.2]);
+        assert!((found[0] - 1.0).abs() < 1e-15 && (found[1] - 0.5).abs() < 1e-15, "{found:?}");
+        // 1 − x², without a fifth power: one.
+        let found = turning_points([1.0, -1.0 / 3.0, 0.0]);
+        assert!(found.iter().any(|x| (x - 1.0).abs() < 1e-15), "{found:?}");
+        assert!(turning_points([1.0, 1.0, 1.0]).iter().all(|x| x.is_nan()));
     }
 }

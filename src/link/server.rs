@@ -11,10 +11,10 @@ use super::message::{
 };
 use super::rating::Rating;
 use super::refusal::{Refusal, Refused};
-use crate::block::{BlockError, FORMAT_VERSION, Header, Identity, verify};
+use crate::block::{BlockError, FORMAT_VERSION, Header, Identity, check_set_up, verify};
 use crate::store::{Entry, Store, StoreError, copy_bytes, is_newer};
 
-/// How far parameters may be from those in force when they come on trial on an enabled drive, as a share of the torque at the rated deflection.
+/// How far parameters may be from those in force when they come on trial on an enabled drive: the largest difference of torques, elastic and hysteresis, as a share of the torque in force.
 pub const DEFAULT_BOUND: f32 = 0.3;
 
 /// A trial ends when no request has come for this long, ms.
@@ -428,7 +428,7 @@ impl<F: NorFlash, const ROOM: usize> Server<F, ROOM> {
         {
             return Err(Refusal::Bound.into());
         }
-        drive.adopt(Some(&block)).map_err(refused_block)?;
+        check_set_up(&block).and_then(|()| drive.adopt(Some(&block))).map_err(refused_block)?;
         self.in_force = InForce::Trial { header: *block.header(), crc: block.crc() };
         Ok(())
     }
@@ -522,7 +522,7 @@ impl<F: NorFlash, const ROOM: usize> Server<F, ROOM> {
         let bytes = self.stage.get_mut(..entry.header.length as usize).ok_or(refused_block(BlockError::NoRoom))?;
         self.store.read_whole(entry, bytes).map_err(refusal)?;
         let block = verify(bytes).map_err(refused_block)?;
-        drive.adopt(Some(&block)).map_err(refused_block)?;
+        check_set_up(&block).and_then(|()| drive.adopt(Some(&block))).map_err(refused_block)?;
         self.rating = Rating::of(&block);
         Ok(())
     }
