@@ -91,7 +91,7 @@ typedef struct gmhm_joint {
 #define GMHM_FLAG_NO_INVERSE 0x20u    /* the parameters in force have no inverse */
 #define GMHM_FLAG_QUARANTINED 0x40u   /* further from the last sample than gmhm_set_largest_step allows: nothing moved, the last good output again */
 #define GMHM_FLAG_RESTARTED 0x80u     /* three quarantined samples agreed: the path starts anew at this one */
-#define GMHM_FLAG_NO_ENCODERS 0x100u  /* gmhm_step_counts without encoders that go with the block: all numbers are 0 */
+#define GMHM_FLAG_NO_ENCODERS 0x100u  /* gmhm_step_counts or gmhm_pair_read without encoders that go with the block */
 
 /* Signals that the terms in force need, bits of gmhm_status.needs. The deflection is always needed. */
 #define GMHM_NEEDS_MOTOR_ANGLE 0x01u
@@ -242,6 +242,52 @@ void gmhm_clear_diagnostics(gmhm_joint *joint);
 
 /* The abort code of a CANopen SDO transfer (CiA 301) nearest to a code of this file. */
 uint32_t gmhm_sdo_abort(uint16_t code);
+
+/* What a block says of its gear and its joint. */
+typedef struct gmhm_block {
+    uint32_t length;               /* of the block, bytes */
+    uint32_t sequence;
+    uint32_t crc32;
+    float period_s;                /* control period that it was made for; 0 where none was stated */
+    float rated_deflection_rad;    /* 0 for a joint without motor-side angle */
+    float torque_scale_nm;         /* 0 likewise */
+    char gear[20];                 /* identity of the gear, ended by a zero */
+    float ratio;                   /* N, negative where the gear reverses; 0 where the block states none */
+    float deflection_zero_rad;     /* what the encoders show at no deflection: q_m/N - q_o - this is the deflection of a sample */
+    uint32_t torque_on_motor_side; /* 1: the torque is taken on the motor side; 0: by a sensor on the output side */
+    uint32_t torque_in_amperes;    /* 1: read A for N*m everywhere */
+} gmhm_block;
+
+/* Reads that from the bytes of a block, for drives that compute by gmhm_law or gmhm_feed_forward. No double precision. A refused block leaves all numbers 0. */
+uint16_t gmhm_read_block(const uint8_t *block, uint32_t length, gmhm_block *to);
+
+/*
+ * The two encoders of a joint, for drives that compute by gmhm_law or gmhm_feed_forward: ratio and zero of the block are applied to raw counts, in integers until the difference is
+ * taken. gmhm_joint does the same by gmhm_set_encoders and gmhm_step_counts.
+ *
+ *     static gmhm_pair pair;
+ *     if (gmhm_pair_init(&pair, block, sizeof block, &encoders) != GMHM_OK) { ... }
+ *
+ *     gmhm_pair_read(&pair, motor_counts, output_counts, &sample);   // each control period
+ *     demand.deflection_rad = sample.deflection_rad;
+ */
+#define GMHM_PAIR_WORDS 16
+
+typedef struct gmhm_pair {
+    uint64_t opaque[GMHM_PAIR_WORDS];
+} gmhm_pair;
+
+/* Makes a pair of bytes that hold anything, in double precision. GMHM_VALUE where block and encoders do not go together: no ratio, no counts, or too fine. Call it again with every other block. */
+uint16_t gmhm_pair_init(gmhm_pair *pair, const uint8_t *block, uint32_t length, const gmhm_encoders *encoders);
+
+/* The next counts are the first: the shafts may have turned meanwhile. */
+uint16_t gmhm_pair_restart(gmhm_pair *pair);
+
+/*
+ * Writes deflection and angles of the raw counts, each from 0 to one below a turn, into the sample and leaves its other fields. Between two calls either shaft moves by less than half a turn
+ * of its own. Returns 0, or GMHM_FLAG_NO_ENCODERS: nothing is written.
+ */
+uint32_t gmhm_pair_read(gmhm_pair *pair, uint32_t motor, uint32_t output, gmhm_sample *sample);
 
 /*
  * Law `masing` with its feed-forward alone: 512 bytes a joint, and a fraction of the code of gmhm_joint. It takes blocks of single precision in newton metres that

@@ -2,12 +2,12 @@
 
 use gmhm::block::{Block, BlockError, CheckedTerms, GEAR, JointRecord, Parameters, Prepared, TorqueUnit, verify_first};
 use gmhm::diagnostics::{Diagnostics, SelfTest};
-use gmhm::drive::{EncoderPair, Mounting, Reading};
 use gmhm::memory::AnyLaw;
 use gmhm::terms::compensated::{Compensated, CompensatedState, Total};
 use gmhm::terms::{Sample, Setting, Stack};
 use gmhm::{Gear, Inverse, Output, Solution, State};
 
+use crate::pair::Pair;
 use crate::types::{
     Answer, DiagnosticsC, EncodersC, OutputC, SampleC, SolutionC, StatusC, flag, need, status_flags, sum,
 };
@@ -34,9 +34,8 @@ pub struct Joint {
     flags: u32,
     largest_step_rad: f32,
     encoders: Option<Encoders>,
-    /// The block's ratio and zero over these encoders, and what they said last.
-    pair: Option<EncoderPair<f32>>,
-    seen: Option<Reading<f32>>,
+    /// The block's ratio and zero over these encoders.
+    pair: Option<Pair>,
     diagnostics: Diagnostics,
     /// Of the path, as counted last.
     merged_pairs: u32,
@@ -129,7 +128,7 @@ impl Force {
 }
 
 /// A gear, its encoders and their common measure. In double precision: a program that tells no encoders links nothing of it.
-type PairOf = fn(&JointRecord, f32, &EncodersC) -> Option<EncoderPair<f32>>;
+type PairOf = fn(&JointRecord, f32, &EncodersC) -> Option<Pair>;
 
 /// The encoders of a joint.
 #[derive(Debug)]
@@ -194,7 +193,6 @@ impl Joint {
             largest_step_rad: f32::INFINITY,
             encoders: None,
             pair: None,
-            seen: None,
             diagnostics: Diagnostics::default(),
             merged_pairs: 0,
         }
@@ -218,7 +216,7 @@ impl Joint {
                 self.path.take_over(before, &force.compensated);
             }
         }
-        (self.flags, self.seen) = (0, None);
+        self.flags = 0;
         self.pair = self.encoders.as_ref().and_then(|encoders| self.pair_of(encoders));
         Ok(())
     }
@@ -252,33 +250,23 @@ impl Joint {
 
     /// Says whether encoders and the block in force go together.
     pub(crate) fn set_encoders(&mut self, encoders: &EncodersC) -> bool {
-        let encoders = Encoders { counts: *encoders, pair_of };
+        let encoders = Encoders { counts: *encoders, pair_of: Pair::new };
         let pair = self.pair_of(&encoders);
         if pair.is_some() {
-            (self.encoders, self.pair, self.seen) = (Some(encoders), pair, None);
+            (self.encoders, self.pair) = (Some(encoders), pair);
         }
         pair.is_some()
     }
 
-    fn pair_of(&self, encoders: &Encoders) -> Option<EncoderPair<f32>> {
+    fn pair_of(&self, encoders: &Encoders) -> Option<Pair> {
         let force = self.force.as_ref()?;
         (encoders.pair_of)(&force.joint, force.compensated.gear.frame().rated(), &encoders.counts)
     }
 
     /// A step from raw counts: the block's ratio and zero are applied, deflection and angles are written into the sample.
     pub(crate) fn step_counts(&mut self, motor: u32, output: u32, sample: &SampleC) -> OutputC {
-        let Some(pair) = &self.pair else { return OutputC { flags: flag::NO_ENCODERS, ..OutputC::default() } };
-        let seen = match &self.seen {
-            None => pair.start(motor, output),
-            Some(last) => pair.follow(last, motor, output),
-        };
-        let sample = SampleC {
-            deflection_rad: seen.deflection,
-            motor_angle_rad: pair.motor_angle(&seen),
-            output_angle_rad: pair.output_angle(&seen),
-            ..*sample
-        };
-        self.seen = Some(seen);
+        let Some(pair) = &mut self.pair else { return OutputC { flags: flag::NO_ENCODERS, ..OutputC::default() } };
+        let sample = pair.sample(motor, output, sample);
         self.step(&sample)
     }
 
@@ -298,7 +286,9 @@ impl Joint {
     pub(crate) fn restart(&mut self) {
         self.path = Path::New;
         self.merged_pairs = 0;
-        self.seen = None;
+        if let Some(pair) = &mut self.pair {
+            pair.restart();
+        }
         self.flags = if self.force.is_some() { 0 } else { flag::NOT_LOADED };
     }
 
@@ -390,14 +380,6 @@ impl Joint {
             torque_in_amperes: u32::from(force.unit == TorqueUnit::Ampere),
         }
     }
-}
-
-/// Ratio and zero of a block over encoders.
-fn pair_of(joint: &JointRecord, rated_deflection: f32, encoders: &EncodersC) -> Option<EncoderPair<f32>> {
-    let mounting = |counts_per_turn, reversed| Mounting { counts_per_turn, reversed: reversed != 0 };
-    let motor = mounting(encoders.motor_counts_per_turn, encoders.motor_reversed);
-    let output = mounting(encoders.output_counts_per_turn, encoders.output_reversed);
-    EncoderPair::new(&joint.joint().encoders(motor, output, f64::from(rated_deflection)).ok()?).ok()
 }
 
 fn solution(solution: &Solution<f32>, converged: bool) -> SolutionC {

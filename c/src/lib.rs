@@ -14,6 +14,7 @@ mod flash;
 mod joint;
 mod law;
 mod link;
+mod pair;
 mod types;
 
 use core::mem::MaybeUninit;
@@ -36,8 +37,10 @@ pub use law::{LAW_WORDS, Law, gmhm_law_init, gmhm_law_load, gmhm_law_restart, gm
 pub use link::{
     DriveC, LINK_ROOM, LINK_WORDS, LinkC, gmhm_link_boot, gmhm_link_elapse, gmhm_link_init, gmhm_link_receive,
 };
+pub use pair::{PAIR_WORDS, PairC, gmhm_pair_init, gmhm_pair_read, gmhm_pair_restart, gmhm_read_block};
 pub use types::{
-    ContributionC, DemandC, DiagnosticsC, EncodersC, LimitsC, LiveC, OutputC, SampleC, SolutionC, StatusC, flag, need,
+    BlockC, ContributionC, DemandC, DiagnosticsC, EncodersC, LimitsC, LiveC, OutputC, SampleC, SolutionC, StatusC,
+    flag, need,
 };
 
 /// `GMHM_OK`.

@@ -112,6 +112,34 @@ pub struct StatusC {
     pub torque_in_amperes: u32,
 }
 
+/// `gmhm_block`.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[repr(C)]
+pub struct BlockC {
+    /// All its bytes.
+    pub length: u32,
+    /// Its sequence number.
+    pub sequence: u32,
+    /// Its CRC-32.
+    pub crc32: u32,
+    /// Control period; 0 where none was stated.
+    pub period_s: f32,
+    /// A; 0 without a gear.
+    pub rated_deflection_rad: f32,
+    /// T_A; 0 without a gear.
+    pub torque_scale_nm: f32,
+    /// Identity of the gear, ended by a zero.
+    pub gear: [u8; 20],
+    /// N; 0 where the block states none.
+    pub ratio: f32,
+    /// What the encoders show at θ = 0.
+    pub deflection_zero_rad: f32,
+    /// 1 where the torque is taken on the motor side.
+    pub torque_on_motor_side: u32,
+    /// 1 where torques are counted in amperes.
+    pub torque_in_amperes: u32,
+}
+
 /// `gmhm_limits`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[repr(C)]

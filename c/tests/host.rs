@@ -16,7 +16,7 @@ use gmhm::terms::{KINDS, Sample, Side, kind};
 use gmhm::{Elastic, Gear, Inverse, Memory, Params, Solution};
 use gmhm_c::{
     FEED_FORWARD_WORDS, FLASH, JOINT_WORDS, LAW_WORDS, LINK_WORDS, NO_BLOCK, NO_INVERSE, NO_SPACE, NOT_NEWER, NULL,
-    PERIOD, PLACE, READ_BACK, STORE_WORDS, StatusC, UNIT, VALUE, flag,
+    PAIR_WORDS, PERIOD, PLACE, READ_BACK, STORE_WORDS, StatusC, UNIT, UNREADABLE, VALUE, flag,
 };
 
 const PERIOD_S: f64 = 1e-3;
@@ -220,6 +220,7 @@ fn the_header_says_what_the_library_does() {
     assert_eq!(defined("GMHM_JOINT_WORDS") as usize, JOINT_WORDS);
     assert_eq!(defined("GMHM_LAW_WORDS") as usize, LAW_WORDS);
     assert_eq!(defined("GMHM_FEED_FORWARD_WORDS") as usize, FEED_FORWARD_WORDS);
+    assert_eq!(defined("GMHM_PAIR_WORDS") as usize, PAIR_WORDS);
     assert_eq!(defined("GMHM_STORE_WORDS") as usize, STORE_WORDS);
     assert_eq!(defined("GMHM_LINK_WORDS") as usize, LINK_WORDS);
     let codes = [
@@ -234,6 +235,7 @@ fn the_header_says_what_the_library_does() {
         ("PLACE", PLACE),
         ("PERIOD", PERIOD),
         ("NO_INVERSE", NO_INVERSE),
+        ("UNREADABLE", UNREADABLE),
     ];
     for (name, code) in codes {
         assert_eq!(defined(&format!("GMHM_{name}")), u32::from(code));

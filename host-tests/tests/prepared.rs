@@ -5,10 +5,11 @@ mod common;
 use std::fmt::Debug;
 
 use gmhm::block::{
-    BlockError, Header, Identity, PHASE, PREPARED, PREPARED_GEAR, Parameters, Prepared, PreparedLaw, SELF_TEST,
-    ScalarKind, TIME, Word, Writer, crc32,
+    BlockError, Header, Identity, Joint, PHASE, PREPARED, PREPARED_GEAR, Parameters, Prepared, PreparedLaw, SELF_TEST,
+    ScalarKind, TIME, TorqueUnit, Word, Writer, crc32, verify,
 };
 use gmhm::diagnostics::SelfTest;
+use gmhm::drive::{Mounting, SetupError};
 use gmhm::feedforward::{Controls, Demand, FeedForward, Limits, Settings};
 use gmhm::memory::AnyLaw;
 use gmhm::memory::masing::Masing;
@@ -24,6 +25,10 @@ fn block<S: Word>(params: &Params) -> (Vec<u8>, Inverse<S, Masing<S>>) {
 }
 
 fn block_of<S: Word, L: PreparedLaw<S>>(params: &Params, law: L) -> (Vec<u8>, Inverse<S, L>) {
+    block_in(params, law, &Joint::default())
+}
+
+fn block_in<S: Word, L: PreparedLaw<S>>(params: &Params, law: L, joint: &Joint) -> (Vec<u8>, Inverse<S, L>) {
     let inverse = Inverse::of(params, law, PERIOD_S).expect("an inverse");
     let mut buffer = vec![0; 1024];
     let header = Header { period_s: PERIOD_S as f32, ..Header::new(Identity::of_name("bench"), S::KIND) };
@@ -32,7 +37,7 @@ fn block_of<S: Word, L: PreparedLaw<S>>(params: &Params, law: L) -> (Vec<u8>, In
     writer.inverse::<S>(params, PERIOD_S).expect("an inverse");
     writer.self_test(inverse.gear(), Some(&inverse)).expect("room");
     writer.prepared(&inverse).expect("room");
-    writer.joint(&gmhm::block::Joint::default()).expect("a joint");
+    writer.joint(joint).expect("a joint");
     let length = writer.finish().expect("room");
     buffer.truncate(length);
     (buffer, inverse)
@@ -143,12 +148,54 @@ fn what_is_not_prepared_is_refused() {
 }
 
 #[test]
+fn amperes_are_not_taken_for_newton_metres() {
+    let params = common::masing();
+    let (bytes, _) = block::<f32>(&params);
+    let in_newton_metres = Prepared::<f32>::load(&bytes, 16).expect("a good block");
+    assert_eq!(in_newton_metres.in_unit(TorqueUnit::NewtonMetre), Ok(in_newton_metres));
+    let error = in_newton_metres.in_unit(TorqueUnit::Ampere).expect_err("newton metres");
+    assert_eq!(error.found, TorqueUnit::NewtonMetre);
+    let header = *verify(&bytes).expect("a block").header();
+    let mut amperes = bytes;
+    amperes[..48].copy_from_slice(&Header { torque_unit: TorqueUnit::Ampere, ..header }.encode());
+    let in_amperes = Prepared::<f32>::load(&restamp(amperes), 16).expect("a good block");
+    assert_eq!(in_amperes.in_unit(TorqueUnit::NewtonMetre).expect_err("amperes").found, TorqueUnit::Ampere);
+    assert!(in_amperes.in_unit(TorqueUnit::Ampere).is_ok());
+}
+
+/// Ratio, zero and rated deflection reach the encoders, in fixed point, too.
+fn encoders_of<S: Word>() {
+    let params = common::masing();
+    let joint = Joint { ratio: Some(-100.5), deflection_zero_rad: 0.1255, motor_side: true };
+    let (bytes, _) = block_in::<S, _>(&params, Masing::new(&params), &joint);
+    let verified = verify(&bytes).expect("a block");
+    let prepared = Prepared::<S>::of_block(&verified, 16).expect("a good block");
+    let mounting = Mounting { counts_per_turn: 1 << 20, reversed: false };
+    let setup = prepared.encoders(&verified, mounting, mounting).expect("a ratio");
+    assert_eq!(Ok(setup), joint.encoders(mounting, mounting, common::A));
+    assert_eq!((setup.ratio, setup.motor.reversed, setup.deflection_zero_rad), ((201, 2), true, 0.1255));
+    assert_eq!(setup.rated_deflection_rad, common::A);
+    // Another block, or one without a ratio.
+    let (other, _) = block::<S>(&params);
+    let other = verify(&other).expect("a block");
+    assert_eq!(prepared.encoders(&other, mounting, mounting), Err(SetupError::Ratio));
+    let without = Prepared::<S>::of_block(&other, 16).expect("a good block");
+    assert_eq!(without.encoders(&other, mounting, mounting), Err(SetupError::Ratio));
+}
+
+#[test]
+fn a_block_knows_its_encoders() {
+    encoders_of::<f32>();
+    encoders_of::<Fixed>();
+}
+
+#[test]
 fn feed_forward_from_a_block_is_that_of_the_parameters() {
     let params = common::masing();
     let (bytes, _) = block::<f32>(&params);
     let prepared = Prepared::<f32>::load(&bytes, 16).expect("a good block");
     let settings = Settings { ramp_s: 0.2, offset_slew_rad_per_s: 0.05, ..Settings::default() };
-    let limits = Limits { ramp_s: 0.2, offset_slew_rad_per_s: 0.05, ..Limits::default() };
+    let limits = Limits::of(&settings);
     let from_block = FeedForward::of_inverse(&prepared.inverse, &limits).expect("limits");
     let from_params = FeedForward::<f32, _>::of(&params, Masing::new(&params), &settings).expect("settings");
     let (mut a, mut b) = (from_block.start::<16>(0.0), from_params.start::<16>(0.0));
@@ -156,8 +203,7 @@ fn feed_forward_from_a_block_is_that_of_the_parameters() {
     for k in 0..2000 {
         let demand = Demand { torque: 20.0 * (0.01 * k as f32).sin(), deflection: 0.0 };
         let [a, b] = [from_block.step(&mut a, &controls, &demand), from_params.step(&mut b, &controls, &demand)];
-        let apart = (a.offset - b.offset).abs() / prepared.inverse.range() + (a.hysteresis - b.hysteresis).abs() / 30.0;
-        assert!(apart < 2e-5, "{k}: {a:?} for {b:?}");
+        assert_eq!(a, b, "{k}");
     }
     for none in [f32::NAN, 0.0, -1.0] {
         assert!(FeedForward::of_inverse(&prepared.inverse, &Limits { ramp_s: none, ..limits }).is_err());

@@ -49,6 +49,7 @@ mod layout;
 mod parameters;
 pub mod prepared;
 pub(crate) mod record;
+mod scales;
 pub mod self_test;
 mod term;
 mod utf8;
@@ -67,9 +68,10 @@ pub use layout::{
     Coding, FIRST_TERM, FieldInfo, GEAR, INVERSE, JOINT, MASING, MAY_SKIP, NAME, PHASE, PREPARED, PREPARED_GEAR,
     RECORDS, RecordInfo, SELF_TEST, TIME,
 };
-pub use parameters::{CheckedTerms, Parameters, Scales, TermStack, TorqueUnitError};
+pub use parameters::{CheckedTerms, Parameters, TermStack, TorqueUnitError};
 pub use prepared::{Prepared, PreparedLaw};
 pub use record::{Block, FieldValues, MOST_BYTES, Record, Records, verify, verify_first};
+pub use scales::{Scales, ScalesRecord};
 pub use term::TermRecord;
 pub use word::{ScalarKind, Word};
 pub use write::{Writer, stamp};

@@ -9,6 +9,7 @@ use super::joint::{Joint, JointRecord};
 use super::law::{BlockLaw, number};
 use super::layout::{GEAR, INVERSE, MASING, MAY_SKIP, PHASE, RECORDS, SELF_TEST, TERM_TAGS, TIME};
 use super::record::{Block, Record, double, verify};
+use super::scales::Scales;
 use super::self_test::{IS_COMPARED, SAMPLES, samples};
 use super::term::TermRecord;
 use crate::diagnostics::SelfTest;
@@ -42,25 +43,6 @@ impl fmt::Display for TorqueUnitError {
 }
 
 impl core::error::Error for TorqueUnitError {}
-
-/// A and T_A in SI units, also where samples enter as fractions of them.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Scales {
-    /// A, rad.
-    pub rated_deflection_rad: f64,
-    /// T_A, N·m.
-    pub torque_scale_nm: f64,
-}
-
-impl Scales {
-    /// Those of parameters.
-    #[must_use]
-    pub fn of(params: &Params) -> Self {
-        Self { rated_deflection_rad: params.rated_deflection_rad(), torque_scale_nm: params.torque_scale_nm() }
-    }
-}
 
 /// Parameters in force: computed once, immutable, for any number of states.
 ///

@@ -35,14 +35,16 @@
 
 use super::Word;
 use super::error::BlockError;
-use super::header::Header;
+use super::header::{Header, TorqueUnit};
 use super::joint::JointRecord;
 use super::law::{BlockLaw, gate_of, kernel_of, number};
 use super::layout::{MASING, MAY_SKIP, PHASE, PREPARED, PREPARED_GEAR, RECORDS, RecordInfo, SELF_TEST, TIME};
-use super::parameters::{CheckedTerms, TermStack};
+use super::parameters::{CheckedTerms, TermStack, TorqueUnitError};
 use super::record::{Block, Record, verify_first};
+use super::scales::ScalesRecord;
 use super::self_test::{IS_COMPARED, SAMPLES, samples};
 use crate::diagnostics::SelfTest;
+use crate::drive::{Mounting, Setup, SetupError};
 use crate::feedforward::{FeedForward, FeedForwardError, Limits};
 use crate::gear::Gear;
 use crate::inverse::Inverse;
@@ -84,14 +86,22 @@ fn only<'a>(block: &Block<'a>, tag: u16, words: usize) -> Result<Record<'a>, Blo
 }
 
 /// The words of a record, whatever they say.
-pub(super) fn words<const N: usize>(block: &Block<'_>, tag: u16) -> Result<[u32; N], BlockError> {
+pub(crate) fn words<const N: usize>(block: &Block<'_>, tag: u16) -> Result<[u32; N], BlockError> {
     let mut words = [0; N];
-    words.iter_mut().zip(only(block, tag, N)?.words()).for_each(|(to, word)| *to = word);
+    fill(block, tag, &mut words)?;
     Ok(words)
 }
 
+/// A call of its own, however many words.
+#[inline(never)]
+fn fill(block: &Block<'_>, tag: u16, words: &mut [u32]) -> Result<(), BlockError> {
+    let record = only(block, tag, words.len())?;
+    words.iter_mut().zip(record.words()).for_each(|(to, word)| *to = word);
+    Ok(())
+}
+
 /// The words of a record as numbers.
-pub(super) fn numbers<S: Word, const N: usize>(block: &Block<'_>, tag: u16) -> Result<[S; N], BlockError> {
+fn numbers<S: Word, const N: usize>(block: &Block<'_>, tag: u16) -> Result<[S; N], BlockError> {
     let mut numbers = [S::ZERO; N];
     for (to, word) in numbers.iter_mut().zip(only(block, tag, N)?.words()) {
         *to = S::of_word(word).ok_or(BlockError::Malformed(tag))?;
@@ -100,7 +110,7 @@ pub(super) fn numbers<S: Word, const N: usize>(block: &Block<'_>, tag: u16) -> R
 }
 
 /// What lies between the words of the gear and those of the search: `N` words.
-pub(super) fn between<S, const N: usize>(words: &[S]) -> Option<(&[S; GEAR_WORDS], &[S; N], &[S; SEARCH_WORDS])> {
+fn between<S, const N: usize>(words: &[S]) -> Option<(&[S; GEAR_WORDS], &[S; N], &[S; SEARCH_WORDS])> {
     let (gear, rest) = words.split_first_chunk()?;
     let (law, search) = rest.split_first_chunk()?;
     Some((gear, law, search.first_chunk()?))
@@ -237,6 +247,29 @@ impl<S: Word, L: PreparedLaw<S>> Prepared<S, L> {
             return Err(FeedForwardError::Period { stored_s });
         }
         FeedForward::of_inverse(&self.inverse, limits)
+    }
+
+    /// The same for code that counts torques in a unit: a block in amperes is not taken for one in newton metres.
+    ///
+    /// # Errors
+    /// [`TorqueUnitError`]: it counts in the other one.
+    pub fn in_unit(self, unit: TorqueUnit) -> Result<Self, TorqueUnitError> {
+        let found = self.header.torque_unit;
+        if found == unit { Ok(self) } else { Err(TorqueUnitError { found }) }
+    }
+
+    /// The encoders of the joint, with ratio, zero and rated deflection of the block that this was loaded from, in double precision.
+    ///
+    /// # Errors
+    /// [`SetupError`]: no ratio that is a fraction. Another block than the one that this was loaded from has none.
+    pub fn encoders(&self, block: &Block<'_>, motor: Mounting, output: Mounting) -> Result<Setup, SetupError> {
+        let (Ok(joint), Ok(scales)) = (JointRecord::of_block(block), ScalesRecord::of_block(block)) else {
+            return Err(SetupError::Ratio);
+        };
+        if block.crc() != self.crc {
+            return Err(SetupError::Ratio);
+        }
+        joint.joint().encoders(motor, output, scales.scales().rated_deflection_rad)
     }
 
     /// The gear.

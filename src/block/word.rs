@@ -34,6 +34,24 @@ impl ScalarKind {
         }
     }
 
+    /// The value of a word; a word that is no number gives NaN or an infinity.
+    pub(crate) fn number(self, word: u32) -> f64 {
+        match self {
+            Self::F32 => f64::from(f32::from_bits(word)),
+            Self::Fixed => f64::from(word.cast_signed()) * Fixed::EPSILON,
+        }
+    }
+
+    /// The value of the two words of a gain; NaN for what is none.
+    #[cfg(feature = "link")]
+    pub(crate) fn gain(self, words: [u32; 2]) -> f64 {
+        let value = match self {
+            Self::F32 => f32::gain_of_words(words).map(|(_, value)| value),
+            Self::Fixed => Fixed::gain_of_words(words).map(|(_, value)| value),
+        };
+        value.unwrap_or(f64::NAN)
+    }
+
     /// Its name on the command line.
     #[must_use]
     pub const fn name(self) -> &'static str {

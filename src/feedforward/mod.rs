@@ -63,7 +63,7 @@ pub use settings::{FeedForwardError, Limits, Settings};
 
 use crate::gear::State;
 use crate::inverse::{Inverse, Invertible, Solution};
-use crate::memory::{AnyLaw, MemoryLaw};
+use crate::memory::{AnyLaw, Frame, MemoryLaw};
 use crate::params::Params;
 use crate::scalar::{Float, Scalar};
 use settings::Steps;
@@ -176,12 +176,12 @@ impl<S: Scalar, L: Invertible<S>> FeedForward<S, L> {
     /// # Errors
     /// [`FeedForwardError`]: settings that cannot be, parameters without an inverse.
     pub fn of(params: &Params, law: L, settings: &Settings) -> Result<Self, FeedForwardError> {
-        let steps = settings.steps(params)?;
+        let steps = settings.steps(params, &Frame::new(params))?;
         let inverse = Inverse::of(params, law, settings.period_s)?;
         let gear = inverse.gear();
         let unknown = gear.start_uncertainty(&gear.start::<4>(S::ZERO));
-        let compliance = if S::SI { params.rated_deflection_rad() / params.torque_scale_nm() } else { 1.0 };
-        Ok(Self { inverse, steps, unknown, compliance: S::from_f64(compliance) })
+        let compliance = if S::SI { gear.frame().rated().over(gear.frame().torque_scale()) } else { S::ONE };
+        Ok(Self { inverse, steps, unknown, compliance })
     }
 
     /// The feed-forward of an inverse that is set up already, such as that of a prepared block: computed in the scalar alone, in a few instructions.

@@ -3,6 +3,7 @@
 use core::fmt;
 
 use crate::inverse::InverseError;
+use crate::memory::Frame;
 use crate::params::Params;
 use crate::scalar::{Float, Scalar};
 
@@ -57,8 +58,16 @@ pub struct Limits<S> {
 impl<S: Float> Default for Limits<S> {
     /// Those of [`Settings`].
     fn default() -> Self {
+        Self::of(&Settings::default())
+    }
+}
+
+impl<S: Scalar> Limits<S> {
+    /// Settings, each rounded: a feed-forward of a stored block with them is that of [`FeedForward::of`](super::FeedForward::of) with the settings, to the bit.
+    #[must_use]
+    pub fn of(settings: &Settings) -> Self {
         let Settings { period_s, ramp_s, offset_slew_rad_per_s, torque_slew_nm_per_s, largest_rate_rad_per_s } =
-            Settings::default();
+            *settings;
         Self {
             period_s: S::from_f64(period_s),
             ramp_s: S::from_f64(ramp_s),
@@ -67,10 +76,8 @@ impl<S: Float> Default for Limits<S> {
             largest_rate_rad_per_s: S::from_f64(largest_rate_rad_per_s),
         }
     }
-}
 
-impl<S: Float> Limits<S> {
-    /// As [`Settings::steps`].
+    /// As [`Settings::steps`], for a scalar in SI units.
     pub(super) fn steps(&self, rated: S, torque_scale: S) -> Result<Steps<S>, FeedForwardError> {
         let Self { period_s, ramp_s, offset_slew_rad_per_s, torque_slew_nm_per_s, largest_rate_rad_per_s } = *self;
         let finite = S::from_f64(S::LARGEST);
@@ -175,7 +182,7 @@ pub(super) struct Steps<S> {
 
 impl Settings {
     /// A step that the scalar cannot tell from none counts as its spacing next to 1, that nothing stands still.
-    pub(super) fn steps<S: Scalar>(&self, params: &Params) -> Result<Steps<S>, FeedForwardError> {
+    pub(super) fn steps<S: Scalar>(&self, params: &Params, frame: &Frame<S>) -> Result<Steps<S>, FeedForwardError> {
         let Self { period_s, ramp_s, offset_slew_rad_per_s, torque_slew_nm_per_s, largest_rate_rad_per_s } = *self;
         for (setting, value, most) in [
             ("period_s", period_s, f64::MAX),
@@ -189,20 +196,18 @@ impl Settings {
                 return Err(FeedForwardError::Setting { setting, value });
             }
         }
+        if S::SI {
+            return Limits::of(self).steps(frame.rated(), frame.torque_scale());
+        }
         let (a, scale) = (params.rated_deflection_rad(), params.torque_scale_nm());
         // Beyond ±4 of its measure no contribution can be.
-        let step = |per_s: f64, measure: f64| {
-            let share = (per_s * period_s / measure).clamp(S::EPSILON, 4.0);
-            S::from_f64(if S::SI { share * measure } else { share })
-        };
+        let step = |per_s: f64, measure: f64| S::from_f64((per_s * period_s / measure).clamp(S::EPSILON, 4.0));
         Ok(Steps {
             gain: step(1.0 / ramp_s, 1.0),
             offset: step(offset_slew_rad_per_s, a),
             torque: step(torque_slew_nm_per_s, scale),
             // No gear is accepted as far apart as this.
-            largest: S::from_f64(
-                (largest_rate_rad_per_s * period_s / a).min(2.0 * S::REFUSED_BEYOND) * if S::SI { a } else { 1.0 },
-            ),
+            largest: S::from_f64((largest_rate_rad_per_s * period_s / a).min(2.0 * S::REFUSED_BEYOND)),
         })
     }
 }

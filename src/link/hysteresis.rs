@@ -9,8 +9,9 @@
 //! Each part is proportional to a coefficient. Two laws of one form that differ in their coefficients alone are apart by the differences of the parts. Where they differ in
 //! A, in what they forget or in their play, too, their paths have other shapes: then the smaller of each part counts as well, at most twice.
 
+use crate::block::prepared::words;
 use crate::block::record::double;
-use crate::block::{Block, MASING, PHASE, TIME, Word};
+use crate::block::{Block, MASING, PHASE, Record, ScalarKind, TIME};
 use crate::elastic::LARGEST_KNEE;
 use crate::params::Kernel;
 
@@ -29,10 +30,12 @@ pub(super) struct Hysteresis {
 }
 
 impl Hysteresis {
-    /// That of the one law of a block; `None` where there is none, more than one, or a word out of its range.
-    pub(super) fn of<S: Word>(block: &Block<'_>, rated_deflection_rad: f64, torque_scale_nm: f64) -> Option<Self> {
-        let number = |word| S::of_word(word).unwrap_or(S::ZERO).to_f64();
-        let mut laws = [&MASING, &PHASE, &TIME].into_iter().filter(|info| !matches!(block.only(info), Ok(None)));
+    /// That of the one law of a block; `None` where there is none, more than one, or a record of another length.
+    pub(super) fn of(block: &Block<'_>, rated_deflection_rad: f64, torque_scale_nm: f64) -> Option<Self> {
+        let kind = block.header().scalar;
+        let number = |word| kind.number(word);
+        let of_law = |record: &Record<'_>| [MASING.tag, PHASE.tag, TIME.tag].contains(&record.tag);
+        let mut laws = block.records().filter(of_law);
         let tag = laws.next()?.tag;
         if laws.next().is_some() {
             return None;
@@ -40,19 +43,17 @@ impl Hysteresis {
         let mut rate = 0.0;
         let mut play = 0.0;
         let (form, parts) = if tag == MASING.tag {
-            let [e, h, half_play] = block.words::<S, 3>(&MASING).ok()?.map(number);
-            play = half_play / if S::SI { rated_deflection_rad } else { 1.0 };
+            let [e, h, half_play] = words::<3>(block, tag).ok()?.map(number);
+            play = half_play / if kind == ScalarKind::F32 { rated_deflection_rad } else { 1.0 };
             ([0, 0], [0.5 * e, h, 0.0])
         } else if tag == PHASE.tag {
-            let [gate, law @ ..] = block.words::<S, 4>(&PHASE).ok()?;
+            let [gate, law @ ..] = words::<4>(block, tag).ok()?;
             let [quadrature, in_phase, rho] = law.map(number);
             rate = rho;
             ([0, gate], [3.0 * quadrature, 2.0 * in_phase, 0.0])
         } else {
-            let [kernel, gate, g0, g1, b0, b1, step @ ..] = block.words::<S, 14>(&TIME).ok()?;
-            let [f0, f1, l0, l1, i0, i1, _, _] = step;
-            let value = |words| S::gain_of_words(words).map(|(_, value)| value);
-            let (forgotten, level, increment) = (value([f0, f1])?, value([l0, l1])?, value([i0, i1])?);
+            let [kernel, gate, g0, g1, b0, b1, f0, f1, l0, l1, i0, i1, _, _] = words::<14>(block, tag).ok()?;
+            let [forgotten, level, increment] = [[f0, f1], [l0, l1], [i0, i1]].map(|words| kind.gain(words));
             let [gain, beta] = [[g0, g1], [b0, b1]].map(double);
             rate = forgotten;
             // What forgets nothing may grow for ever: any difference is too large.
@@ -68,12 +69,16 @@ impl Hysteresis {
 
     /// A bound of the difference between the hysteresis torques of two gears on the same path, N·m.
     pub(super) fn largest_difference_nm(&self, other: &Self) -> f64 {
-        let pairs = || self.parts_nm.into_iter().zip(other.parts_nm);
-        if self.form != other.form {
-            return pairs().map(|(a, b)| libm::fabs(a) + libm::fabs(b)).sum();
+        let is_same = self.form == other.form;
+        let (mut by_size, mut shared) = (0.0, 0.0);
+        for (a, b) in self.parts_nm.into_iter().zip(other.parts_nm) {
+            let [size, other_size] = [a, b].map(libm::fabs);
+            by_size += if is_same { libm::fabs(a - b) } else { size + other_size };
+            shared += size.min(other_size);
         }
-        let by_size: f64 = pairs().map(|(a, b)| libm::fabs(a - b)).sum();
-        let shared: f64 = pairs().map(|(a, b)| libm::fabs(a).min(libm::fabs(b))).sum();
+        if !is_same {
+            return by_size;
+        }
         let scale = apart(self.rated_deflection_rad, other.rated_deflection_rad);
         // A branch s·(2 − s) up to s = 2 and its anchor move by 4·dA/A each, the gate near ±A by √(2·dA/A); a play moves both ends of a branch of slope 2.
         let shape = 8.0 * scale
@@ -84,8 +89,8 @@ impl Hysteresis {
     }
 }
 
-/// How far two sizes are apart, as a share of the larger.
+/// How far two sizes are apart, as a share of the larger; NaN where one is.
 fn apart(a: f64, b: f64) -> f64 {
-    let larger = a.max(b);
-    if larger > 0.0 { 1.0 - a.min(b) / larger } else { 0.0 }
+    let difference = libm::fabs(a - b);
+    if difference == 0.0 { 0.0 } else { difference / libm::fabs(a).max(libm::fabs(b)) }
 }

@@ -10,10 +10,10 @@
 //! Both elastic torques are odd polynomials of degree five up to their knees and straight beyond, so the extremes lie at knees, ends and roots of quadratic equations.
 
 use super::hysteresis::Hysteresis;
+use crate::block::prepared::words;
 use crate::block::record::double;
-use crate::block::{Block, GEAR, ScalarKind, Word};
+use crate::block::{Block, GEAR};
 use crate::elastic::{ElasticTorque, LARGEST_KNEE, Polynomial};
-use crate::scalar::Fixed;
 
 /// What a gear transmits, of a block.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -27,21 +27,17 @@ pub(super) struct Rating {
 impl Rating {
     /// That of a block; `None` where it has no gear or not one law.
     pub(super) fn of(block: &Block<'_>) -> Option<Self> {
-        match block.header().scalar {
-            ScalarKind::F32 => Self::in_words::<f32>(block),
-            ScalarKind::Fixed => Self::in_words::<Fixed>(block),
-        }
-    }
-
-    fn in_words<S: Word>(block: &Block<'_>) -> Option<Self> {
-        let [a0, a1, t0, t1, k1, k3, k5] = block.words::<S, 7>(&GEAR).ok()?;
-        let [k1, k3, k5] = [k1, k3, k5].map(|word| S::of_word(word).unwrap_or(S::ZERO).to_f64());
+        let kind = block.header().scalar;
+        let [a0, a1, t0, t1, coefficients @ ..] = words::<7>(block, GEAR.tag).ok()?;
+        let [k1, k3, k5] = coefficients.map(|word| kind.number(word));
         let [rated_deflection_rad, torque_scale_nm] = [[a0, a1], [t0, t1]].map(double);
+        // A NaN compares false.
+        (rated_deflection_rad > 0.0 && torque_scale_nm > 0.0).then_some(())?;
         Some(Self {
             rated_deflection_rad,
             torque_scale_nm,
             elastic: ElasticTorque::new(Polynomial { k1, k3, k5 }),
-            hysteresis: Hysteresis::of::<S>(block, rated_deflection_rad, torque_scale_nm)?,
+            hysteresis: Hysteresis::of(block, rated_deflection_rad, torque_scale_nm)?,
         })
     }
 
@@ -62,16 +58,24 @@ impl Rating {
 
         let [curve, line] = self.pieces(1.0);
         let [other_curve, other_line] = other.pieces(ratio);
-        let ends = [0.0, 1.0, self.elastic.knee(), other.elastic.knee() / ratio, LARGEST_KNEE];
-        let pieces = [(curve, other_curve), (line, other_curve), (curve, other_line)];
-        let turns = pieces.into_iter().flat_map(|(one, other)| {
+        for x in [0.0, 1.0, self.elastic.knee(), other.elastic.knee() / ratio, LARGEST_KNEE] {
+            if x <= LARGEST_KNEE && !is_within(x) {
+                return false;
+            }
+        }
+        for (one, other) in [(curve, other_curve), (line, other_curve), (curve, other_line)] {
             // Up to A the difference of the torques counts, beyond also a share of the torque itself.
-            [1.0, 1.0 + share, 1.0 - share].into_iter().flat_map(move |times| {
+            for times in [1.0, 1.0 + share, 1.0 - share] {
                 let [[a, b, c], [x, y, z]] = [one, other];
-                turning_points([x - times * a, y - times * b, z - times * c])
-            })
-        });
-        ends.into_iter().chain(turns).filter(|x| (0.0..=LARGEST_KNEE).contains(x)).all(is_within)
+                for turn in turning_points([x - times * a, y - times * b, z - times * c]) {
+                    // A NaN compares false.
+                    if turn <= LARGEST_KNEE && !is_within(turn) {
+                        return false;
+                    }
+                }
+            }
+        }
+        true
     }
 
     /// The factors of x, x³ and x⁵ below and beyond the knee, N·m, at a deflection of `ratio`·x·A. Beyond, a constant is left out.

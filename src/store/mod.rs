@@ -91,31 +91,14 @@ pub struct Entry {
     pub crc: u32,
 }
 
-/// What a slot holds.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Content {
-    Block(Entry),
-    /// It reads, and is no whole block.
-    Nothing,
-    /// It gives nothing but read errors.
-    Unreadable,
-}
-
-impl Content {
-    fn entry(self) -> Option<Entry> {
-        match self {
-            Self::Block(entry) => Some(entry),
-            Self::Nothing | Self::Unreadable => None,
-        }
-    }
-}
-
 /// The two slots.
 #[derive(Debug)]
 pub struct Store<F> {
     flash: F,
     slots: [Range<u32>; 2],
     in_force: Option<Entry>,
+    /// The first slot that gave nothing but read errors when both were read last.
+    unreadable: Option<Slot>,
 }
 
 impl<F: NorFlash> Store<F> {
@@ -143,7 +126,7 @@ impl<F: NorFlash> Store<F> {
         if a.start < b.end && b.start < a.end {
             return Err(PlaceError::Overlap);
         }
-        Ok(Self { flash, slots: [a, b], in_force: None })
+        Ok(Self { flash, slots: [a, b], in_force: None, unreadable: None })
     }
 
     /// The most bytes of a block that either slot holds.
@@ -152,13 +135,14 @@ impl<F: NorFlash> Store<F> {
     }
 
     /// The whole blocks there are, the newest first. A slot that cannot be read holds none, unless it is that of the block in force.
+    #[inline(never)]
     pub fn entries(&mut self) -> [Option<Entry>; 2] {
-        let contents = self.contents();
-        Self::in_order(contents)
-    }
-
-    fn in_order(contents: [Content; 2]) -> [Option<Entry>; 2] {
-        let [a, b] = contents.map(Content::entry);
+        let [(a, reads_a), (b, reads_b)] = [Slot::A, Slot::B].map(|slot| self.content(slot));
+        self.unreadable = match (reads_a, reads_b) {
+            (false, _) => Some(Slot::A),
+            (true, false) => Some(Slot::B),
+            (true, true) => None,
+        };
         match (a, b) {
             (Some(first), Some(second)) if is_newer(second.header.sequence, first.header.sequence) => [b, a],
             (None, Some(_)) => [b, a],
@@ -172,23 +156,22 @@ impl<F: NorFlash> Store<F> {
         self.in_force = entry;
     }
 
-    fn contents(&mut self) -> [Content; 2] {
-        [Slot::A, Slot::B].map(|slot| self.content(slot))
-    }
-
-    fn content(&mut self, slot: Slot) -> Content {
-        let mut content = Content::Unreadable;
+    /// The block of a slot, and whether the slot could be read; that of the block in force always counts as read.
+    fn content(&mut self, slot: Slot) -> (Option<Entry>, bool) {
+        let mut readable = false;
         for _ in 0..ATTEMPTS {
             match self.entry(slot) {
-                Ok(Some(entry)) => return Content::Block(entry),
-                Ok(None) => content = Content::Nothing,
+                Ok(Some(entry)) => return (Some(entry), true),
+                Ok(None) => readable = true,
                 Err(_) => {}
             }
         }
-        self.in_force.filter(|entry| entry.slot == slot).map_or(content, Content::Block)
+        let in_force = self.in_force.filter(|entry| entry.slot == slot);
+        (in_force, readable || in_force.is_some())
     }
 
     /// The newest whole block. It counts as the one in force from then on where none does yet: call it at boot.
+    #[inline(never)]
     pub fn newest(&mut self) -> Option<Entry> {
         let [newest, _] = self.entries();
         self.in_force = self.in_force.or(newest);
@@ -240,8 +223,7 @@ impl<F: NorFlash> Store<F> {
     /// The block is not newer than the newest, or longer than a slot; no block is known to be in force, and a slot cannot be read: nothing was touched. The flash
     /// failed, or reads back otherwise: the block in force is what it was.
     pub fn write(&mut self, block: &Block<'_>) -> Result<Entry, StoreError<F::Error>> {
-        let contents = self.contents();
-        let [newest, _] = Self::in_order(contents);
+        let [newest, _] = self.entries();
         let sequence = newest.map_or(0, |entry| entry.header.sequence);
         if !is_newer(block.header().sequence, sequence) {
             return Err(StoreError::NotNewer { newest: sequence });
@@ -249,13 +231,10 @@ impl<F: NorFlash> Store<F> {
         if block.bytes().len() > self.room() as usize {
             return Err(StoreError::TooLong { room: self.room() });
         }
-        if self.in_force.is_none() {
-            let unreadable =
-                [Slot::A, Slot::B].into_iter().zip(contents).find(|(_, content)| *content == Content::Unreadable);
-            if let Some((slot, _)) = unreadable {
-                return Err(StoreError::Unreadable { slot });
-            }
-            self.in_force = newest;
+        match (self.in_force, self.unreadable) {
+            (None, Some(slot)) => return Err(StoreError::Unreadable { slot }),
+            (None, None) => self.in_force = newest,
+            (Some(_), _) => {}
         }
         let slot = self.in_force.map_or(Slot::A, |entry| entry.slot.other());
         let place = self.place(slot);
@@ -297,12 +276,12 @@ impl<F: NorFlash> Store<F> {
     /// The flash failed, or the erased slot still cannot be read.
     pub fn erase_unreadable(&mut self) -> Result<(), StoreError<F::Error>> {
         for slot in [Slot::A, Slot::B] {
-            if self.content(slot) != Content::Unreadable {
+            if self.content(slot).1 {
                 continue;
             }
             let place = self.place(slot);
             self.flash.erase(place.start, place.end).map_err(StoreError::Flash)?;
-            if self.content(slot) != Content::Nothing {
+            if self.content(slot) != (None, true) {
                 return Err(StoreError::ReadBack);
             }
         }

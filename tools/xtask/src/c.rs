@@ -19,7 +19,7 @@ fn functions(header: &str) -> Vec<String> {
 }
 
 /// Code and constants of the whole library, with terms of every kind; a firmware links less where it calls less.
-const CODE_LIMIT: u64 = 124_000;
+const CODE_LIMIT: u64 = 132_000;
 
 /// Code and constants of what `gmhm_law` calls on a Cortex-M4F, with what it needs of the C library.
 const LAW_CODE_LIMIT: u64 = 12_000;

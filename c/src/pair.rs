@@ -1,0 +1,155 @@
+//! Two encoders over the ratio and the zero of a block: from raw counts to the deflection and the angles of a sample.
+
+use core::mem::MaybeUninit;
+
+use gmhm::block::{Block, JointRecord, ScalesRecord, TorqueUnit, verify_first};
+use gmhm::drive::{EncoderPair, Mounting, Reading};
+
+use crate::types::{BlockC, EncodersC, SampleC, flag};
+use crate::{NULL, OK, VALUE, bytes};
+
+/// 64-bit words of `gmhm_pair`.
+pub const PAIR_WORDS: usize = 16;
+
+const _: () = assert!(
+    size_of::<PairC>() <= 8 * PAIR_WORDS && align_of::<PairC>() <= align_of::<u64>(),
+    "a pair does not fit into GMHM_PAIR_WORDS of gmhm.h"
+);
+
+/// The encoders of a joint and what they said last.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Pair {
+    pair: EncoderPair<f32>,
+    seen: Option<Reading<f32>>,
+}
+
+impl Pair {
+    /// In double precision; `None` where encoders and joint do not go together.
+    pub(crate) fn new(joint: &JointRecord, rated_deflection_rad: f32, encoders: &EncodersC) -> Option<Self> {
+        let mounting = |counts_per_turn, reversed| Mounting { counts_per_turn, reversed: reversed != 0 };
+        let motor = mounting(encoders.motor_counts_per_turn, encoders.motor_reversed);
+        let output = mounting(encoders.output_counts_per_turn, encoders.output_reversed);
+        let setup = joint.joint().encoders(motor, output, f64::from(rated_deflection_rad)).ok()?;
+        Some(Self { pair: EncoderPair::new(&setup).ok()?, seen: None })
+    }
+
+    /// The next counts are the first.
+    pub(crate) fn restart(&mut self) {
+        self.seen = None;
+    }
+
+    /// The sample with deflection and angles of these counts.
+    pub(crate) fn sample(&mut self, motor: u32, output: u32, sample: &SampleC) -> SampleC {
+        let Self { pair, seen } = self;
+        let now = match seen {
+            None => pair.start(motor, output),
+            Some(last) => pair.follow(last, motor, output),
+        };
+        *seen = Some(now);
+        SampleC {
+            deflection_rad: now.deflection,
+            motor_angle_rad: pair.motor_angle(&now),
+            output_angle_rad: pair.output_angle(&now),
+            ..*sample
+        }
+    }
+}
+
+/// `gmhm_pair`.
+#[derive(Debug)]
+pub struct PairC(Option<Pair>);
+
+/// What a block says of its joint, each number rounded in integers.
+fn read(block: &Block<'_>) -> Result<BlockC, u16> {
+    let header = block.header();
+    let joint = JointRecord::of_block(block).map_err(|error| error.code())?;
+    // A joint without motor-side angle has no gear.
+    let scales = ScalesRecord::of_block(block).ok();
+    let mut gear = [0; 20];
+    gear.iter_mut().zip(header.identity.bytes()).for_each(|(to, byte)| *to = *byte);
+    Ok(BlockC {
+        length: header.length,
+        sequence: header.sequence,
+        crc32: block.crc(),
+        period_s: header.period_s,
+        rated_deflection_rad: scales.map_or(0.0, |scales| scales.rated_deflection_rad()),
+        torque_scale_nm: scales.map_or(0.0, |scales| scales.torque_scale_nm()),
+        gear,
+        ratio: joint.ratio(),
+        deflection_zero_rad: joint.deflection_zero_rad(),
+        torque_on_motor_side: u32::from(joint.motor_side()),
+        torque_in_amperes: u32::from(header.torque_unit == TorqueUnit::Ampere),
+    })
+}
+
+/// See `gmhm.h`.
+///
+/// # Safety
+/// The pointers are null or point to as much as `gmhm.h` says.
+// SAFETY: no other symbol of the program has this name; gmhm.h reserves the prefix.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn gmhm_read_block(block: *const u8, length: u32, to: Option<&mut MaybeUninit<BlockC>>) -> u16 {
+    // SAFETY: the caller's, as above.
+    let (Some(block), Some(to)) = (unsafe { bytes(block, length) }, to) else { return NULL };
+    let to = to.write(BlockC::default());
+    match verify_first(block).map_err(|error| error.code()).and_then(|block| read(&block)) {
+        Ok(found) => {
+            *to = found;
+            OK
+        }
+        Err(code) => code,
+    }
+}
+
+/// See `gmhm.h`.
+///
+/// # Safety
+/// The pointers are null or point to as much as `gmhm.h` says.
+// SAFETY: as for `gmhm_read_block`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn gmhm_pair_init(
+    pair: Option<&mut MaybeUninit<PairC>>,
+    block: *const u8,
+    length: u32,
+    encoders: Option<&EncodersC>,
+) -> u16 {
+    let Some(pair) = pair else { return NULL };
+    let pair = pair.write(PairC(None));
+    // SAFETY: the caller's, as above.
+    let (Some(block), Some(encoders)) = (unsafe { bytes(block, length) }, encoders) else { return NULL };
+    let block = match verify_first(block) {
+        Ok(block) => block,
+        Err(error) => return error.code(),
+    };
+    let (joint, scales) = match (JointRecord::of_block(&block), ScalesRecord::of_block(&block)) {
+        (Ok(joint), Ok(scales)) => (joint, scales),
+        (Err(error), _) | (_, Err(error)) => return error.code(),
+    };
+    pair.0 = Pair::new(&joint, scales.rated_deflection_rad(), encoders);
+    if pair.0.is_some() { OK } else { VALUE }
+}
+
+/// See `gmhm.h`.
+// SAFETY: as for `gmhm_read_block`.
+#[unsafe(no_mangle)]
+pub extern "C" fn gmhm_pair_restart(pair: Option<&mut PairC>) -> u16 {
+    let Some(PairC(pair)) = pair else { return NULL };
+    if let Some(pair) = pair {
+        pair.restart();
+    }
+    OK
+}
+
+/// See `gmhm.h`.
+// SAFETY: as for `gmhm_read_block`.
+#[unsafe(no_mangle)]
+pub extern "C" fn gmhm_pair_read(
+    pair: Option<&mut PairC>,
+    motor: u32,
+    output: u32,
+    sample: Option<&mut SampleC>,
+) -> u32 {
+    let (Some(PairC(Some(pair))), Some(sample)) = (pair, sample) else { return flag::NO_ENCODERS };
+    *sample = pair.sample(motor, output, sample);
+    0
+}
