@@ -43,6 +43,8 @@ impl Elastic {
 
 /// k1·u + k3·u³ + k5·u⁵: the elastic torque with coefficients of order one.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Polynomial<S> {
     /// c1·A/T_A.
     pub k1: S,

@@ -95,6 +95,26 @@ fn the_words_are_those_of_the_host() {
     }
 }
 
+/// Without a control period law `time` takes no sample by `step`, loaded either way.
+#[test]
+fn a_block_without_a_period_has_none() {
+    let params = common::params(Law::Time, Kernel::Deflection, Gate::Cycle);
+    let (bytes, _) = block_of(&params, AnyLaw::<f32>::new(&params, PERIOD_S));
+    let header = *verify(&bytes).expect("a block").header();
+    let mut without = bytes.clone();
+    without[..48].copy_from_slice(&Header { period_s: 0.0, ..header }.encode());
+    // Its golden samples were those of a period.
+    let samples = words_of(&without, SELF_TEST.tag);
+    without[samples - 4..samples - 2].copy_from_slice(&0x8077_u16.to_le_bytes());
+    let without = restamp(without);
+    let prepared = Prepared::<f32, AnyLaw<f32>>::load(&without, 16).expect("a good block");
+    let whole = Parameters::<f32, AnyLaw<f32>, ()>::load(&without, 16).expect("a good block");
+    assert_eq!(whole.gear.as_ref(), Some(prepared.gear()));
+    let mut state = prepared.gear().start::<16>(0.0);
+    assert!(prepared.gear().step(&mut state, 1e-4).refused);
+    assert!(!prepared.gear().step_after(&mut state, 1e-4, 1e-3).refused);
+}
+
 #[test]
 fn a_block_of_another_law_is_refused() {
     let [phase, time] = [Law::Phase, Law::Time].map(|law| common::params(law, Kernel::Deflection, Gate::Cycle));

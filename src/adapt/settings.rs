@@ -6,6 +6,8 @@ use crate::params::Law;
 
 /// Settings of an [`Adaptation`](super::Adaptation).
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Settings {
     /// Δ, the control period, s.
     pub period_s: f64,
@@ -26,6 +28,8 @@ impl Default for Settings {
 
 /// Why there is no adaptation.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub enum AdaptError {
     /// A setting lies outside its range.

@@ -47,6 +47,8 @@ impl<S: Float> Losses<S> {
 
 /// What a stretch decided.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Change {
     /// The parameters in force stay.
     #[default]

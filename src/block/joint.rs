@@ -65,6 +65,8 @@ fn fraction(ratio: f64) -> Option<(u32, u32)> {
 
 /// The record of a [`Joint`] as a block holds it: a drive reads what it needs of it without arithmetic in double precision.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct JointRecord([u32; 5]);
 
 impl JointRecord {

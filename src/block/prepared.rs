@@ -158,7 +158,10 @@ impl<S: Word> PreparedLaw<S> for Time<S> {
         let words = numbers::<S, GEAR_RECORD_WORDS>(block, PREPARED_GEAR.tag)?;
         let (gear, &[gain, beta_per_s], search) = between(&words).ok_or(BlockError::Malformed(PREPARED_GEAR.tag))?;
         let rates = Rates { kernel: kernel_of(kernel), gain, beta_per_s };
-        Ok(Inverse::of_words(gear, Self::of_rates(rates, gate_of(gate), step, bound.map(number)), search))
+        let law = Self::of_rates(rates, gate_of(gate), step, bound.map(number));
+        // A NaN compares false.
+        let law = if block.header().period_s > 0.0 { law } else { law.without_period() };
+        Ok(Inverse::of_words(gear, law, search))
     }
 
     fn prepared_words(inverse: &Inverse<S, Self>, put: impl FnMut(S)) -> &'static RecordInfo {

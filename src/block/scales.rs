@@ -28,6 +28,8 @@ impl Scales {
 
 /// [`Scales`] as a block holds them: a drive reads what it needs of them without arithmetic in double precision.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ScalesRecord([u32; 4]);
 
 impl ScalesRecord {

@@ -27,6 +27,8 @@ pub struct As5047p<D> {
 
 /// Why there is no angle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum As5047pError<E> {
     /// The bus.
     Bus(E),

@@ -19,6 +19,8 @@ pub struct Joint<M, O, T, S: FromCounts> {
 
 /// What failed in a tick. The torque was released; the next tick tries again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Fault<M, O, T> {
     /// The motor's encoder.

@@ -82,6 +82,8 @@ struct Solver<S> {
 
 /// The numbers that the search goes by, over A and T_A: what the same search in another language needs beside the coefficients of the gear.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SearchNumbers<S> {
     /// A residual that counts as none.
     pub tolerance: S,

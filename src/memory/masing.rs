@@ -24,6 +24,8 @@ use crate::scalar::{Float, Scalar};
 
 /// A reversal of the deflection.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct TurningPoint<S> {
     /// Deflection in input units.
     pub theta: S,

@@ -38,6 +38,8 @@ impl core::error::Error for PlaceError {}
 
 /// A block was not stored, or not rolled back.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum StoreError<E> {
     /// The flash failed.

@@ -76,6 +76,8 @@ macro_rules! kinds {
             $(#[doc = concat!("Kind `", stringify!($module), "`.")] $kind(<$module::$kind<S> as Physics<S>>::State),)*
         }
 
+        $(impl<S: Float> crate::sealed::Sealed for $module::$kind<S> {})*
+
         /// Every kind there is.
         pub const KINDS: &[KindInfo] = &[$(<$module::$kind<f32> as Physics<f32>>::INFO,)*];
 

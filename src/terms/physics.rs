@@ -7,8 +7,9 @@ use super::registry::{KindInfo, Need};
 use super::sample::Sample;
 use crate::scalar::Float;
 
-/// A kind of term: its registry entry, its coefficients and its equation. A kind implements what its domain asks for and leaves the rest.
-pub trait Physics<S: Float>: Sized {
+/// A kind of term: its registry entry, its coefficients and its equation. A kind implements what its domain asks for and leaves the rest. Sealed: blocks, estimators and docs know the
+/// [`KINDS`](super::KINDS) of this crate alone.
+pub trait Physics<S: Float>: Sized + crate::sealed::Sealed {
     /// Its entry in the registry.
     const INFO: KindInfo;
 

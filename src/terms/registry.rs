@@ -4,6 +4,8 @@ use crate::scalar::Float;
 
 /// Whether a term is physics of the gear or a fault of the measurement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Side {
     /// Physics: compensated on the drive.
     Plant,
@@ -13,6 +15,8 @@ pub enum Side {
 
 /// What a term acts on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Domain {
     /// The deflection: taken out of the measured one before the gear sees it.
     Deflection,
@@ -57,6 +61,8 @@ pub enum Coordinate {
 
 /// A signal that a term cannot do without.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Need {
     /// q_m.
     MotorAngle,

@@ -1,13 +1,16 @@
-//! What the firmware needs beside stock Rust: the Cortex-M targets, the LLVM tools, the emulator and a C compiler.
+//! What the firmware needs beside stock Rust: the targets, the LLVM tools, the emulator and a C compiler.
 
 use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
 use xshell::{Shell, cmd};
 
-/// Every core that images are built for.
-pub const TARGETS: [&str; 4] =
-    ["thumbv6m-none-eabi", "thumbv7m-none-eabi", "thumbv7em-none-eabihf", "thumbv8m.main-none-eabihf"];
+/// Every core that is built or checked for.
+pub const TARGETS: [&str; 5] =
+    ["thumbv6m-none-eabi", "thumbv7m-none-eabi", "thumbv7em-none-eabihf", "thumbv8m.main-none-eabihf", RISC_V];
+
+/// The core is checked for this one; no image is built.
+pub const RISC_V: &str = "riscv32imafc-unknown-none-elf";
 
 /// The emulator of all boards.
 pub const EMULATOR: &str = "qemu-system-arm";

@@ -58,6 +58,10 @@ fn features(shell: &Shell) -> Result<()> {
             .run()
             .with_context(|| format!("the documentation of the core is not whole with the features `{feature}`"))?;
     }
+    let target = setup::RISC_V;
+    cmd!(shell, "cargo check --quiet --package gmhm --features full,lock --target {target} --locked")
+        .run()
+        .with_context(|| format!("the core does not build for {target}"))?;
     let tree = cmd!(shell, "cargo tree --package gmhm --edges normal --depth 1 --prefix none --locked").read()?;
     let direct: Vec<&str> = tree.lines().skip(1).filter_map(|line| line.split(' ').next()).collect();
     ensure!(direct == ["heapless", "libm"], "without features the core needs {direct:?}");
