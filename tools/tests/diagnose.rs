@@ -78,21 +78,37 @@ fn nothing_left_out_is_nothing_found() {
     }
 }
 
+/// Writes `rec.csv`: a recording with a torque over time added.
+fn add_torque(dir: &WorkDir, recording: &str, torque_nm: impl Fn(f64) -> f64) {
+    let quiet = dir.read(recording);
+    let (header, rows) = quiet.split_once('\n').unwrap();
+    let column = |name: &str| header.split(',').position(|c| c == name).unwrap();
+    let (time, torque) = (column("time_s"), column("torque_nm"));
+    let with_torque = |row: &str| {
+        let mut cells: Vec<f64> = row.split(',').map(|cell| cell.parse().unwrap()).collect();
+        cells[torque] += torque_nm(cells[time]);
+        cells.iter().map(f64::to_string).collect::<Vec<_>>().join(",")
+    };
+    let rows: Vec<String> = rows.lines().map(with_torque).collect();
+    dir.write("rec.csv", format!("{header}\n{}\n", rows.join("\n")));
+}
+
 #[test]
 fn a_tone_close_to_half_the_sample_rate_is_structure_over_frequency() {
     let dir = bench();
     dir.succeed(&format!("{RUNNING} --noise torque=0.05 --seed 4 -o quiet.csv"));
-    let quiet = dir.read("quiet.csv");
-    let (header, rows) = quiet.split_once('\n').unwrap();
-    let column = |name: &str| header.split(',').position(|c| c == name).unwrap();
-    let (time, torque) = (column("time_s"), column("torque_nm"));
-    let with_tone = |row: &str| {
-        let mut cells: Vec<f64> = row.split(',').map(|cell| cell.parse().unwrap()).collect();
-        cells[torque] += 0.21 * (std::f64::consts::TAU * 60.0 * cells[time]).sin();
-        cells.iter().map(f64::to_string).collect::<Vec<_>>().join(",")
-    };
-    let rows: Vec<String> = rows.lines().map(with_tone).collect();
-    dir.write("rec.csv", format!("{header}\n{}\n", rows.join("\n")));
+    add_torque(&dir, "quiet.csv", |t| 0.21 * (std::f64::consts::TAU * 60.0 * t).sin());
+    let found = findings(&dir, "rec.csv");
+    assert_eq!(names(&found), ["unknown"], "{found}");
+    assert_eq!(found["where"][0]["coordinate"], "frequency", "{found}");
+}
+
+#[test]
+fn interference_for_a_while_is_structure_over_frequency() {
+    let dir = bench();
+    dir.succeed("simulate gear.toml --experiment cycle --cycles 4 --duration 24 --sample-rate 125 --noise torque=0.04,ar=0.9 --seed 4 -o quiet.csv");
+    let tone = |t: f64| 0.475 * (std::f64::consts::TAU * 10.0946 * t).sin();
+    add_torque(&dir, "quiet.csv", |t| if (10.217..15.015).contains(&t) { tone(t) } else { 0.0 });
     let found = findings(&dir, "rec.csv");
     assert_eq!(names(&found), ["unknown"], "{found}");
     assert_eq!(found["where"][0]["coordinate"], "frequency", "{found}");

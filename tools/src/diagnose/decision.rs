@@ -18,16 +18,16 @@ use crate::regression::parameters::FreeParameter;
 const LOUD: f64 = 4.0;
 /// Above this ratio likelihood only refines a name: the residual is then the error of approximate shapes, and not noise.
 const VERY_LOUD: f64 = 15.0;
+/// Above this ratio it refines no name either: every shape of a machine is some percent off, and the richer kind follows that.
+const TOO_LOUD_TO_REFINE: f64 = 50.0;
 /// Fewer names stand where they leave at most so many times the held-out squares that more names leave.
 const AS_GOOD: f64 = 1.05;
 /// Structure of this part of the base's squared error, held out, is a mismatch whatever the likelihood says.
 const LARGE: f64 = 0.2;
-/// Structure that likelihood does not see is a mismatch from this part on.
-const LEAST_ALONE: f64 = 0.1;
 /// A selection that leaves less than this part of the held-out squares that likelihood's finding leaves stands.
 const CLEARLY_BETTER: f64 = 0.95;
 /// Beside structure to which likelihood gives no name, the names of a selection stand if they predict this part of what is predictable,
-const MOST_OF_PREDICTABLE: f64 = 0.6;
+const MOST_OF_PREDICTABLE: f64 = 0.75;
 /// or leave less than this part of the held-out squares.
 const MUCH_BETTER: f64 = 0.5;
 /// A name that likelihood withheld stands if the selection leaves less than this part.
@@ -40,12 +40,13 @@ const MOST_WITHOUT_PAST: f64 = 4.0;
 const STEPS: usize = 5;
 
 /// Whether likelihood, which sees structure without a name, speaks against the names of a selection that leaves so many times its held-out squares: the selection leaves much of
-/// what is predictable, or a name of it was withheld.
+/// what is predictable, or a name of it was withheld, or likelihood has no name at all and predicts better.
 fn is_doubted(verdict: &DiagnosisVerdict, selection: &Selection, times: f64) -> bool {
     let withheld = |kind: &str| verdict.effects.iter().any(|e| e.closest.as_deref() == Some(kind));
+    let nameless = times > AS_GOOD && verdict.effects.iter().all(|e| e.name == UNKNOWN);
     let partial = times > MUCH_BETTER && selection.named() < MOST_OF_PREDICTABLE * selection.predictable();
     let refused = times > BETTER && selection.selected.iter().any(|s| withheld(s.kind));
-    verdict.effects.iter().any(|e| e.name == UNKNOWN) && (partial || refused)
+    verdict.effects.iter().any(|e| e.name == UNKNOWN) && (nameless || partial || refused)
 }
 
 /// Whether a kind has others that refine it.
@@ -87,9 +88,9 @@ impl Dataset<'_> {
         let (ours, theirs) =
             (self.mean_square_of_blocks(&selection.fit), self.mean_square_of_blocks(&verdict.extended));
         let better = ours < CLEARLY_BETTER * theirs;
-        // Where likelihood sees nothing, a little that is saved on held-out blocks may be chance.
-        let helps = ours < self.mean_square_of_blocks(&base) && (verdict.mismatch || selection.named() >= LEAST_ALONE);
         let loud = selection.named() >= LARGE;
+        // Where likelihood sees nothing, a little that is saved on held-out blocks may be chance.
+        let helps = ours < self.mean_square_of_blocks(&base) && (verdict.mismatch || loud);
         let nameless = verdict.effects.iter().all(|e| e.name == UNKNOWN) && ours <= theirs;
         // A curve predicts, but names nothing.
         let names_more = || -> Result<bool, DiagnoseError> { Ok(ours <= self.left_by_kinds(&verdict, search)?) };
@@ -120,13 +121,14 @@ impl Dataset<'_> {
         let theirs = self.mean_square_of_blocks(&joint.extended);
         let is_plain = joint.effects.len() < 2 && theirs < LARGE * self.mean_square_of_blocks(&joint.base);
         let is_clear = taken > VERY_LOUD || is_plain;
-        if is_clear && joint.effects.iter().all(|e| !is_refined(&e.name)) {
+        let may_be_refined = taken < TOO_LOUD_TO_REFINE && joint.effects.iter().any(|e| is_refined(&e.name));
+        if is_clear && !may_be_refined {
             return Ok((joint, search));
         }
         let (verdict, by_likelihood) = self.found(model, search)?;
         let ours = self.mean_square_of_blocks(&verdict.extended);
         let named = !verdict.effects.is_empty() && verdict.effects.iter().all(|e| e.name != UNKNOWN);
-        let finer = named && ours <= AS_GOOD * theirs && refines(&verdict, &joint);
+        let finer = may_be_refined && named && ours <= AS_GOOD * theirs && refines(&verdict, &joint);
         let simpler = named && ours <= AS_GOOD * theirs && verdict.effects.len() < joint.effects.len();
         let replaced = finer || !is_clear && (simpler || ours < CLEARLY_BETTER * theirs);
         Ok(if replaced { (verdict, by_likelihood) } else { (joint, search) })

@@ -376,17 +376,18 @@ impl Dataset<'_> {
             for (column, weight) in curve.columns.iter().zip(&profile.coefficients[base.len()..]) {
                 contribution.iter_mut().zip(column).for_each(|(c, x)| *c += weight * x);
             }
-            let squares = |y: &[f64]| layout.without_nuisances(&profile.noise, y).1;
+            let left = dot(&profile.residual, &profile.residual) / dot(&fit.residual, &fit.residual);
             Explained {
                 coordinate: curve.coordinate,
+                // An autoregression of what a tone leaves where it begins and ends holds the tone itself: the gain is that in white noise.
                 gain: if curve.coherent {
-                    squares(&fit.residual) - squares(&profile.residual)
+                    -(self.counted() as f64) * left.ln()
                 } else {
                     fit.minus_two_log_likelihood - profile.minus_two_log_likelihood
                 },
                 columns: curve.columns.len(),
                 picked: curve.picked,
-                part: 1.0 - dot(&profile.residual, &profile.residual) / dot(&fit.residual, &fit.residual),
+                part: 1.0 - left,
                 contribution,
                 basis: curve.columns.clone(),
                 noise: profile.noise,

@@ -57,6 +57,9 @@ pub enum Role {
 pub struct HiddenEffect {
     /// A kind of MODEL.md section 7, or one of the open world.
     pub kind: String,
+    /// Kinds of MODEL.md section 7 whose equation its shape is as well: friction of Dahl's shape is presliding friction.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub also: Vec<String>,
     /// Is it a kind of MODEL.md section 7 that the detector's library holds?
     pub listed: bool,
     /// Hidden on purpose, or part of the plant model.
@@ -84,6 +87,13 @@ pub struct HiddenEffect {
     pub parameters: BTreeMap<String, ParameterValue>,
     /// The generator's own pieces and weights, for the record.
     pub pieces: Vec<String>,
+}
+
+impl HiddenEffect {
+    /// Whether a name is that of its kind.
+    pub fn is(&self, name: &str) -> bool {
+        self.kind == name || self.also.iter().any(|kind| kind == name)
+    }
 }
 
 impl Key {

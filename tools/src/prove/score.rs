@@ -114,7 +114,7 @@ impl CaseScore {
         let mut names: Vec<&str> = self
             .named
             .iter()
-            .map(String::as_str)
+            .map(|n| key.hidden().find(|e| e.is(n)).map_or(n.as_str(), |e| &e.kind))
             .filter(|n| visible.contains(n) || !key.effects.iter().any(|e| e.kind == *n))
             .collect();
         visible.sort_unstable();
@@ -175,13 +175,12 @@ fn assign<'a>(key: &'a Key, found: &'a [Effect]) -> Vec<(&'a HiddenEffect, &'a E
     fn best<'a>(hidden: &'a [HiddenEffect], free: &[&'a Effect]) -> Vec<(&'a HiddenEffect, &'a Effect)> {
         let Some((first, rest)) = hidden.split_first() else { return Vec::new() };
         let mut choices = vec![best(rest, free)];
-        for (i, effect) in free.iter().enumerate().filter(|(_, e)| e.class().any(|k| k == first.kind)) {
+        for (i, effect) in free.iter().enumerate().filter(|(_, e)| e.class().any(|k| first.is(k))) {
             let others = [&free[..i], &free[i + 1..]].concat();
             choices.push([vec![(first, *effect)], best(rest, &others)].concat());
         }
-        let worth = |pairs: &Vec<(&HiddenEffect, &Effect)>| {
-            (pairs.len(), pairs.iter().filter(|(h, e)| h.kind == e.name).count())
-        };
+        let worth =
+            |pairs: &Vec<(&HiddenEffect, &Effect)>| (pairs.len(), pairs.iter().filter(|(h, e)| h.is(&e.name)).count());
         choices.into_iter().rev().max_by_key(worth).unwrap_or_default()
     }
     best(&key.effects, &found.iter().collect::<Vec<_>>())

@@ -72,7 +72,7 @@ pub fn free_functions(see: &Coordinates, spans: &[Range<usize>]) -> Vec<FreeFunc
     }
     if let Some(theta) = see.deflection.as_deref().filter(|x| width(x) > 0.0) {
         let a = largest(theta);
-        let mut columns = linear_splines(theta, &knots(theta, 12));
+        let mut columns = linear_splines(theta, &knots(theta, 24));
         columns.extend([1, 2, 3, 5].map(|p| theta.iter().map(|x| (x / a).powi(p)).collect::<Vec<f64>>()));
         add(FreeCoordinate::Deflection, columns);
         let plain: Vec<Vec<f64>> = RADII.iter().map(|r| stop_operator(theta, spans, r * a)).collect();

@@ -47,6 +47,9 @@ pub fn all(world: &World, orders: &[f64]) -> Vec<Family> {
             }
         }
     }
+    for width in [0.002, 0.005, 0.01, 0.02, 0.04, 0.08, 0.16, 0.32].map(|x| x * fastest) {
+        add("presliding_friction", vec![Piece::Friction { sign: Sign::Dahl, width }], 1, true);
+    }
     add("viscous_friction", vec![Piece::Viscous], 0, true);
     add("viscous_damping", vec![Piece::Rate], 0, true);
     add("inertia", vec![Piece::Acceleration], 0, true);
@@ -64,11 +67,13 @@ pub fn all(world: &World, orders: &[f64]) -> Vec<Family> {
     add("backlash", vec![Piece::Play], 0, true);
     for radius in [0.03, 0.06, 0.1, 0.15, 0.2, 0.3, 0.45, 0.7].map(|x| x * a) {
         add("nonlocal_memory", vec![Piece::Stop { radius }], 1, false);
+        add("load_dependent_memory", vec![Piece::Stop { radius }, Piece::LoadedStop { radius }], 1, false);
     }
     for tau in [1.0, 2.0, 4.0, 8.0, 16.0] {
         add("creep", vec![Piece::Creep { tau, exponent: 1.0 }], 1, false);
     }
     add("time_skew", vec![Piece::Delay], 0, false);
+    add("encoder_skew", vec![Piece::Skew], 0, false);
     if world.temperature.is_some() {
         add("thermal_stiffness", vec![Piece::WarmStiffness { reference }], 0, false);
         add("thermal_zero_drift", vec![Piece::WarmZero { reference }], 0, false);

@@ -106,6 +106,7 @@ pub fn fits_a_joint(kind: &str) -> bool {
         kind,
         "torque_ripple"
             | "stribeck_friction"
+            | "presliding_friction"
             | "load_dependent_friction"
             | "position_dependent_friction"
             | "thermal_zero_drift"

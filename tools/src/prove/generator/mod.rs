@@ -25,6 +25,7 @@ pub(crate) use plant_model::{Gear, Hysteresis, PlantModel, stop};
 use kinds::Hidden;
 use motion::{MotionKind, Plan};
 use noise::{Noise, quantise, rms};
+use physics::{Piece, Sign};
 use plant_model::Joint;
 use truth::{Experiment, Scaled, Truth};
 
@@ -360,8 +361,10 @@ fn entry(
     if listed && !class.contains(&hidden.kind) && !removed.contains(&hidden.kind) {
         class.push(hidden.kind.clone());
     }
+    let dahl = hidden.pieces.iter().any(|(p, _)| matches!(p, Piece::Friction { sign: Sign::Dahl, .. }));
     HiddenEffect {
         kind: hidden.kind.clone(),
+        also: if dahl { vec!["presliding_friction".to_owned()] } else { Vec::new() },
         listed: listed && !removed.contains(&hidden.kind),
         role: Role::Hidden,
         shape: hidden.shape.clone(),
@@ -391,6 +394,7 @@ fn nature_entry(experiment: &Experiment, noise: &Noise) -> Option<HiddenEffect> 
     let size_nm = rms(&linear::residual(&experiment.base_columns(&truths, true), &torque));
     Some(HiddenEffect {
         kind: kind.to_owned(),
+        also: Vec::new(),
         listed: true,
         role: Role::PlantModel,
         shape: format!("{} sliders", radius.len()),

@@ -97,6 +97,10 @@ pub enum Piece {
     Abs,
     /// T += w·stop_r\[θ\].
     Stop { radius: f64 },
+    /// T += w·abs(θ/A)·stop_r\[θ\].
+    LoadedStop { radius: f64 },
+    /// θ_measured += w·q̇_o: the output angle is read later than the motor angle.
+    Skew,
     /// T += w·∫ e^(−((t−s)/τ)^p) θ̇ ds.
     Creep { tau: f64, exponent: f64 },
     /// T ← T(t − w).
@@ -253,7 +257,7 @@ impl World {
         let of_theta = |f: &dyn Fn(f64) -> f64| self.theta.iter().map(|&x| w * f(x)).collect::<Vec<f64>>();
         let s = self.sigma;
         Some(match *piece {
-            Piece::AngleDeflection { .. } | Piece::Clearance { .. } | Piece::Play => return None,
+            Piece::AngleDeflection { .. } | Piece::Clearance { .. } | Piece::Play | Piece::Skew => return None,
             Piece::AngleTorque { angle, order, sine } => scaled(self.wave(angle, order, sine), w),
             Piece::Friction { sign, width } => scaled(self.sign(sign, width), s * w),
             Piece::Stribeck { sign, width, velocity, exponent } => {
@@ -287,6 +291,10 @@ impl World {
             Piece::Square => of_theta(&|x| x * x),
             Piece::Abs => of_theta(&f64::abs),
             Piece::Stop { radius } => scaled(stop(radius, &self.history, &self.theta), w),
+            Piece::LoadedStop { radius } => {
+                let load: Vec<f64> = self.theta.iter().map(|x| (x / self.rated).abs()).collect();
+                times(&load, &stop(radius, &self.history, &self.theta), w)
+            }
             Piece::Creep { tau, exponent } => scaled(self.creep(tau, exponent), w),
             Piece::Delay => self.delayed(w),
             Piece::Lag => {
@@ -324,6 +332,7 @@ impl World {
             Piece::AngleDeflection { angle, order, sine } => {
                 Some(self.wave(angle, order, sine).into_iter().map(|x| w * x).collect())
             }
+            Piece::Skew => Some(derivative(&self.output, self.period_s).into_iter().map(|v| w * v).collect()),
             Piece::Clearance { contact_nm } => Some(self.base.iter().map(|t| w * (t / contact_nm).tanh()).collect()),
             _ => None,
         }

@@ -216,6 +216,7 @@ fn entry(draft: &Draft, index: usize, left_out: f64, noise: &Noise) -> HiddenEff
     HiddenEffect {
         coordinates: coordinates(&kind).iter().map(|c| (*c).to_owned()).collect(),
         kind,
+        also: Vec::new(),
         listed: true,
         role: Role::Hidden,
         shape: format!("{}: {}", effect.kind, effect.shape),

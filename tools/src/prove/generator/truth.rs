@@ -242,7 +242,7 @@ fn joined(truths: &[Truth]) -> Vec<f64> {
 fn small(piece: &Piece, plan: &Plan) -> f64 {
     match piece {
         Piece::AngleDeflection { .. } | Piece::Clearance { .. } | Piece::Play => 1e-6,
-        Piece::Delay | Piece::Lag => plan.period_s,
+        Piece::Delay | Piece::Lag | Piece::Skew => plan.period_s,
         Piece::WarmFriction { .. } | Piece::WarmStiffness { .. } => 1e-4,
         _ => 1.0,
     }
