@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 
 use crate::diagnose::DiagnoseError;
-use crate::diagnose::diagnosis::UNKNOWN;
+use crate::diagnose::diagnosis::{Naming, UNKNOWN};
 use crate::diagnose::explain::Search;
 use crate::diagnose::naming::DiagnosisVerdict;
 use crate::diagnose::selection::Selection;
@@ -40,10 +40,11 @@ const MOST_WITHOUT_PAST: f64 = 4.0;
 const STEPS: usize = 5;
 
 /// Whether likelihood, which sees structure without a name, speaks against the names of a selection that leaves so many times its held-out squares: the selection leaves much of
-/// what is predictable, or a name of it was withheld, or likelihood has no name at all and predicts better.
+/// what is predictable, or a name of it was withheld, or likelihood has no name at all and either predicts better or a name is only approximate.
 fn is_doubted(verdict: &DiagnosisVerdict, selection: &Selection, times: f64) -> bool {
     let withheld = |kind: &str| verdict.effects.iter().any(|e| e.closest.as_deref() == Some(kind));
-    let nameless = times > AS_GOOD && verdict.effects.iter().all(|e| e.name == UNKNOWN);
+    let approximate = selection.selected.iter().any(|s| Naming::of(s.fidelity) != Naming::Named);
+    let nameless = (times > AS_GOOD || approximate) && verdict.effects.iter().all(|e| e.name == UNKNOWN);
     let partial = times > MUCH_BETTER && selection.named() < MOST_OF_PREDICTABLE * selection.predictable();
     let refused = times > BETTER && selection.selected.iter().any(|s| withheld(s.kind));
     verdict.effects.iter().any(|e| e.name == UNKNOWN) && (nameless || partial || refused)

@@ -1,5 +1,7 @@
 //! From a search to findings: classes of kinds that the recordings cannot distinguish, and names that are given only where they explain all there is.
 
+use std::f64::consts::TAU;
+
 use gmhm::terms::{Coordinate, KINDS};
 
 use crate::diagnose::DiagnoseError;
@@ -10,6 +12,7 @@ use crate::diagnose::nonparametric::{Coordinates, Explained as Curve};
 use crate::diagnose::search::{Outcome, part};
 use crate::kinds;
 use crate::model::{Model, Term, TermValue};
+use crate::numerics::extremes::width;
 use crate::numerics::vector::dot;
 use crate::regression::dataset::Dataset;
 use crate::regression::fit::Fitted;
@@ -399,9 +402,14 @@ pub(super) fn curve_term(see: &Coordinates, coordinate: &str) -> Option<Term> {
     let knots = if turning {
         let count = if coordinate == "motor_angle" { 24 } else { 16 };
         let low = along.iter().copied().fold(f64::INFINITY, f64::min);
-        (0..count).map(|i| low + std::f64::consts::TAU * f64::from(i) / f64::from(count)).collect()
+        let knots: Vec<f64> = (0..count).map(|i| low + TAU * f64::from(i) / f64::from(count)).collect();
+        // Within one interval a curve over the turn is a line.
+        if width(along) < knots[1] - low {
+            return None;
+        }
+        knots
     } else {
-        nonparametric::knots(along, 12)
+        nonparametric::knots(along, if coordinate == "deflection" { 24 } else { 12 })
     };
     if knots.len() < 3 || knots.windows(2).any(|w| w[1] <= w[0]) {
         return None;

@@ -4,7 +4,7 @@
 use crate::diagnose::DiagnoseError;
 use crate::diagnose::explain::Search;
 use crate::model::Model;
-use crate::numerics::block_gram::{BLOCKS, BlockGram, NO_RIDGE, t_of_blocks};
+use crate::numerics::block_gram::{BLOCKS, BlockGram, Chosen, t_of_blocks};
 use crate::numerics::vector::axpy;
 use crate::regression::dataset::Dataset;
 use crate::regression::fit::Fitted;
@@ -48,7 +48,7 @@ impl Dataset<'_> {
                 axpy(change(&extended.places[*at]), &extended.columns[*at], &mut left);
             }
             let free: Vec<usize> = (0..extended.columns.len()).filter(|i| !kept.contains(i)).collect();
-            gram.error(&gram.targets(&extended.columns, &[left], &counts), &free, NO_RIDGE)
+            gram.error(&gram.targets(&extended.columns, &[left], &counts), &Chosen::plain(&free))
         };
         let all_free = blocks(&[]);
         let whole: f64 = all_free.iter().sum();

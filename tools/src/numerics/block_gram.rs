@@ -14,7 +14,38 @@ pub const BLOCKS: usize = 8;
 const GAP: f64 = 1.0 / 12.0;
 
 /// Ridge of a fit without a wish for smoothness: rounding only. Columns are scaled to a mean square of 1.
-pub const NO_RIDGE: f64 = 1e-9;
+const NO_RIDGE: f64 = 1e-9;
+
+/// Columns of a fit: first those fitted as they are, then those of free functions, whose ridge keeps them smooth.
+#[derive(Debug, Clone)]
+pub struct Chosen {
+    columns: Vec<usize>,
+    plain: usize,
+    ridge: f64,
+}
+
+impl Chosen {
+    /// Columns without a ridge.
+    pub fn plain(columns: &[usize]) -> Self {
+        Self { columns: columns.to_vec(), plain: columns.len(), ridge: NO_RIDGE }
+    }
+
+    /// Columns without a ridge, and those of free functions with one; a column of both has none.
+    pub fn with_free(plain: &[usize], free: &[usize], ridge: f64) -> Self {
+        let smooth = free.iter().filter(|c| !plain.contains(c));
+        Self { columns: plain.iter().chain(smooth).copied().collect(), plain: plain.len(), ridge }
+    }
+
+    /// All columns, those without a ridge first.
+    pub fn columns(&self) -> &[usize] {
+        &self.columns
+    }
+
+    /// Whether free functions add columns.
+    pub fn has_free(&self) -> bool {
+        self.columns.len() > self.plain
+    }
+}
 
 /// Gram matrices of scaled columns and targets, block by block.
 pub struct BlockGram {
@@ -108,13 +139,14 @@ impl BlockGram {
         Targets { held, training, total, squares }
     }
 
-    /// The squared error of each block (first index) and target, each block predicted by a ridge fit of the chosen columns to the other blocks.
-    pub fn errors(&self, targets: &Targets, chosen: &[usize], ridge: f64) -> Vec<Vec<f64>> {
+    /// The squared error of each block (first index) and target, each block predicted by a fit of the chosen columns to the other blocks.
+    pub fn errors(&self, targets: &Targets, chosen: &Chosen) -> Vec<Vec<f64>> {
+        let all = chosen.columns();
         let error = |block: usize| {
-            let h = rows_of(&targets.training[block], chosen);
-            let beta = solve(part(&self.training[block], chosen), &h, ridge * self.rows as f64);
-            let held = part(&self.held[block], chosen);
-            let own = rows_of(&targets.held[block], chosen);
+            let h = rows_of(&targets.training[block], all);
+            let beta = solve(part(&self.training[block], all), &h, &self.ridges(chosen));
+            let held = part(&self.held[block], all);
+            let own = rows_of(&targets.held[block], all);
             let predicted = &held * &beta;
             (0..targets.count())
                 .map(|k| {
@@ -128,12 +160,13 @@ impl BlockGram {
     }
 
     /// The squared error of one target in each block.
-    pub fn error(&self, targets: &Targets, chosen: &[usize], ridge: f64) -> [f64; BLOCKS] {
-        let h = |m: &DMatrix<f64>| DMatrix::from_fn(chosen.len(), 1, |i, _| m[(chosen[i], 0)]);
+    pub fn error(&self, targets: &Targets, chosen: &Chosen) -> [f64; BLOCKS] {
+        let all = chosen.columns();
+        let ridges = self.ridges(chosen);
+        let h = |m: &DMatrix<f64>| DMatrix::from_fn(all.len(), 1, |i, _| m[(all[i], 0)]);
         std::array::from_fn(|block| {
-            let beta =
-                solve(part(&self.training[block], chosen), &h(&targets.training[block]), ridge * self.rows as f64);
-            let held = part(&self.held[block], chosen);
+            let beta = solve(part(&self.training[block], all), &h(&targets.training[block]), &ridges);
+            let held = part(&self.held[block], all);
             let b = beta.column(0);
             let own = h(&targets.held[block]);
             (targets.squares[block][0] - 2.0 * b.dot(&own.column(0)) + b.dot(&(&held * b))).max(0.0)
@@ -141,10 +174,16 @@ impl BlockGram {
     }
 
     /// The weights of the chosen columns over all rows, for the first target.
-    pub fn weights(&self, targets: &Targets, chosen: &[usize], ridge: f64) -> Vec<f64> {
-        let h = rows_of(&targets.total, chosen);
-        let beta = solve(part(&self.total, chosen), &h, ridge * self.rows as f64);
-        chosen.iter().enumerate().map(|(i, c)| beta[(i, 0)] / self.scale[*c]).collect()
+    pub fn weights(&self, targets: &Targets, chosen: &Chosen) -> Vec<f64> {
+        let all = chosen.columns();
+        let beta = solve(part(&self.total, all), &rows_of(&targets.total, all), &self.ridges(chosen));
+        all.iter().enumerate().map(|(i, c)| beta[(i, 0)] / self.scale[*c]).collect()
+    }
+
+    fn ridges(&self, chosen: &Chosen) -> Vec<f64> {
+        let rows = self.rows as f64;
+        let of = |at: usize| rows * if at < chosen.plain { NO_RIDGE } else { chosen.ridge };
+        (0..chosen.columns.len()).map(of).collect()
     }
 
     /// What the chosen columns leave of a target over all rows.
@@ -159,7 +198,7 @@ impl BlockGram {
     /// The part of each column's mean square that the chosen columns do not follow.
     pub fn independent_part(&self, column: usize, chosen: &[usize]) -> f64 {
         let g = DMatrix::from_fn(chosen.len(), 1, |i, _| self.total[(chosen[i], column)]);
-        let beta = solve(part(&self.total, chosen), &g, NO_RIDGE * self.rows as f64);
+        let beta = solve(part(&self.total, chosen), &g, &self.ridges(&Chosen::plain(chosen)));
         let own = self.total[(column, column)].max(f64::MIN_POSITIVE);
         ((own - beta.column(0).dot(&g.column(0))) / own).clamp(0.0, 1.0)
     }
@@ -213,19 +252,18 @@ fn rows_of(product: &DMatrix<f64>, chosen: &[usize]) -> DMatrix<f64> {
     DMatrix::from_fn(chosen.len(), product.ncols(), |i, j| product[(chosen[i], j)])
 }
 
-/// Solves (G + ridge) β = h; the ridge grows until the factor exists.
-fn solve(mut gram: DMatrix<f64>, h: &DMatrix<f64>, ridge: f64) -> DMatrix<f64> {
-    let mut added = 0.0;
-    let mut wanted = ridge.max(f64::MIN_POSITIVE);
+/// Solves (G + ridges) β = h; the ridges grow until the factor exists.
+fn solve(gram: DMatrix<f64>, h: &DMatrix<f64>, ridges: &[f64]) -> DMatrix<f64> {
+    let mut factor = 1.0;
     for _ in 0..12 {
-        for i in 0..gram.nrows() {
-            gram[(i, i)] += wanted - added;
+        let mut sum = gram.clone();
+        for (i, ridge) in ridges.iter().enumerate() {
+            sum[(i, i)] += factor * ridge.max(f64::MIN_POSITIVE);
         }
-        added = wanted;
-        if let Some(factor) = Cholesky::new(gram.clone()) {
+        if let Some(factor) = Cholesky::new(sum) {
             return factor.solve(h);
         }
-        wanted *= 100.0;
+        factor *= 100.0;
     }
     DMatrix::zeros(gram.nrows(), h.ncols())
 }

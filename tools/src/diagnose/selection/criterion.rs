@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use rayon::prelude::*;
 
 use crate::kinds::{self, FURTHER_ELEMENT_PRICE};
-use crate::numerics::block_gram::{BLOCKS, BlockGram, NO_RIDGE, Targets};
+use crate::numerics::block_gram::{BLOCKS, BlockGram, Chosen, Targets};
 
 /// One way in which a kind may enter: columns of the Gram matrix and what their weights must be.
 #[derive(Debug, Clone)]
@@ -95,7 +95,7 @@ impl<'a> Search<'a> {
         if let Some(known) = self.cache.borrow().get(&columns) {
             return *known;
         }
-        let error = self.gram.error(self.targets, &columns, NO_RIDGE);
+        let error = self.gram.error(self.targets, &Chosen::plain(&columns));
         self.cache.borrow_mut().insert(columns, error);
         error
     }
@@ -131,7 +131,7 @@ impl<'a> Search<'a> {
             columns.into_iter().filter(|c| !cache.contains_key(c)).collect()
         };
         let (gram, targets) = (self.gram, self.targets);
-        let found: Vec<[f64; BLOCKS]> = open.par_iter().map(|c| gram.error(targets, c, NO_RIDGE)).collect();
+        let found: Vec<[f64; BLOCKS]> = open.par_iter().map(|c| gram.error(targets, &Chosen::plain(c))).collect();
         self.cache.borrow_mut().extend(open.into_iter().zip(found));
         sets.iter().map(|s| self.objective(s)).collect()
     }
@@ -139,7 +139,7 @@ impl<'a> Search<'a> {
     /// The weights of a set's columns, candidate by candidate.
     pub fn weights(&self, set: &Set) -> BTreeMap<usize, Vec<f64>> {
         let columns = self.columns_of(set);
-        let weights = self.gram.weights(self.targets, &columns, NO_RIDGE);
+        let weights = self.gram.weights(self.targets, &Chosen::plain(&columns));
         let at = |c: &usize| columns.binary_search(c).map_or(0.0, |i| weights[i]);
         set.values().flatten().map(|c| (*c, self.candidates[*c].columns.iter().map(at).collect())).collect()
     }

@@ -13,7 +13,7 @@ use crate::diagnose::ranges::FEWEST_PERIODS;
 use crate::kinds::free_coordinate::FreeCoordinate;
 use crate::kinds::{self, FURTHER_ELEMENT_PRICE, Kind};
 use crate::model::{Model, TermValue};
-use crate::numerics::block_gram::{BlockGram, Targets};
+use crate::numerics::block_gram::{BlockGram, Chosen, Targets};
 use crate::numerics::vector::dot;
 use crate::regression::dataset::Dataset;
 use crate::regression::fit::Fitted;
@@ -243,7 +243,7 @@ impl Dictionary {
                 let mut kept: Vec<usize> = (0..own.len()).collect();
                 loop {
                     let chosen: Vec<usize> = self.base.iter().copied().chain(kept.iter().map(|k| own[*k])).collect();
-                    let weights = gram.weights(targets, &chosen, crate::numerics::block_gram::NO_RIDGE);
+                    let weights = gram.weights(targets, &Chosen::plain(&chosen));
                     let weights = &weights[self.base.len()..];
                     let worst = (0..kept.len()).filter(|i| weights[*i] <= 0.0).min_by(|a, b| {
                         let size = |i: usize| weights[i] * gram.scale_of(own[kept[i]]);
@@ -271,6 +271,11 @@ impl Dictionary {
         self.origins.retain(|_| *flags.next().unwrap_or(&true));
     }
 
+    /// The columns of the free functions over some coordinates.
+    pub fn free_columns(&self, over: &[FreeCoordinate]) -> Vec<usize> {
+        self.free.iter().filter(|(c, _)| over.contains(c)).flat_map(|(_, columns)| columns.iter().copied()).collect()
+    }
+
     /// The orders of the motor's and the output's turn that explain most of what base and free functions leave.
     fn strongest_orders(
         &self,
@@ -283,10 +288,10 @@ impl Dictionary {
         let targets = gram.targets(&self.columns, std::slice::from_ref(&self.y), &self.counts);
         let left = |without: &[FreeCoordinate]| {
             let free = self.free.iter().filter(|(over, _)| !without.contains(over));
-            let chosen: Vec<usize> =
-                self.base.iter().copied().chain(free.flat_map(|(_, c)| c.iter().copied())).collect();
-            let weights = gram.weights(&targets, &chosen, 1e-4);
-            let mut left = gram.residual(&self.columns, &self.y, &weights, &chosen);
+            let free: Vec<usize> = free.flat_map(|(_, c)| c.iter().copied()).collect();
+            let chosen = Chosen::with_free(&self.base, &free, 1e-4);
+            let weights = gram.weights(&targets, &chosen);
+            let mut left = gram.residual(&self.columns, &self.y, &weights, chosen.columns());
             left.iter_mut().zip(&self.counts).for_each(|(l, counts)| *l *= f64::from(u8::from(*counts)));
             left
         };

@@ -5,28 +5,29 @@
 //! | [`free_functions`] | functions without physics over every coordinate |
 //! | [`dictionary`] | base, kinds and free functions as columns beside a fitted model |
 //! | [`remainder`] | a second selection, of what stays unexplained beside a memory |
+//! | [`fidelity`] | how much of what a free function predicts a kind predicts |
 //! | [`criterion`] | what a set of kinds is judged by: held-out error and prices |
 //! | [`search`], [`significance`] | the set that is best by it; whether the gain of a kind is more than chance |
 //! | [`surrogates`] | series with the spectrum of the noise and no structure |
 
 pub mod criterion;
 pub mod dictionary;
+pub mod fidelity;
 pub mod free_functions;
 pub mod remainder;
 pub mod search;
 pub mod significance;
 pub mod surrogates;
 
-use std::collections::BTreeSet;
-
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use crate::kinds;
 use crate::kinds::free_coordinate::FreeCoordinate;
 use crate::model::Term;
-use crate::numerics::block_gram::{BLOCKS, BlockGram, NO_RIDGE, Targets, t_of_blocks};
+use crate::numerics::block_gram::{BLOCKS, BlockGram, Chosen, Targets, t_of_blocks};
 use criterion::{Search, Set};
 use dictionary::{Dictionary, Origin};
+use fidelity::{BesideBase, fidelity};
 use significance::{T_OTHERS, repeats};
 
 use crate::diagnose::DiagnoseError;
@@ -121,12 +122,14 @@ impl Dataset<'_> {
         let mut fit = base.clone();
         let mut reference: Option<(f64, f64, f64)> = None;
         let mut result = None;
+        let mut beside_base = None;
         for round in 0..ROUNDS {
             let mut dictionary = Dictionary::new(self, &fit, search)?;
             let gram = BlockGram::new(&dictionary.columns, &self.spans, &dictionary.counts);
             let targets = gram.targets(&dictionary.columns, std::slice::from_ref(&dictionary.y), &dictionary.counts);
             dictionary.prune(&gram, &targets);
-            let plain = gram.error(&targets, &dictionary.base, NO_RIDGE).iter().sum::<f64>();
+            let beside_base = beside_base.get_or_insert_with(|| BesideBase::new(&dictionary, &gram, &targets));
+            let plain = gram.error(&targets, &Chosen::plain(&dictionary.base)).iter().sum::<f64>();
             let (free, ridge, free_squares) = ceiling(&dictionary, &gram, &targets);
             let is_quiet =
                 reference.is_none() && !is_predictable(self, &dictionary, &gram, &targets, (&free, ridge), search.seed);
@@ -161,7 +164,8 @@ impl Dataset<'_> {
             let squares = finder.squares(&set);
             let last = round + 1 == ROUNDS || set == start;
             if last {
-                result = Some(self.summed_up(&dictionary, &finder, &set, (base_squares, best_free, squares), &fit));
+                let squares = (base_squares, best_free, squares);
+                result = Some(self.summed_up(&dictionary, &finder, &set, squares, beside_base, &fit));
                 if set == start {
                     break;
                 }
@@ -224,6 +228,7 @@ impl Dataset<'_> {
         finder: &Search<'_>,
         set: &Set,
         (base_squares, free_squares, selected_squares): (f64, f64, f64),
+        beside_base: &BesideBase,
         fit: &Fitted,
     ) -> Selection {
         let free_squares = free_squares.min(selected_squares);
@@ -241,7 +246,7 @@ impl Dataset<'_> {
                     kind,
                     term,
                     share: (gains.iter().sum::<f64>() / scale).clamp(0.0, 1.0),
-                    fidelity: fidelity(dictionary, finder, set, kind),
+                    fidelity: fidelity(dictionary, finder, set, kind, beside_base),
                     equivalents,
                     gains: gains.to_vec(),
                     confidence,
@@ -256,10 +261,9 @@ impl Dataset<'_> {
             .free
             .iter()
             .map(|(over, columns)| {
-                let all: Vec<usize> =
-                    chosen.iter().chain(columns).copied().collect::<BTreeSet<_>>().into_iter().collect();
                 let left = [1e-4, 1e-3, 1e-2]
-                    .map(|r| finder.gram.error(finder.targets, &all, r).iter().sum::<f64>())
+                    .map(|ridge| Chosen::with_free(&chosen, columns, ridge))
+                    .map(|all| finder.gram.error(finder.targets, &all).iter().sum::<f64>())
                     .into_iter()
                     .fold(f64::INFINITY, f64::min);
                 (*over, (selected_squares - left) / scale)
@@ -292,25 +296,24 @@ fn is_predictable(
     (free, ridge): (&[usize], f64),
     seed: u64,
 ) -> bool {
-    let mut all: Vec<usize> = dictionary.base.iter().chain(free).copied().collect();
-    all.sort_unstable();
-    all.dedup();
+    let all = Chosen::with_free(&dictionary.base, free, ridge);
+    let base = Chosen::plain(&dictionary.base);
     let part = |with: f64, without: f64| 1.0 - with / without.max(f64::MIN_POSITIVE);
-    let (plain, with) = (gram.error(targets, &dictionary.base, NO_RIDGE), gram.error(targets, &all, ridge));
+    let (plain, with) = (gram.error(targets, &base), gram.error(targets, &all));
     let gains: [f64; BLOCKS] = std::array::from_fn(|b| plain[b] - with[b]);
     if !repeats(&gains, T_OTHERS) {
         return false;
     }
     let own = part(with.iter().sum(), plain.iter().sum());
-    let weights = gram.weights(targets, &dictionary.base, NO_RIDGE);
+    let weights = gram.weights(targets, &base);
     let residual = gram.residual(&dictionary.columns, &dictionary.y, &weights, &dictionary.base);
     let noise = surrogates::surrogates(&residual, &dataset.spans, seed);
     let noise = gram.targets(&dictionary.columns, &noise, &dictionary.counts);
-    let sums = |columns: &[usize], ridge: f64| {
-        let blocks = gram.errors(&noise, columns, ridge);
+    let sums = |columns: &Chosen| {
+        let blocks = gram.errors(&noise, columns);
         (0..noise.count()).map(|k| blocks.iter().map(|b| b[k]).sum::<f64>()).collect::<Vec<f64>>()
     };
-    let parts = sums(&all, ridge).into_iter().zip(sums(&dictionary.base, NO_RIDGE)).map(|(w, p)| part(w, p));
+    let parts = sums(&all).into_iter().zip(sums(&base)).map(|(w, p)| part(w, p));
     parts.filter(|p| *p >= own).count() == 0
 }
 
@@ -328,48 +331,11 @@ fn ceiling(dictionary: &Dictionary, gram: &BlockGram, targets: &Targets) -> (Vec
     let best = tries
         .par_iter()
         .map(|(free, ridge)| {
-            let mut all: Vec<usize> = dictionary.base.iter().chain(*free).copied().collect();
-            all.sort_unstable();
-            all.dedup();
-            (gram.error(targets, &all, *ridge).iter().sum::<f64>(), *free, *ridge)
+            let all = Chosen::with_free(&dictionary.base, free, *ridge);
+            (gram.error(targets, &all).iter().sum::<f64>(), *free, *ridge)
         })
         .min_by(|a, b| a.0.total_cmp(&b.0));
-    best.map_or((Vec::new(), NO_RIDGE, f64::INFINITY), |(squares, free, ridge)| (free.clone(), ridge, squares))
-}
-
-/// The reduction of the held-out error by the kinds that share a coordinate, over that by a free function of it in their place.
-fn fidelity(dictionary: &Dictionary, finder: &Search<'_>, set: &Set, kind: &'static str) -> Option<f64> {
-    let own = measured_by(kind);
-    let mut rest = set.clone();
-    rest.retain(|other, _| measured_by(other)[0] != own[0]);
-    let squares = finder.squares(set);
-    // A refinement cannot stand without what it refines.
-    let unrefined = finder.allowed_part(rest.clone());
-    let without = finder.squares(&unrefined);
-    let base = finder.columns_of(&rest);
-    let free = dictionary.free.iter().filter(|(over, _)| own.contains(over)).flat_map(|(_, c)| c.iter().copied());
-    let all: Vec<usize> = base.iter().copied().chain(free).collect::<BTreeSet<_>>().into_iter().collect();
-    if all.len() == base.len() {
-        return None;
-    }
-    let plain = finder.blocks(&unrefined);
-    let (best, blocks) = [1e-5, 1e-4, 1e-3]
-        .map(|r| finder.gram.error(finder.targets, &all, r))
-        .into_iter()
-        .map(|blocks| (blocks.iter().sum::<f64>(), blocks))
-        .fold((f64::INFINITY, plain), |a, b| if b.0 < a.0 { b } else { a });
-    let gains: [f64; BLOCKS] = std::array::from_fn(|b| plain[b] - blocks[b]);
-    // A free function that does not gain itself measures nothing.
-    if !repeats(&gains, T_OTHERS) {
-        return None;
-    }
-    let (kinds, any) = (without - squares, without - best.min(squares));
-    (any > 0.0).then(|| (kinds / any).clamp(0.0, 1.0))
-}
-
-/// The free functions that a kind is measured by.
-fn measured_by(kind: &str) -> &'static [FreeCoordinate] {
-    kinds::of(kind).map_or(&[FreeCoordinate::Time], |k| k.measured_by())
+    best.map_or((Vec::new(), RIDGES[0], f64::INFINITY), |(squares, free, ridge)| (free.clone(), ridge, squares))
 }
 
 /// Kinds that hold this one as a part, and that predict clearly better with it than it does alone, but not by more than their price: the recordings cannot decide.

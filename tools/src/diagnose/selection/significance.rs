@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::criterion::{Candidate, Search, Set};
 use super::search::is_common;
 use super::surrogates::{SURROGATES, surrogates};
-use crate::numerics::block_gram::{BLOCKS, NO_RIDGE, t_of_blocks};
+use crate::numerics::block_gram::{BLOCKS, Chosen, t_of_blocks};
 
 /// A gain that repeats in so many blocks, or whose sum is so many times its scatter over them, is believed.
 const MOST_BLOCKS: usize = 7;
@@ -44,22 +44,19 @@ impl Search<'_> {
     /// Whether a gain is more than surrogates of the noise give to any kind.
     fn beats_surrogates(&self, kind: &'static str, set: &Set, gain: f64, step: usize) -> bool {
         let chosen = self.columns_of(set);
-        let mut with_free = chosen.clone();
-        with_free.extend(&self.free.0);
-        with_free.sort_unstable();
-        with_free.dedup();
-        let ridges = [(&chosen, NO_RIDGE), (&with_free, 1e-2), (&with_free, 1e-4)];
-        let error = |(c, r): &(&Vec<usize>, f64)| self.gram.error(self.targets, c, *r).iter().sum::<f64>();
-        let Some((columns, ridge)) = ridges.iter().min_by(|a, b| error(a).total_cmp(&error(b))) else { return true };
-        let weights = self.gram.weights(self.targets, columns, *ridge);
-        let noise = self.gram.residual(self.columns, self.y, &weights, columns);
+        let with_free = |ridge: f64| Chosen::with_free(&chosen, &self.free.0, ridge);
+        let described = [Chosen::plain(&chosen), with_free(1e-2), with_free(1e-4)];
+        let error = |c: &Chosen| self.gram.error(self.targets, c).iter().sum::<f64>();
+        let Some(best) = described.iter().min_by(|a, b| error(a).total_cmp(&error(b))) else { return true };
+        let weights = self.gram.weights(self.targets, best);
+        let noise = self.gram.residual(self.columns, self.y, &weights, best.columns());
         let surrogates = surrogates(&noise, self.spans, self.seed.wrapping_add(step as u64));
         let targets = self.gram.targets(self.columns, &surrogates, self.counts);
         let mut rest = set.clone();
         rest.remove(kind);
         let base = self.columns_of(&rest);
         let of = |columns: &[usize]| -> Vec<f64> {
-            let blocks = self.gram.errors(&targets, columns, NO_RIDGE);
+            let blocks = self.gram.errors(&targets, &Chosen::plain(columns));
             (0..SURROGATES).map(|k| blocks.iter().map(|b| b[k]).sum()).collect()
         };
         let plain = of(&base);
