@@ -58,6 +58,9 @@ pub struct DiagnoseArgs {
     /// Where to draw the torque, measured and by both models
     #[arg(long, value_name = "F.svg", value_parser = drawing, conflicts_with = "each")]
     plot: Option<PathBuf>,
+    /// Where to draw the residual of both models over time
+    #[arg(long, value_name = "F.svg", value_parser = drawing, conflicts_with = "each")]
+    plot_residual: Option<PathBuf>,
     /// End with status 3 if there is a mismatch, for scripts; with --each, if there is one in any recording
     #[arg(long)]
     check: bool,
@@ -100,8 +103,9 @@ impl DiagnoseArgs {
         }
         let files = recording::files_and_listed(recordings, self.files_from.as_deref())?;
         let held_out = recording::files_and_listed(&self.holdout, None)?;
-        let outputs = [Some(output), self.json.as_ref(), self.report.as_ref(), self.plot.as_ref()];
-        for path in outputs.into_iter().flatten() {
+        let pictures = [self.plot.as_ref(), self.plot_residual.as_ref()];
+        let outputs = [Some(output), self.json.as_ref(), self.report.as_ref()].into_iter().chain(pictures);
+        for path in outputs.flatten() {
             Outputs::check_beside(path, &[&files[..], &held_out].concat())?;
         }
         let Diagnosed { finding, recordings, holdout } = self.find(model()?, &files, &held_out, session)?;
@@ -120,6 +124,9 @@ impl DiagnoseArgs {
         if let Some(path) = &self.plot {
             outputs.add_text(path, &report::diagnosis::drawing(&finding, &recordings).to_file())?;
         }
+        if let Some(path) = &self.plot_residual {
+            outputs.add_text(path, &report::diagnosis::residual(&finding).to_file())?;
+        }
         outputs.commit()?;
         session.check(self.check, finding.diagnosis.mismatch);
         let grade = if finding.diagnosis.mismatch { Grade::Caution } else { Grade::Good };
@@ -132,6 +139,7 @@ impl DiagnoseArgs {
             ("JSON", self.json.as_ref()),
             ("Report", self.report.as_ref()),
             ("Picture", self.plot.as_ref()),
+            ("Picture", self.plot_residual.as_ref()),
         ])
     }
 

@@ -90,6 +90,11 @@ pub fn drawing(finding: &Finding, recordings: &[Recording]) -> Drawing {
     first.unwrap_or_else(|| residual_over_time(finding, unit))
 }
 
+/// The residual of both models over time.
+pub fn residual(finding: &Finding) -> Drawing {
+    residual_over_time(finding, torque_unit(finding))
+}
+
 /// What engineers know: the torque over deflection, or over velocity and angle, measured and by both models.
 fn known(finding: &Finding, recordings: &[Recording], unit: TorqueUnit) -> Option<Section> {
     let figures = torques(finding, recordings, unit, "");
