@@ -119,7 +119,7 @@ fn interference_for_a_while_is_structure_over_frequency() {
 fn a_detent_of_the_deflection_is_not_called_soft_windup() {
     let dir = bench();
     dir.succeed("simulate gear.toml --experiment cycle --cycles 4 --duration 24 --sample-rate 125 --noise torque=0.06,ar=0.8 --seed 4 -o quiet.csv");
-    let turn = std::f64::consts::TAU / (0.35 * 1.168e-3);
+    let turn = std::f64::consts::TAU / (0.25 * 1.168e-3);
     add_torque(&dir, "quiet.csv", "deflection_rad", |x| 0.22 * (turn * x).sin());
     let found = findings(&dir, "rec.csv");
     assert_eq!(names(&found), ["unknown"], "{found}");
