@@ -5,7 +5,7 @@
 //! | [`free_functions`] | functions without physics over every coordinate |
 //! | [`dictionary`] | base, kinds and free functions as columns beside a fitted model |
 //! | [`remainder`] | a second selection, of what stays unexplained beside a memory |
-//! | [`fidelity`] | how much of what a free function predicts a kind predicts |
+//! | [`mod@fidelity`] | how much of what a free function predicts a kind predicts |
 //! | [`criterion`] | what a set of kinds is judged by: held-out error and prices |
 //! | [`search`], [`significance`] | the set that is best by it; whether the gain of a kind is more than chance |
 //! | [`surrogates`] | series with the spectrum of the noise and no structure |
