@@ -122,6 +122,30 @@ fn the_change_is_the_sum_of_the_columns_where_a_kind_is_linear() {
     }
 }
 
+/// The parts of terms that add to the torque make the change of the whole; the others change more than their own part.
+#[test]
+fn the_part_of_a_term_is_what_it_changes() {
+    let recording = recording();
+    let base = Evaluation::new(&model(), None, &recording).unwrap();
+    for info in KINDS {
+        let term = term(info.name, 0);
+        let part = base.part(&term).unwrap();
+        let adds = matches!(info.domain, Domain::Torque | Domain::Friction | Domain::Load);
+        assert_eq!(part.is_some(), adds, "{}", info.name);
+        let Some(part) = part else { continue };
+        let change = base.change(&term).unwrap();
+        let off: Vec<f64> = part.iter().zip(&change).map(|(p, c)| p - c).collect();
+        assert!(largest(&off) <= 1e-9 * largest(&change), "{}", info.name);
+    }
+    let joint = "format = 1\nname = \"joint\"\n[[term]]\nkind = \"gravity_load\"\ncos_nm = 9.0\nsin_nm = 1.0\n";
+    let base = Evaluation::new(&parse("joint.toml", joint).unwrap(), None, &recording).unwrap();
+    let (gravity, friction) = (term("gravity_load", 0), term("load_dependent_friction", 0));
+    // The load of a joint is made of terms, and friction may depend on it.
+    assert_eq!(base.part(&gravity).unwrap(), None);
+    assert_eq!(base.part(&friction).unwrap(), None);
+    assert!(base.part(&term("viscous_friction", 0)).unwrap().is_some());
+}
+
 #[test]
 fn linear_values_need_not_be_given() {
     let recording = recording();

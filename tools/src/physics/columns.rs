@@ -132,6 +132,22 @@ impl<'a> Evaluation<'a> {
         Ok(above.iter().zip(&below).map(|(above, below)| (above - below) / (high - low)).collect())
     }
 
+    /// What a term of the model adds to the total at other values of its own; `None` where other parts of the model change with it.
+    ///
+    /// # Errors
+    /// Keys that are refused, signals that are missing.
+    pub fn part(&self, term: &Term) -> Result<Option<Vec<f64>>, PredictError> {
+        let adds = term.info().is_some_and(|info| match info.domain {
+            Domain::Torque | Domain::Friction => true,
+            Domain::Load => self.terms.has_gear(),
+            Domain::Deflection | Domain::FrictionScale | Domain::Delay => false,
+        });
+        if !adds || !self.terms.has_gear() && term.follows_base() {
+            return Ok(None);
+        }
+        self.alone(term).map(Some)
+    }
+
     /// The total with a term more.
     fn with(&self, term: &Term) -> Result<Vec<f64>, PredictError> {
         let mut terms = self.terms.clone();
@@ -152,9 +168,13 @@ impl<'a> Evaluation<'a> {
             // T_base of a joint is made of terms: a load changes it, and friction may depend on it.
             return self.change(&unit);
         }
-        // Alone, but for what scales it.
+        self.alone(&unit)
+    }
+
+    /// What a torque term adds alone, but for what scales it.
+    fn alone(&self, term: &Term) -> Result<Vec<f64>, PredictError> {
         let mut alone = self.terms.only(|term| term.info().domain == Domain::FrictionScale);
-        add(&mut alone, &unit)?;
+        add(&mut alone, term)?;
         self.context.check(&alone)?;
         let torque = self.context.torque(&self.followed, &alone);
         Ok(self.context.delayed(torque, self.terms.delay()))

@@ -7,6 +7,7 @@ use crate::numerics::autoregression::Noise;
 use crate::numerics::levenberg_marquardt::descend;
 use crate::numerics::vector::dot;
 use crate::physics::PredictError;
+use crate::physics::columns::Evaluation;
 use crate::regression::dataset::Dataset;
 use crate::regression::error::DatasetError;
 use crate::regression::likelihood::Layout;
@@ -50,7 +51,7 @@ impl Dataset<'_> {
         free
     }
 
-    /// The change of the torque with a place of a model; where it is one of `beside`, that of `beside`.
+    /// The change of the torque with a place of a model that was evaluated; where it is one of `beside`, that of `beside`.
     ///
     /// # Errors
     /// A model that cannot be evaluated.
@@ -58,25 +59,44 @@ impl Dataset<'_> {
         &self,
         model: &Model,
         place: FreeParameter,
-        total: &[f64],
+        evaluations: &[Evaluation<'_>],
         beside: Option<&Fitted>,
     ) -> Result<Vec<f64>, PredictError> {
         let known = beside.and_then(|fit| fit.places.iter().position(|p| *p == place).map(|i| &fit.columns[i]));
         if let Some(known) = known {
             return Ok(known.clone());
         }
-        let at = |value: f64| {
+        let value = parameters::value(model, place);
+        let at = |to: f64| {
             let mut moved = model.clone();
-            parameters::put(&mut moved, place, value);
-            self.total(&moved)
+            parameters::put(&mut moved, place, to);
+            self.changed(&moved, place, value, evaluations)
         };
         let (low, high) = parameters::sides(model, place);
-        if is_linear(model, place) {
-            let span = high - parameters::value(model, place);
-            return Ok(at(high)?.iter().zip(total).map(|(a, b)| (a - b) / span).collect());
-        }
+        let low = if is_linear(model, place) { value } else { low };
         let (above, below) = (at(high)?, at(low)?);
         Ok(above.iter().zip(&below).map(|(a, b)| (a - b) / (high - low)).collect())
+    }
+
+    /// The total of a model that differs from an evaluated one only in a place, which is `now` there, less what stays as it was.
+    fn changed(
+        &self,
+        moved: &Model,
+        place: FreeParameter,
+        now: f64,
+        evaluations: &[Evaluation<'_>],
+    ) -> Result<Vec<f64>, PredictError> {
+        if let FreeParameter::Term { term, .. } = place {
+            let parts = evaluations.iter().map(|evaluation| evaluation.part(&moved.terms[term]));
+            let parts: Option<Vec<Vec<f64>>> = parts.collect::<Result<_, _>>()?;
+            if let Some(parts) = parts {
+                return Ok(parts.iter().flat_map(|part| self.looked_at(part)).collect());
+            }
+        }
+        Ok(match parameters::value(moved, place) == now {
+            true => evaluations.iter().flat_map(|evaluation| self.looked_at(evaluation.total())).collect(),
+            false => self.total(moved)?,
+        })
     }
 
     /// Target less total, each recording about its own mean.

@@ -159,7 +159,11 @@ impl<'w, 's> VariableProjection<'w, 's> {
     /// Finds the change of the torque with some places where it is not known.
     fn differentiate(&self, at: &mut Iterate, which: &[usize]) -> Result<(), PredictError> {
         let open: Vec<usize> = which.iter().copied().filter(|&k| at.columns[k].is_none()).collect();
-        let of = |&k: &usize| self.dataset.derivative(&at.model, self.places[k], &at.total, self.beside);
+        if open.is_empty() {
+            return Ok(());
+        }
+        let evaluations = self.dataset.evaluate(&at.model)?;
+        let of = |&k: &usize| self.dataset.derivative(&at.model, self.places[k], &evaluations, self.beside);
         let found: Vec<Vec<f64>> = open.par_iter().map(of).collect::<Result<_, _>>()?;
         open.into_iter().zip(found).for_each(|(k, column)| at.columns[k] = Some(column));
         Ok(())
