@@ -1,5 +1,6 @@
 //! What the diagnosis has to reach on sixty concealed cases of every block: a change that costs names, or invents some, is noticed before it lands.
 
+use gmhm_tools::prove::score::CaseScore;
 use gmhm_tools::prove::{Diagnostician, QUICK_CASES, Sealed, mix, run};
 
 /// Not the seed of any figure in `docs/proof.md`.
@@ -34,4 +35,27 @@ fn what_a_motion_does_not_determine_stays_as_given() {
         let left_nm = case.unseen_error_nm.unwrap();
         assert!(left_nm < 0.1, "case {}: {left_nm} N·m on a motion that nobody saw", case.index);
     }
+}
+
+/// The case of a loud block with this index.
+fn loud_case(seed: u64, index: usize) -> CaseScore {
+    let mut cases = mix::only(&["loud"], seed, 24, &[]);
+    cases.retain(|(own, _)| *own == index);
+    Sealed::new(seed, cases).run(&Diagnostician, &|_| ()).cases.remove(0)
+}
+
+/// A detent over the deflection and damping, smooth at 250 Hz: an autoregression follows both and likelihood sees nothing, though they are half of what is left.
+#[test]
+fn structure_that_free_functions_predict_is_not_passed_over() {
+    let case = loud_case(7002, 100_015);
+    assert!(case.mismatch, "{case:?}");
+    let left_nm = case.unseen_error_nm.unwrap();
+    assert!(left_nm < 1.1 * case.base_leaves_nm, "{left_nm} N·m on a motion that nobody saw");
+}
+
+/// A gear whose slip elements grow with the load is followed by elements that grow and elements that do not: one memory.
+#[test]
+fn slip_elements_that_grow_with_the_load_are_named_once() {
+    let case = loud_case(7001, 100_025);
+    assert_eq!(case.named, ["load_dependent_memory"]);
 }

@@ -9,7 +9,7 @@ use crate::diagnose::explain::Search;
 use crate::diagnose::naming::DiagnosisVerdict;
 use crate::diagnose::selection::Selection;
 use crate::kinds;
-use crate::model::{Model, TermValue};
+use crate::model::{Model, Term, TermValue};
 use crate::regression::dataset::Dataset;
 use crate::regression::fit::Fitted;
 use crate::regression::parameters::FreeParameter;
@@ -22,6 +22,8 @@ const VERY_LOUD: f64 = 15.0;
 const TOO_LOUD_TO_REFINE: f64 = 50.0;
 /// Fewer names stand where they leave at most so many times the held-out squares that more names leave.
 const AS_GOOD: f64 = 1.05;
+/// Where likelihood sees nothing, free functions that predict this part are a mismatch; in slow noise they predict up to .45 by chance.
+const OVERRULES: f64 = 0.5;
 /// Structure of this part of the base's squared error, held out, is a mismatch whatever the likelihood says.
 const LARGE: f64 = 0.2;
 /// A selection that leaves less than this part of the held-out squares that likelihood's finding leaves stands.
@@ -48,6 +50,11 @@ fn is_doubted(verdict: &DiagnosisVerdict, selection: &Selection, times: f64) -> 
     let partial = times > MUCH_BETTER && selection.named() < MOST_OF_PREDICTABLE * selection.predictable();
     let refused = times > BETTER && selection.selected.iter().any(|s| withheld(s.kind));
     verdict.effects.iter().any(|e| e.name == UNKNOWN) && (nameless || partial || refused)
+}
+
+/// Whether a curve is over the deflection.
+fn is_over_deflection(curve: &Term) -> bool {
+    matches!(curve.values.get("coordinate"), Some(TermValue::Text(over)) if over == "deflection")
 }
 
 /// Whether a kind has others that refine it.
@@ -105,6 +112,12 @@ impl Dataset<'_> {
                 return Ok((joint, search));
             }
         }
+        if !verdict.mismatch && selection.predictable() >= OVERRULES {
+            let joint = self.joint_verdict(&base, &selection, search)?;
+            if joint.mismatch {
+                return Ok((joint, search));
+            }
+        }
         Ok((verdict, by_likelihood))
     }
 
@@ -156,10 +169,13 @@ impl Dataset<'_> {
         let without_past = |total: &[f64]| size(&self.centred(total));
         let total = self.total(&extended.model)?;
         let (as_given, refitted) = (without_past(&self.total(model)?), without_past(&self.total(&base.model)?));
-        let (steady, least) =
-            if refitted > MOST_WITHOUT_PAST * as_given { (model, as_given) } else { (&base.model, refitted) };
+        let of_blocks = self.mean_square_of_blocks(base) * self.counted() as f64;
+        let fails = refitted > MOST_WITHOUT_PAST * as_given || of_blocks > as_given;
+        let (steady, least) = if fails { (model, as_given) } else { (&base.model, refitted) };
         let mut trades = without_past(&total) > MOST_WITHOUT_PAST * least;
         for curve in (given..found).filter(|t| extended.model.terms[*t].kind == UNKNOWN) {
+            // The elastic law is such a curve, too.
+            trades |= is_over_deflection(&extended.model.terms[curve]);
             let added = self.added_by(&extended.model, &total, curve)?;
             trades |= size(&added) > MOST_OF_RESIDUAL * size(&base.residual);
         }

@@ -38,6 +38,21 @@ const CONFIRMING_STEPS: usize = 3;
 /// Steps of the refit with a curve.
 const STEPS: usize = 5;
 
+/// The effects; the share of one that another takes in is added to that one. Its term stays in the model.
+fn taken_in(effects: Vec<EffectVerdict>) -> Vec<EffectVerdict> {
+    let takes_in = |whole: &EffectVerdict, part: &EffectVerdict| {
+        kinds::of(&whole.name).is_some_and(|kind| kind.takes_in().contains(&part.name.as_str()))
+    };
+    let is_part: Vec<bool> = effects.iter().map(|part| effects.iter().any(|whole| takes_in(whole, part))).collect();
+    let mut is_part = is_part.into_iter();
+    let (parts, mut wholes): (Vec<_>, Vec<_>) = effects.into_iter().partition(|_| is_part.next() == Some(true));
+    for whole in &mut wholes {
+        let taken: f64 = parts.iter().filter(|part| takes_in(whole, part)).map(|part| part.share).sum();
+        whole.share = (whole.share + taken).min(1.0);
+    }
+    wholes
+}
+
 impl Dataset<'_> {
     /// The verdict of a joint selection beside the refitted base model.
     ///
@@ -124,6 +139,7 @@ impl Dataset<'_> {
             });
         }
         self.share_out(base, &extended, &mut effects)?;
+        effects = taken_in(effects);
         effects.sort_by(|a, b| b.share.total_cmp(&a.share));
         let mismatch = !effects.is_empty();
         Ok(DiagnosisVerdict {

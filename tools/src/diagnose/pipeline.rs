@@ -175,7 +175,8 @@ pub fn diagnose(
         noise_rms,
         rms,
         heldout,
-        predictable: selection.predictable().max(explained),
+        // What neither likelihood nor a kind or curve confirms, free functions predict by chance.
+        predictable: if verdict.mismatch { selection.predictable().max(explained) } else { explained },
         explained,
         named,
         places,

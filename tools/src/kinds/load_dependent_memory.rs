@@ -58,6 +58,11 @@ impl Kind for LoadDependentMemory {
         true
     }
 
+    /// Elements that grow with the load and elements that do not are one memory.
+    fn takes_in(&self) -> &'static [&'static str] {
+        &["nonlocal_memory"]
+    }
+
     fn draft(&self, _shape: &str, measures: &Measures, random: &mut ChaCha8Rng) -> Draft {
         slip_elements(self.name(), measures, random)
             .fixed("load_linear", random.random_range(0.2..0.6))

@@ -197,6 +197,11 @@ pub trait Kind: Sync {
         &[]
     }
 
+    /// The kinds that are parts of the same effect where they are found beside this one.
+    fn takes_in(&self) -> &'static [&'static str] {
+        &[]
+    }
+
     /// Whether what this kind has beyond the kinds that it [contains](Self::contains) is large enough to be named.
     fn exceeds_what_it_contains(&self, _term: &Term) -> bool {
         true
