@@ -4,6 +4,8 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use crate::common::skips::skipped;
+
 /// Nothing from elsewhere, tags that close in order, at most 1 MB.
 pub fn assert_self_contained(html: &str) {
     assert!(html.len() <= 1_000_000, "{} bytes", html.len());
@@ -62,7 +64,7 @@ fn chromium() -> Option<PathBuf> {
     let folders = std::env::var_os("PATH").unwrap_or_default();
     let found = std::env::split_paths(&folders).flat_map(|f| names.map(|n| f.join(n))).find(|p| p.is_file());
     if found.is_none() {
-        eprintln!("not checked in a browser: none of {names:?} is on the PATH");
+        skipped("pages in a browser", &format!("none of {} is on the PATH", names.join(", ")));
     }
     found
 }
@@ -99,6 +101,57 @@ pub fn after_script(page: &Path, script: &str) -> Option<String> {
     let console: Vec<&str> = messages.lines().filter(|line| line.contains("CONSOLE")).collect();
     assert!(output.status.success() && console.is_empty(), "{console:?}");
     Some(String::from_utf8(output.stdout).unwrap())
+}
+
+/// Moves the pointer over every figure, zooms into it and back, and writes down what was loaded from elsewhere and which figures did not answer.
+const VISITOR: &str = r#"
+const told = { loaded: performance.getEntriesByType("resource").map(entry => entry.name), figures: 0, silent: [], fixed: [] };
+const places = [];
+for (let x = 0.15; x < 0.96; x += 0.1) for (const y of [0.5, 0.3, 0.7]) places.push([x, y]);
+for (const svg of document.querySelectorAll("svg.live")) {
+  const name = svg.getAttribute("aria-label");
+  const move = (kind, x, y, more) => {
+    const box = svg.getBoundingClientRect();
+    svg.dispatchEvent(new PointerEvent(kind, { clientX: box.left + x * box.width, clientY: box.top + y * box.height, bubbles: true, ...more }));
+  };
+  const numbers = () => [...svg.querySelectorAll("text.number")].map(text => text.textContent).join(" ");
+  const values = svg.closest("figure").querySelector(".values");
+  told.figures += 1;
+  if (!places.some(([x, y]) => { move("pointermove", x, y); return /\d/.test(values.textContent); })) told.silent.push(name);
+  const before = numbers();
+  move("pointerdown", 0.4, 0.3, { button: 0 });
+  move("pointermove", 0.6, 0.6);
+  move("pointerup", 0.6, 0.6);
+  if (numbers() === before) told.fixed.push(name);
+  svg.dispatchEvent(new KeyboardEvent("keydown", { key: "0", bubbles: true }));
+  if (numbers() !== before) told.fixed.push(name);
+}
+document.title = JSON.stringify(told);
+"#;
+
+/// What a script has left as the title of a page.
+pub fn told(dom: &str) -> serde_json::Value {
+    let title = dom.split("<title>").nth(1).and_then(|rest| rest.split("</title>").next()).expect("a title");
+    serde_json::from_str(&title.replace("&amp;", "&")).expect(title)
+}
+
+/// A page that holds all it needs; in headless Chromium, where that is there, it also loads nothing, says nothing in its console, and its figures answer pointer and keys.
+pub fn assert_works(page: &Path) {
+    assert_self_contained(&std::fs::read_to_string(page).unwrap());
+    let Some(dom) = after_script(page, VISITOR) else { return };
+    let told = told(&dom);
+    assert!(told["figures"].as_u64().unwrap() > 0, "{told}");
+    for fault in ["loaded", "silent", "fixed"] {
+        assert!(told[fault].as_array().unwrap().is_empty(), "{}: {told}", page.display());
+    }
+}
+
+/// A page that is seen on a light and on a dark screen, in headless Chromium where that is there.
+pub fn assert_light_and_dark(page: &Path) {
+    let (Some(light), Some(dark)) = (screenshot(page, false), screenshot(page, true)) else { return };
+    assert!(light.brightness() > 200.0 && dark.brightness() < 60.0, "{} {}", light.brightness(), dark.brightness());
+    // Ink on both: neither a blank page nor ink of the paper's colour.
+    assert!(light.contrast() > 10.0 && dark.contrast() > 10.0, "{} {}", light.contrast(), dark.contrast());
 }
 
 /// The page in headless Chromium; says so and returns none where there is no Chromium.
