@@ -1,9 +1,11 @@
 """Checks fleet.py on synthetic joints: python check.py GMHM [--joints N] [--rows N] [--damaged N] [--loop]
 
-All recordings are accounted for although some are damaged, a worker is killed and the run is stopped in its middle; the joint that was made softer is ranked first.
+All recordings are accounted for although some are damaged, a worker is killed and parts are lost; a rerun on a scheduler of its own does only what is asked; the joint that was made softer is ranked first.
 """
 
 import argparse
+import contextlib
+import json
 import os
 import signal
 import subprocess
@@ -66,6 +68,31 @@ def kill_a_worker(parts, killed):
         return
 
 
+@contextlib.contextmanager
+def scheduler():
+    """A Dask scheduler and a worker as processes of their own, as on a cluster; the address of the scheduler."""
+    with tempfile.TemporaryDirectory() as folder, contextlib.ExitStack() as processes:
+        file = Path(folder) / "scheduler.json"
+        local = ["--host", "127.0.0.1", "--no-dashboard", "--port", "0", "--scheduler-file", str(file)]
+        start(processes, ["scheduler", *local])
+        worker = ["--no-dashboard", "--nthreads", "1", "--no-nanny", "--local-directory", folder, "--scheduler-file", str(file)]
+        for _ in range(600):
+            # The file is there a moment before all of it is.
+            with contextlib.suppress(OSError, ValueError):
+                address = json.loads(file.read_text())["address"]
+                break
+            time.sleep(0.05)
+        start(processes, ["worker", *worker])
+        yield address
+
+
+def start(processes, words):
+    """Starts a command of Dask, which ends with the others."""
+    process = subprocess.Popen([sys.executable, "-m", "dask", *words], stderr=subprocess.DEVNULL)
+    processes.callback(process.wait)
+    processes.callback(process.terminate)
+
+
 def time_each(data, joints, folder, program):
     """Times `gmhm fit --each`, the law chosen, over the first session of each joint, with all cores."""
     listed = folder / "list.txt"
@@ -95,7 +122,7 @@ def main():
     parser.add_argument("--joints", type=int, default=40)
     parser.add_argument("--rows", type=int, default=600)
     parser.add_argument("--damaged", type=int, default=4)
-    parser.add_argument("--chunk", type=int, default=5)
+    parser.add_argument("--chunk", type=int, default=3)
     parser.add_argument("--loop", action="store_true", help="also time a plain loop")
     asked = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
@@ -117,14 +144,26 @@ def main():
         diagnosed = [(row["joint"], row["session"]) for row in table if row["diagnosis"]]
         assert sorted(diagnosed) == sorted((row["joint"], row["session"]) for *_, row in ranked), findings
 
-        # Parts that were lost are done again, the others stay.
+        # Parts that were lost and those with failures are done again, on a cluster that is there already; the others stay.
         parts = sorted(output.with_suffix(".parts").glob("fit-*.parquet"))
-        kept = [part.stat().st_mtime_ns for part in parts[1:]]
-        parts[0].unlink()
-        again, *_ = fleet.main([*words, "--workers", "1"])
-        assert [part.stat().st_mtime_ns for part in parts[1:]] == kept
-        strip = lambda rows: sorted((row["row_group"], row["ok"], row["model_toml"]) for row in rows if row["ok"])
-        assert strip(again) == strip(rows)
+        broken = {part for part in parts if not all(pq.read_table(part, columns=["ok"]).column("ok").to_pylist())}
+        whole = [part for part in parts if part not in broken]
+        assert broken and len(whole) > 1, (broken, whole)
+        times = {part: part.stat().st_mtime_ns for part in parts}
+        whole[0].unlink()
+        with scheduler() as address:
+            command = [sys.executable, str(Path(fleet.__file__)), *words, "--retry-failed", "--scheduler", address]
+            said = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+        again = {part for part, at in times.items() if part.stat().st_mtime_ns != at}
+        assert again == broken | {whole[0]}, again
+        fitted = sum(pq.read_metadata(part).num_rows for part in again)
+        assert f"{len(rows)} recordings, {damaged} failed; {fitted} fitted in this run" in said, said
+        strip = lambda rows: sorted((row["row_group"], row["ok"], row["model_toml"]) for row in rows)
+        assert strip(pq.read_table(output).to_pylist()) == strip(table)
+        # Without the words nothing is done again.
+        done, *_ = fleet.main([*words, "--workers", "0"])
+        assert strip(done) == strip(rows)
+        assert {part for part in parts if part.stat().st_mtime_ns == times[part]} == set(parts) - again
         if asked.loop:
             time_each(data, asked.joints, Path(folder), asked.gmhm)
             compare(data, Path(folder), asked.gmhm)

@@ -4,7 +4,7 @@
     python fleet.py recordings.parquet -o results.parquet --scheduler tcp://scheduler:8786
 
 Each row group of the Parquet files is one recording: columns `joint` and `session` name it, the others are those of a recording (docs/recordings.md).
-The program `gmhm` does the work; every worker needs it, and the files, under the same paths. Run again after a stop: what is done is kept.
+The program `gmhm` does the work; every worker needs it, and the files, under the same paths. Run again with the same words after a stop: what is done is kept, failures too (--retry-failed does them again).
 Needs dask[distributed] and pyarrow.
 """
 
@@ -37,12 +37,21 @@ def gmhm(program, words):
 
 
 def recordings_of(file):
-    """Joint, session and number of each row group, by the statistics of the file alone."""
-    data = pq.ParquetFile(file).metadata
-    places = [data.schema.to_arrow_schema().get_field_index(name) for name in NAMES]
+    """Joint, session and number of each row group, by the statistics of the file where it has them."""
+    data = pq.ParquetFile(file)
+    places = [data.schema_arrow.get_field_index(name) for name in NAMES]
     for group in range(data.num_row_groups):
-        joint, session = (data.row_group(group).column(place).statistics.min for place in places)
-        yield str(joint), str(session), group
+        named = []
+        for name, place in zip(NAMES, places):
+            statistics = data.metadata.row_group(group).column(place).statistics
+            if statistics is not None and statistics.has_min_max:
+                found = {statistics.min, statistics.max}
+            else:
+                found = set(data.read_row_group(group, columns=[name]).column(name).to_pylist())
+            if len(found) != 1:
+                raise SystemExit(f"{file}: row group {group} holds {len(found)} values of `{name}`; write one row group a recording")
+            named.append(str(found.pop()))
+        yield *named, group
 
 
 def recording_to(folder, file, group):
@@ -76,6 +85,8 @@ def each(command, words, recordings, program):
 
 def fit_rows(rows, words, program):
     """Fits recordings and fills their rows; a damaged one gets an error."""
+    for row in rows:
+        row["ok"] = False
     with tempfile.TemporaryDirectory() as folder:
         paths = {}
         for number, row in enumerate(rows):
@@ -95,9 +106,6 @@ def fit_rows(rows, words, program):
 
 def fit_joints(joints, part, program):
     """Fits all sessions of some joints into a part of the results: the first one with the law that suits it, the others with the same, so that they can be compared."""
-    for sessions in joints:
-        for row in sessions:
-            row["ok"] = False
     fit_rows([sessions[0] for sessions in joints], [], program)
     with tempfile.TemporaryDirectory() as folder:
         model = Path(folder) / "first.toml"
@@ -145,6 +153,20 @@ def changes(rows):
     return sorted(ranked, key=lambda entry: (-entry[0], entry[2]))
 
 
+def forget_failed(parts):
+    """Removes the parts in which a recording failed, and the diagnoses of their joints, so that they are done again."""
+    again = set()
+    for part in parts.glob("fit-*.parquet"):
+        rows = pq.read_table(part).to_pylist()
+        if not all(row["ok"] for row in rows):
+            again.update(row["joint"] for row in rows)
+            part.unlink()
+    for part in parts.glob("diagnosis-*.parquet"):
+        (row,) = pq.read_table(part).to_pylist()
+        if row["diagnosis_error"] or row["joint"] in again:
+            part.unlink()
+
+
 def tasks(files, parts, chunk):
     """Chunks of joints that have no part of the results yet."""
     joints = {}
@@ -172,11 +194,14 @@ def main(words=None):
     parser.add_argument("--scheduler", help="address of a Dask scheduler; else a cluster on this computer")
     parser.add_argument("--workers", type=int, default=2, help="workers of the cluster on this computer; 0 for a plain loop")
     parser.add_argument("--chunk", type=int, default=20, help="joints of a task: so many that starting the program does not count")
+    parser.add_argument("--retry-failed", action="store_true", help="do the chunks again in which a recording failed, and their diagnoses")
     parser.add_argument("--diagnose", type=int, metavar="N", help="diagnose only the N joints that changed most")
     parser.add_argument("--gmhm", default="gmhm", help="the program")
     asked = parser.parse_args(words)
     parts = asked.output.with_suffix(".parts")
     parts.mkdir(parents=True, exist_ok=True)
+    if asked.retry_failed:
+        forget_failed(parts)
     client = None
     if asked.scheduler or asked.workers > 0:
         from dask.distributed import Client

@@ -1,9 +1,10 @@
 //! `gmhm diagnose`: synthetic recordings with physics hidden in them, and real ones where they are at hand.
 
+mod browser;
 mod common;
 
-use std::path::Path;
-
+use browser::assert_works;
+use common::skips::real_recording;
 use common::{PUBLISHED, WorkDir};
 use serde_json::Value;
 
@@ -201,17 +202,13 @@ fn the_report_stands_alone() {
     dir.succeed(&format!("{RUNNING} --hide kinematic_error=0.15 --seed 3 -o rec.csv"));
     dir.succeed("diagnose gear.toml rec.csv -o extended.toml --report finding.html");
     let page = dir.read("finding.html");
-    assert!(page.contains("kinematic") && page.contains("<svg") && page.len() < 2_000_000);
-    assert!(!page.contains("http://") || page.contains("http://www.w3.org/"), "a page that reaches for the network");
+    assert!(page.contains("kinematic"), "the page does not name what was found");
+    assert_works(&dir.path("finding.html"));
 }
 
 #[test]
 fn a_robot_joint_is_diagnosed_without_a_motor_angle() {
-    let recording = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/recordings/ur10e_joint2_sine.csv");
-    let Ok(recording) = recording.canonicalize() else {
-        println!("not run: {} is not on this machine", recording.display());
-        return;
-    };
+    let Some(recording) = real_recording("ur10e_joint2_sine.csv") else { return };
     let dir = WorkDir::new();
     let file = recording.display();
     dir.succeed(&format!("fit {file} -o joint.toml"));

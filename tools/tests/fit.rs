@@ -4,6 +4,7 @@ mod common;
 
 use std::fmt::Write;
 
+use common::skips::real_recording;
 use common::{PUBLISHED, WorkDir};
 
 /// Two cycles to the rated deflection, without torque.
@@ -198,13 +199,9 @@ fn a_zero_of_the_encoders_far_from_the_gears_is_found_beside_a_given_model() {
 #[test]
 fn a_real_recording_ends_with_numbers() {
     let name = "friction_damper_1Hz30lbtension1amplitude.csv";
-    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/recordings").join(name);
-    let Ok(text) = std::fs::read(&path) else {
-        eprintln!("not run: {} is not there", path.display());
-        return;
-    };
+    let Some(path) = real_recording(name) else { return };
     let dir = WorkDir::new();
-    dir.write("damper.csv", text);
+    dir.write("damper.csv", std::fs::read(path).unwrap());
     dir.refuse("fit damper.csv -o m.toml", &["`time_s`", "--map time_s=t_s"]);
     let done = dir.succeed("fit damper.csv --map time_s=t_s,deflection_rad=disp_m,torque_nm=force_kN -o m.toml");
     assert!(done.stdout.contains("Residual: "), "{}", done.stdout);

@@ -3,9 +3,9 @@
 mod common;
 
 use std::f64::consts::TAU;
-use std::path::{Path, PathBuf};
 
 use common::WorkDir;
+use common::skips::real_recording;
 use gmhm_tools::fit::FitOptions;
 use gmhm_tools::fit::verdict::{Assessment, Cause, Grade};
 use gmhm_tools::fit::{Fit, fit};
@@ -160,7 +160,7 @@ fn a_joint_that_stands_still_is_refused() {
 #[test]
 fn two_joints_of_a_robot_are_fitted_and_predicted() {
     for (file, left) in [("ur10e_joint1_sine.csv", 0.16), ("ur10e_joint2_sine.csv", 0.08)] {
-        let Some(recording) = real(file) else { return };
+        let Some(recording) = real_recording(file) else { return };
         let dir = WorkDir::new();
         let path = recording.display();
         dir.succeed(&format!("fit {path} -o joint.toml --json fit.json --report fit.html"));
@@ -175,22 +175,12 @@ fn two_joints_of_a_robot_are_fitted_and_predicted() {
 
 #[test]
 fn a_wrist_at_constant_speed_says_what_it_cannot_tell() {
-    let Some(recording) = real("kinova_gen3_joint7_0.30radps.csv") else { return };
+    let Some(recording) = real_recording("kinova_gen3_joint7_0.30radps.csv") else { return };
     let dir = WorkDir::new();
     let told = dir.succeed(&format!("fit {} -o joint.toml", recording.display()));
     for expected in ["Not good enough to flash", "coulomb_friction.torque_nm: undetermined", "both ways"] {
         assert!(told.stdout.contains(expected), "{}", told.stdout);
     }
-}
-
-/// A recording of a real machine, or `None` with the reason printed where it is not on this one.
-fn real(name: &str) -> Option<PathBuf> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/recordings").join(name);
-    let found = path.canonicalize().ok();
-    if found.is_none() {
-        println!("not run: {} is not on this machine", path.display());
-    }
-    found
 }
 
 fn csv_columns<const N: usize>(text: &str, names: &[&str; N]) -> [Vec<f64>; N] {

@@ -1,6 +1,8 @@
 //! Long recordings, and many of them.
 
 mod gears;
+#[path = "common/skips.rs"]
+mod skips;
 
 use std::fs;
 
@@ -10,6 +12,7 @@ use gmhm_tools::fit::verdict::{Assessment, Grade};
 use gmhm_tools::fit::{FitOptions, fit};
 use gmhm_tools::model::{GearSection, Model};
 use gmhm_tools::recording::Recording;
+use skips::skipped;
 
 fn model() -> Model {
     let (elastic, memory) = published();
@@ -59,8 +62,7 @@ fn many_recordings_take_time_in_proportion_to_their_number() {
         Some(ticks()? - before)
     };
     let (Some(few), Some(many)) = (time_of(20), time_of(120)) else {
-        println!("skipped: this system does not tell the processor time of a process");
-        return;
+        return skipped("the time of many recordings", "this system does not state the processor time of a process");
     };
     println!("20 recordings: {few} ticks, 120 recordings: {many} ticks");
     assert!(many < 10 * few.max(20), "{few} ticks for 20 recordings, {many} for 120");

@@ -92,8 +92,39 @@ fn every_recording_has_its_line() {
     assert!(line["result"]["comparison"].as_array().unwrap().is_empty());
 
     let done = dir.succeed("fit --each --files-from list.txt --ndjson fits.ndjson --resume");
-    assert!(done.stdout.starts_with("0 recordings done, 0 failed, 13 done before\n"), "{}", done.stdout);
+    let before = "0 recordings done, 0 failed, 9 done before, 4 failed before (--retry-failed tries them again)\n";
+    assert!(done.stdout.starts_with(before), "{}", done.stdout);
     assert_eq!(lines(&dir, "fits.ndjson"), fits);
+}
+
+#[test]
+fn failures_are_tried_again_when_asked() {
+    let (dir, all) = fleet(9, 400);
+    dir.succeed("fit --each --files-from list.txt --ndjson fits.ndjson");
+    // One was repaired, and one was done only now; three stay as they are.
+    dir.write("joint-3.csv", recording(3, 400));
+    let text = dir.read("fits.ndjson");
+    let kept: Vec<&str> = text.lines().filter(|line| !line.contains("joint-8.csv")).collect();
+    dir.write("fits.ndjson", kept.join("\n") + "\n");
+    let again = "fit --each --files-from list.txt --ndjson fits.ndjson --resume --retry-failed";
+    let done = dir.succeed(again);
+    assert!(done.stdout.starts_with("2 recordings done, 3 failed, 5 done before\n"), "{}", done.stdout);
+    let fits = lines(&dir, "fits.ndjson");
+    assert_eq!(names(&fits), all);
+    let failed: Vec<&str> =
+        fits.iter().filter(|line| line["ok"] == false).map(|line| line["recording"].as_str().unwrap()).collect();
+    assert_eq!(BTreeSet::from_iter(failed), BTreeSet::from(["joint-5.csv", "joint-7.csv", "missing.csv"]));
+    // Results are kept as they were, byte for byte and in their order.
+    let results = |text: &str| -> Vec<String> {
+        text.lines().filter(|line| line.contains("\"ok\":true")).map(str::to_owned).collect()
+    };
+    assert!(results(&dir.read("fits.ndjson")).starts_with(&results(&(kept.join("\n") + "\n"))));
+    assert!(dir.files().iter().all(|name| !name.starts_with('.')), "{:?}", dir.files());
+    // Two runs do not write to the file at once, also where it is replaced.
+    let held = std::fs::File::options().append(true).open(dir.path("fits.ndjson")).unwrap();
+    held.lock().unwrap();
+    dir.refuse(again, &["another run writes to it"]);
+    dir.misuse("fit --each joint-1.csv --ndjson x.ndjson --retry-failed", &["--resume"]);
 }
 
 #[test]
@@ -104,8 +135,10 @@ fn a_run_that_was_cut_off_goes_on() {
     // In the middle of the fourth line.
     let end = text.match_indices('\n').nth(2).unwrap().0 + 100;
     dir.write("fits.ndjson", &text[..end]);
+    let failed = text.lines().take(3).filter(|line| line.contains("\"ok\":false")).count();
     let done = dir.succeed("fit --each --files-from list.txt --ndjson fits.ndjson --resume");
-    assert!(done.stdout.contains(", 3 done before\n"), "{}", done.stdout);
+    let before = |count: usize, what: &str| count == 0 || done.stdout.contains(&format!(", {count} {what} before"));
+    assert!(before(3 - failed, "done") && before(failed, "failed"), "{}", done.stdout);
     assert_eq!(names(&lines(&dir, "fits.ndjson")), all);
 }
 

@@ -1,8 +1,9 @@
 //! A page of everything that a page can hold: self-contained, well nested, bounded in size, light and dark in a browser.
 
 mod browser;
+mod common;
 
-use browser::{after_script, assert_self_contained, screenshot};
+use browser::{after_script, assert_light_and_dark, assert_self_contained, assert_works, told};
 use gmhm_tools::recording::TorqueUnit;
 use gmhm_tools::report::figures::{self, Abscissa, TrendAxis};
 use gmhm_tools::report::page::{Input, Page, Provenance, Section, Table, TableRow, Tone, Verdict};
@@ -166,11 +167,8 @@ fn a_browser_shows_it_light_and_dark() {
     let folder = tempfile::tempdir().unwrap();
     let html = folder.path().join("page.html");
     std::fs::write(&html, gallery(3000).to_html()).unwrap();
-    let (Some(light), Some(dark)) = (screenshot(&html, false), screenshot(&html, true)) else { return };
-    assert!(light.brightness() > 200.0, "light page: {}", light.brightness());
-    assert!(dark.brightness() < 60.0, "dark page: {}", dark.brightness());
-    // Ink on both: neither a blank page nor ink of the paper's colour.
-    assert!(light.contrast() > 10.0 && dark.contrast() > 10.0, "{} {}", light.contrast(), dark.contrast());
+    assert_works(&html);
+    assert_light_and_dark(&html);
 }
 
 /// Moves the pointer over figures, presses keys and buttons, and writes down what the page says then.
@@ -225,8 +223,7 @@ fn a_reader_zooms_reads_and_switches() {
     page.sections.push(Section::new("Two states").figure(figure.draw(), "Both."));
     std::fs::write(&html, page.to_html()).unwrap();
     let Some(dom) = after_script(&html, VISITOR) else { return };
-    let title = dom.split("<title>").nth(1).and_then(|rest| rest.split("</title>").next()).expect("a title");
-    let told: serde_json::Value = serde_json::from_str(&title.replace("&amp;", "&")).expect(title);
+    let told = told(&dom);
     let text = |key: &str| told[key].as_str().unwrap_or_else(|| panic!("{key} in {told}"));
     assert!(text("hover").contains("deflection θ in mrad: ") && text("hover").contains("GMHM: "), "{told}");
     assert!(text("linked").starts_with("time in s: "), "{told}");

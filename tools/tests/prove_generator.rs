@@ -1,5 +1,8 @@
 //! The concealed cases: every kind can be hidden at the size asked for, from any seed, and the key is honest about it.
 
+#[path = "common/skips.rs"]
+mod skips;
+
 use gmhm_tools::prove::generator::{CaseSpec, Colour, KINDS, OUTSIDE, PlantKind, case, fits_a_joint, real_residuals};
 use gmhm_tools::prove::key::{INDISTINGUISHABLE, Key, LARGE_SHARE, Role};
 use gmhm_tools::prove::mix;
@@ -106,8 +109,7 @@ fn real_residuals_carry_an_effect_like_any_noise() {
     let folder = std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/recordings"));
     let residuals = real_residuals(folder);
     if residuals.is_empty() {
-        println!("not run: no real recordings beside the repository");
-        return;
+        return skips::skipped("the residuals of real machines", "not beside the checkout");
     }
     assert!(residuals.len() >= 5);
     let mut spec = spec(PlantKind::Gmhm, &[("kinematic_error", 0.15)]);

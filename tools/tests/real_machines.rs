@@ -2,9 +2,8 @@
 
 mod common;
 
-use std::path::Path;
-
 use common::WorkDir;
+use common::skips::real_recording;
 use serde_json::Value;
 
 /// Gravity and inertia on the motor side.
@@ -17,13 +16,9 @@ const AXIS: &str =
 const MOTOR: &str = "format = 1\nname = \"motor\"\n[gear]\nratio = 1.0\ntorque_side = \"motor\"\n[[term]]\nkind = \"coulomb_friction\"\ntorque_nm = 0.1\n\
                      smoothing_rad_per_s = 0.01\n";
 
-/// A recording without some of its columns in the work folder, or `None` with the reason printed where it is not on this machine.
+/// A recording without some of its columns in the work folder; none where it is not on this machine.
 fn recording(dir: &WorkDir, name: &str, without: &[&str]) -> Option<()> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/recordings").join(name);
-    let Ok(text) = std::fs::read_to_string(&path) else {
-        println!("skipped: no recordings ({} is not on this machine)", path.display());
-        return None;
-    };
+    let text = std::fs::read_to_string(real_recording(name)?).unwrap();
     let header: Vec<&str> = text.lines().next()?.split(',').collect();
     let kept = |line: &str| -> String {
         let cells = line.split(',').zip(&header).filter(|(_, column)| !without.contains(column)).map(|(cell, _)| cell);

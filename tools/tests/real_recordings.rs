@@ -4,19 +4,10 @@ mod common;
 
 use std::path::{Path, PathBuf};
 
+use common::skips::real_recording;
 use common::{Done, WorkDir};
 
 const DAMPER: &str = "--map time_s=t_s,deflection_rad=disp_m,torque_nm=force_kN";
-
-/// A recording, or `None` with the reason printed where it is not on this machine.
-fn recording(name: &str) -> Option<PathBuf> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/recordings").join(name);
-    let found = path.canonicalize().ok();
-    if found.is_none() {
-        println!("not run: {} is not on this machine", path.display());
-    }
-    found
-}
 
 fn succeed(dir: &WorkDir, command: &str, files: &[&PathBuf], rest: &str) -> Done {
     let files: Vec<String> = files.iter().map(|file| file.display().to_string()).collect();
@@ -25,7 +16,7 @@ fn succeed(dir: &WorkDir, command: &str, files: &[&PathBuf], rest: &str) -> Done
 
 #[test]
 fn the_friction_damper_is_fitted() {
-    let Some(rec) = recording("friction_damper_0.25Hz30lbtension1amplitude.csv") else { return };
+    let Some(rec) = real_recording("friction_damper_0.25Hz30lbtension1amplitude.csv") else { return };
     let dir = WorkDir::new();
     succeed(&dir, "fit", &[&rec], "-o damper.toml --json fit.json");
     let fit: serde_json::Value = serde_json::from_str(&dir.read("fit.json")).unwrap();
@@ -39,8 +30,8 @@ fn the_friction_damper_is_fitted() {
 #[test]
 fn the_friction_damper_is_compared() {
     let (Some(one), Some(other)) = (
-        recording("friction_damper_0.25Hz30lbtension1amplitude.csv"),
-        recording("friction_damper_1Hz30lbtension1amplitude.csv"),
+        real_recording("friction_damper_0.25Hz30lbtension1amplitude.csv"),
+        real_recording("friction_damper_1Hz30lbtension1amplitude.csv"),
     ) else {
         return;
     };

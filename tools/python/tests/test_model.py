@@ -71,6 +71,14 @@ def test_inversion_is_the_root_that_scipy_finds(gear: gmhm.Model) -> None:
         assert inversion.deflection_rad[row] == pytest.approx(root, abs=1e-9)
 
 
+def test_no_array_that_is_handed_out_is_a_copy(gear: gmhm.Model, fitted: gmhm.Fit, cycle: gmhm.Recording) -> None:
+    prediction, inversion = gear.predict(cycle), gear.invert(cycle.torque_nm[:100])
+    arrays = [prediction.torque, prediction.elastic, prediction.hysteresis, inversion.deflection_rad, inversion.saturated]
+    arrays += [*fitted.residuals, *fitted.predictions, *cycle.to_dict().values(), *fitted.recordings[0].to_dict().values()]
+    # Of a copy NumPy owns the numbers; these the library made, and an array looks at them.
+    assert not any(array.flags.owndata for array in arrays)
+
+
 def test_torques_beyond_the_range_are_a_note(gear: gmhm.Model) -> None:
     with pytest.warns(gmhm.Note, match="1 of 2 torques lie beyond the range of the model"):
         inversion = gear.invert(np.array([1.0, 1e4]))

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 import polars as pl
 import pytest
-from conftest import BENCH
+from conftest import BENCH, TOP
 
 TIME = np.linspace(0.0, 1.0, 5)
 COLUMNS = {"time_s": TIME, "torque_nmm": 1e3 * TIME, "deflection_mrad": TIME, "remark": np.array(list("abcde"))}
@@ -25,6 +25,15 @@ def test_columns_are_views_that_cannot_be_written() -> None:
         column[0] = 1.0
     del recording
     assert np.isfinite(column).all()
+
+
+def test_a_recording_owns_its_rows() -> None:
+    columns = {name: column.copy() for name, column in COLUMNS.items() if name != "remark"}
+    recording = gmhm.read(columns)
+    for column in columns.values():
+        column[:] = np.nan
+    np.testing.assert_array_equal(recording.time_s, TIME)
+    np.testing.assert_allclose(recording.torque_nm, TIME, rtol=1e-15)
 
 
 @pytest.mark.parametrize(
@@ -53,6 +62,12 @@ def test_a_file_and_its_frame_are_equal() -> None:
     for name in file.columns:
         np.testing.assert_array_equal(file[name], frame[name])
     assert len(file.sha256) == 64 and frame.sha256 == ""
+
+
+def test_files_of_matlab_7_3_are_read() -> None:
+    folder = TOP / "tools" / "tests" / "recordings"
+    recording, expected = gmhm.read(folder / "h5py_73.mat"), gmhm.read(folder / "expected.csv")
+    np.testing.assert_array_equal(recording.torque_nm, expected.torque_nm)
 
 
 def test_columns_are_mapped_and_rows_cropped() -> None:

@@ -7,6 +7,7 @@ use clap::Args;
 use super::Session;
 use super::common::{ReadingArgs, json, page, provenance};
 use super::failure::Failure;
+use super::progress::Working;
 use super::tables;
 use crate::adapt::{self, AdaptReplayError};
 use crate::model;
@@ -54,12 +55,13 @@ impl AdaptArgs {
         if recording.theta_in_rad.is_some() {
             recording::ratio::check(&recording, model.gear.ratio)?;
         }
+        let working = Working::new("Adapting", session.quiet);
         let replay = adapt::replay(&model, self.reading.rated_deflection, &recording)?;
         let mut compared = model.clone();
         compared.gear.rated_deflection_rad = self.reading.rated_deflection.or(model.gear.rated_deflection_rad);
         let remarks = plausible::examine(std::slice::from_ref(&recording), &[], &compared);
         let remarks = remarks.map_err(AdaptReplayError::from)?;
-        remarks.iter().for_each(|remark| session.note(&remark.to_string()));
+        remarks.iter().for_each(|remark| working.aside(|| session.note(&remark.to_string())));
         let mut outputs = Outputs::new();
         outputs.add_text(&self.output, &replay.model.to_toml())?;
         if let Some(path) = &self.json {
@@ -70,6 +72,7 @@ impl AdaptArgs {
             outputs.add_text(path, &page.to_html())?;
         }
         outputs.commit()?;
+        drop(working);
         session.say(format_args!("{}", tables::adapt(&replay)))?;
         session.written(&[
             ("Model", Some(&self.output)),

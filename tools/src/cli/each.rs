@@ -8,7 +8,7 @@ use serde_json::Value;
 use super::Session;
 use super::failure::Failure;
 use super::progress::Progress;
-use crate::fleet::{self, Fleet, Refusal, Shard, Tally};
+use crate::fleet::{self, Fleet, Refusal, Resume, Shard, Tally};
 use crate::output::Outputs;
 use crate::recording::{self, RecordingFile};
 
@@ -21,9 +21,12 @@ pub struct EachArgs {
     /// Where to write the lines; each is there as soon as its recording is done
     #[arg(long, value_name = "FILE", requires = "each", help_heading = "Fleets")]
     ndjson: Option<PathBuf>,
-    /// Go on with the file of lines: recordings that it holds are left out
+    /// Go on with the file of lines: recordings that it holds are left out, those that failed too
     #[arg(long, requires = "each", help_heading = "Fleets")]
     resume: bool,
+    /// With --resume: try recordings that failed again, and replace their lines
+    #[arg(long, requires = "resume", help_heading = "Fleets")]
+    retry_failed: bool,
     /// Take the I-th of N parts of the recordings, for several runs at once, each with a file of its own
     #[arg(long, value_name = "I/N", requires = "each", help_heading = "Fleets")]
     shard: Option<Shard>,
@@ -45,17 +48,24 @@ impl EachArgs {
         let Some(output) = &self.ndjson else { return Ok(()) };
         let paths = recording::paths_and_listed(paths, list)?;
         Outputs::check(output)?;
-        let fleet = Fleet { paths: &paths, output, resume: self.resume, shard: self.shard };
+        let resume = match (self.resume, self.retry_failed) {
+            (false, _) => Resume::No,
+            (true, false) => Resume::Continue,
+            (true, true) => Resume::RetryFailed,
+        };
+        let fleet = Fleet { paths: &paths, output, resume, shard: self.shard };
         let progress = Progress::new("Recordings", Progress::WHOLE, session.quiet);
         let silent = Session::silent();
         let one = |path: &Path| {
             let done = recording::file(path).map_err(Failure::from).and_then(|file| work(&file, &silent));
             done.map_err(|failure| Refusal { error: failure.to_string(), help: failure.fix() })
         };
-        let Tally { done, failed, held } = fleet::run(&fleet, one, &progress)?;
+        let Tally { done, failed, done_before, failed_before } = fleet::run(&fleet, one, &progress)?;
         drop(progress);
-        let held = if held > 0 { format!(", {held} done before") } else { String::new() };
-        session.say(format_args!("{done} recordings done, {failed} failed{held}\n"))?;
+        let before = |count: usize, what: &str| if count > 0 { format!(", {count} {what}") } else { String::new() };
+        let done_before = before(done_before, "done before");
+        let failed_before = before(failed_before, "failed before (--retry-failed tries them again)");
+        session.say(format_args!("{done} recordings done, {failed} failed{done_before}{failed_before}\n"))?;
         session.written(&[("Lines", Some(output))])
     }
 }

@@ -7,6 +7,7 @@ use clap::Args;
 use super::Session;
 use super::common::ReadingArgs;
 use super::failure::Failure;
+use super::progress::Working;
 use crate::jobs;
 use crate::model;
 use crate::output::Outputs;
@@ -43,8 +44,10 @@ impl InvertArgs {
         let model = self.reading.of_gear(model::load(&self.model)?);
         let needs = invert::needs(&model);
         let recording = self.reading.read(&file, &needs, session)?;
-        let found =
-            jobs::predict::invert(&model, self.reading.rated_deflection, &recording, &mut |note| session.note(note))?;
+        let working = Working::new("Inverting", session.quiet);
+        let found = jobs::predict::invert(&model, self.reading.rated_deflection, &recording, &mut |note| {
+            working.aside(|| session.note(note))
+        })?;
         let saturated: Vec<f64> = found.saturated.iter().map(|&saturated| f64::from(u8::from(saturated))).collect();
         let columns = [("deflection_rad", found.deflection_rad.as_slice()), ("saturated", saturated.as_slice())];
 
@@ -53,6 +56,7 @@ impl InvertArgs {
             Ok(copy_with_columns(&file, &self.reading.reading(&needs), &columns, out)?)
         })?;
         outputs.commit()?;
+        drop(working);
         session.written(&[("Rows", Some(&self.output))])
     }
 }

@@ -7,6 +7,7 @@ use clap::Args;
 use super::Session;
 use super::common::ReadingArgs;
 use super::failure::Failure;
+use super::progress::Working;
 use crate::jobs;
 use crate::model;
 use crate::output::Outputs;
@@ -39,8 +40,10 @@ impl PredictArgs {
         let model = self.reading.of_gear(model::load(&self.model)?);
         let needs = needs(&model);
         let recording = self.reading.read(&file, &needs, session)?;
-        let prediction =
-            jobs::predict::predict(&model, self.reading.rated_deflection, &recording, &mut |note| session.note(note))?;
+        let working = Working::new("Predicting", session.quiet);
+        let prediction = jobs::predict::predict(&model, self.reading.rated_deflection, &recording, &mut |note| {
+            working.aside(|| session.note(note))
+        })?;
         let suffix = model.torque_unit.suffix();
         let base = [&prediction.torque, &prediction.elastic, &prediction.hysteresis];
         let base = ["torque_model", "elastic", "hysteresis"].into_iter().zip(base);
@@ -54,6 +57,7 @@ impl PredictArgs {
             Ok(copy_with_columns(&file, &self.reading.reading(&needs), &columns, out)?)
         })?;
         outputs.commit()?;
+        drop(working);
         session.written(&[("Rows", Some(&self.output))])
     }
 }

@@ -1,6 +1,7 @@
 //! Progress on the terminal for what takes longer than a second.
 
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -40,6 +41,47 @@ impl crate::progress::Progress for Progress {
     fn report(&self, stage: &str, done: f64) {
         self.bar.set_message(stage.to_owned());
         self.at((done * Self::WHOLE as f64) as u64);
+    }
+}
+
+/// Says after a second what is being done, and for how long: for work of one piece. Never into a pipe, never with `-q`.
+pub struct Working {
+    bar: ProgressBar,
+    ended: Arc<Mutex<bool>>,
+}
+
+impl Working {
+    /// Work that begins now and ends when the value is dropped.
+    pub fn new(doing: &str, quiet: bool) -> Self {
+        let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::hidden());
+        let style = ProgressStyle::with_template("{msg} {spinner} {elapsed}");
+        bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_spinner()));
+        bar.set_message(doing.to_owned());
+        let ended = Arc::new(Mutex::new(false));
+        if !quiet {
+            let (bar, ended) = (bar.clone(), Arc::clone(&ended));
+            std::thread::spawn(move || {
+                std::thread::sleep(Duration::from_secs(1));
+                let ended = ended.lock().unwrap_or_else(PoisonError::into_inner);
+                if !*ended {
+                    bar.set_draw_target(ProgressDrawTarget::stderr());
+                    bar.enable_steady_tick(Duration::from_millis(200));
+                }
+            });
+        }
+        Working { bar, ended }
+    }
+
+    /// Prints something while the line of the work is away.
+    pub fn aside(&self, print: impl FnOnce()) {
+        self.bar.suspend(print);
+    }
+}
+
+impl Drop for Working {
+    fn drop(&mut self) {
+        *self.ended.lock().unwrap_or_else(PoisonError::into_inner) = true;
+        self.bar.finish_and_clear();
     }
 }
 

@@ -7,7 +7,7 @@ use clap::{Args, ValueEnum};
 use super::Session;
 use super::common::{SeedArgs, drawing, json};
 use super::failure::Failure;
-use super::progress::Progress;
+use super::progress::{Progress, Working};
 use crate::bench::joint::{self, Plant};
 use crate::bench::{self, BenchError, Experiment, Options};
 use crate::device::{Lockstep, Target, line};
@@ -83,6 +83,7 @@ impl SimulateArgs {
             Outputs::check(output)?;
         }
         let (model, seed) = (model::load(&self.model)?, self.seed.seed);
+        let working = Working::new("Simulating", session.quiet);
         let (recording, mut key) = bench::simulate(&model, self.experiment, &self.options, seed)?;
         key.command = std::env::args().collect::<Vec<_>>().join(" ");
         let mut outputs = Outputs::new();
@@ -90,6 +91,7 @@ impl SimulateArgs {
         if let Some(path) = &self.key {
             outputs.add_text(path, &key.to_toml())?;
         }
+        drop(working);
         let mut picture = None;
         let mut told = format!(
             "Synthetic recording of experiment {}: {} rows, {} s, seed {}, noise {}\n",

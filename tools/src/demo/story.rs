@@ -99,9 +99,9 @@ impl Demo {
         }
         writeln!(
             f,
-            "  At 64 points, Table 1's steps of 2 N·m, that is about 9 times {gmhm}. A ratio of {:.0} takes some 1,600",
+            "  At 64 points, Table 1's steps of 2 N·m, that is about 9 times {gmhm}. A ratio of {:.0} takes some 1600",
             lines / gmhm
         )?;
-        writeln!(f, "  to 1,860 points, which the paper does not mention.")
+        writeln!(f, "  to 1860 points, which the paper does not mention.")
     }
 }

@@ -1,6 +1,6 @@
 //! The file of lines: appended line by line, so that what is done stays done whenever a run is stopped.
 
-use std::collections::HashSet;
+use std::collections::HashMap;
 use std::fs::{File, TryLockError};
 use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
@@ -8,18 +8,19 @@ use std::sync::{Mutex, PoisonError};
 
 use serde_json::Value;
 
+use super::Resume;
 use super::error::FleetError;
 
-/// The file, locked against other runs, and the recordings that it held when it was opened.
+/// The file, locked against other runs, and the recordings that it held when it was opened, each with whether it has a result.
 pub(super) struct Lines {
     path: PathBuf,
     file: Mutex<File>,
-    held: HashSet<String>,
+    held: HashMap<String, bool>,
 }
 
 impl Lines {
-    /// Opens the file; without `resume` there must be none with anything in it. A last line that was cut off is taken out.
-    pub(super) fn open(path: &Path, resume: bool) -> Result<Self, FleetError> {
+    /// Opens the file; where a run does not resume there must be none with anything in it. A last line that was cut off is taken out, and so are failures that are tried again.
+    pub(super) fn open(path: &Path, resume: Resume) -> Result<Self, FleetError> {
         let system = |source| FleetError::System { path: path.to_owned(), source };
         let file = File::options().read(true).write(true).create(true).truncate(false).open(path);
         let mut file = file.map_err(system)?;
@@ -29,31 +30,41 @@ impl Lines {
         })?;
         let mut text = Vec::new();
         file.read_to_end(&mut text).map_err(system)?;
-        if !resume && !text.is_empty() {
+        if resume == Resume::No && !text.is_empty() {
             return Err(FleetError::Exists { path: path.to_owned() });
         }
         let whole = text.iter().rposition(|byte| *byte == b'\n').map_or(0, |end| end + 1);
-        let mut held = HashSet::new();
+        let (mut held, mut results) = (HashMap::new(), Vec::new());
         for (number, line) in
             text[..whole].split(|byte| *byte == b'\n').enumerate().filter(|(_, line)| !line.is_empty())
         {
             let value: Option<Value> = serde_json::from_slice(line).ok();
-            let name = value.as_ref().and_then(|value| value["recording"].as_str());
+            let named = value.as_ref().and_then(|value| Some((value["recording"].as_str()?, value["ok"].as_bool()?)));
             let foreign = || FleetError::Foreign { path: path.to_owned(), line: number + 1 };
-            held.insert(name.ok_or_else(foreign)?.to_owned());
+            let (name, ok) = named.ok_or_else(foreign)?;
+            held.insert(name.to_owned(), ok);
+            if ok {
+                results.extend_from_slice(line);
+                results.push(b'\n');
+            }
         }
         // Only what a run began and could not end; a text without any line is another file.
         if whole == 0 && text.first().is_some_and(|byte| *byte != b'{') {
             return Err(FleetError::Foreign { path: path.to_owned(), line: 1 });
         }
-        file.set_len(whole as u64).map_err(system)?;
+        if resume == Resume::RetryFailed && held.values().any(|ok| !ok) {
+            held.retain(|_, ok| *ok);
+            file = replaced(path, &file, &results).map_err(system)?;
+        } else {
+            file.set_len(whole as u64).map_err(system)?;
+        }
         file.seek(SeekFrom::End(0)).map_err(system)?;
         Ok(Self { path: path.to_owned(), file: Mutex::new(file), held })
     }
 
-    /// Whether a recording had a line when the file was opened.
-    pub(super) fn holds(&self, recording: &str) -> bool {
-        self.held.contains(recording)
+    /// Whether a recording had a line when the file was opened, and if so whether with a result.
+    pub(super) fn held(&self, recording: &str) -> Option<bool> {
+        self.held.get(recording).copied()
     }
 
     /// Adds a line.
@@ -63,4 +74,14 @@ impl Lines {
         let system = |source| FleetError::System { path: self.path.clone(), source };
         file.write_all(text.as_bytes()).map_err(system)
     }
+}
+
+/// Replaces a file by one of these bytes, at once, so that a run that is stopped loses nothing. The new file is locked before it has the name.
+fn replaced(path: &Path, old: &File, bytes: &[u8]) -> std::io::Result<File> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let mut draft = tempfile::NamedTempFile::new_in(folder)?;
+    draft.as_file().set_permissions(old.metadata()?.permissions())?;
+    draft.write_all(bytes)?;
+    draft.as_file().try_lock()?;
+    Ok(draft.persist(path)?)
 }

@@ -24,10 +24,22 @@ pub struct Fleet<'a> {
     pub paths: &'a [PathBuf],
     /// The file of lines.
     pub output: &'a Path,
-    /// Whether recordings that the file holds already are left out; else there must be no such file.
-    pub resume: bool,
+    /// What becomes of recordings that the file holds already.
+    pub resume: Resume,
     /// The part of the recordings that this run takes; all by default.
     pub shard: Option<Shard>,
+}
+
+/// What becomes of recordings that the file of lines holds already.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Resume {
+    /// There must be no such file.
+    #[default]
+    No,
+    /// They are left out, those that failed too.
+    Continue,
+    /// They are left out; those that failed are tried again, and their lines replaced.
+    RetryFailed,
 }
 
 /// Why one recording failed.
@@ -46,8 +58,10 @@ pub struct Tally {
     pub done: usize,
     /// Recordings that failed.
     pub failed: usize,
-    /// Recordings that the file held already.
-    pub held: usize,
+    /// Recordings that the file held a result of.
+    pub done_before: usize,
+    /// Recordings that the file held as failed, and that were left out.
+    pub failed_before: usize,
 }
 
 /// Does `work` on each recording, several at a time, and writes a line as soon as one is done: `{"recording", "ok", "result"}` or `{"recording", "ok", "error", "help"}`.
@@ -62,8 +76,15 @@ where
     let mut seen = HashSet::new();
     let mine = fleet.paths.iter().filter(|path| seen.insert(path.as_path())).enumerate();
     let mine = mine.filter(|(number, _)| fleet.shard.is_none_or(|shard| shard.holds(*number)));
-    let (held, open): (Vec<&PathBuf>, Vec<&PathBuf>) =
-        mine.map(|(_, path)| path).partition(|path| lines.holds(&name(path)));
+    let mut tally = Tally::default();
+    let mut open = Vec::new();
+    for (_, path) in mine {
+        match lines.held(&name(path)) {
+            Some(true) => tally.done_before += 1,
+            Some(false) => tally.failed_before += 1,
+            None => open.push(path),
+        }
+    }
     let (done, failed) = (AtomicUsize::new(0), AtomicUsize::new(0));
     open.par_iter().try_for_each(|path| {
         let line = match catch_unwind(AssertUnwindSafe(|| work(path))) {
@@ -85,7 +106,7 @@ where
         progress.report("recordings", count as f64 / open.len() as f64);
         lines.add(&line)
     })?;
-    Ok(Tally { done: done.into_inner(), failed: failed.into_inner(), held: held.len() })
+    Ok(Tally { done: done.into_inner(), failed: failed.into_inner(), ..tally })
 }
 
 /// A recording as its line names it.

@@ -1,6 +1,8 @@
 //! A folder of its own for each test of a command.
 #![allow(dead_code)] // Each test file uses a part of it.
 
+pub mod skips;
+
 use std::path::PathBuf;
 
 use assert_cmd::Command;

@@ -1,20 +1,22 @@
 //! Compiles and runs what `gmhm export --to c` writes.
 #![allow(dead_code)] // Each test file uses a part of it.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use gmhm_tools::export::{ExportOptions, Exported, Origin, source};
 use gmhm_tools::model::{Model, parse};
 
+use crate::common::skips::skipped;
+
 /// The warnings that an export has none of.
 pub const WARNINGS: [&str; 7] = ["-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-pedantic", "-Werror"];
 
-/// Compilers and what they are told beside.
+/// Compilers and what they are told beside. What only an optimiser can warn of is of the source and not of the processor: one of them is enough for it.
 pub const COMPILERS: [(&str, &[&str]); 3] = [
-    ("gcc", &["-O2"]),
-    ("clang", &["-O2"]),
-    ("arm-none-eabi-gcc", &["-Os", "-mthumb", "-mcpu=cortex-m4", "-mfloat-abi=hard", "-mfpu=fpv4-sp-d16"]),
+    ("gcc", &["-O1", "-c"]),
+    ("clang", &["-fsyntax-only"]),
+    ("arm-none-eabi-gcc", &["-fsyntax-only", "-mthumb", "-mcpu=cortex-m4", "-mfloat-abi=hard", "-mfpu=fpv4-sp-d16"]),
 ];
 
 /// Whether a program can be run; says so where not.
@@ -22,7 +24,7 @@ pub fn is_there(program: &str) -> bool {
     let quiet = |command: &mut Command| command.stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok();
     let there = quiet(Command::new(program).arg("--version"));
     if !there {
-        eprintln!("skipped: no {program}");
+        skipped(&format!("exported source by {program}"), &format!("no {program} on the PATH"));
     }
     there
 }
@@ -33,7 +35,12 @@ pub fn model(text: &str) -> Model {
 
 /// The files of a model with the prefix `gear`, in a folder.
 pub fn export(folder: &Path, model: &Model, options: &ExportOptions) -> Exported {
-    let options = ExportOptions { prefix: Some("gear".to_owned()), ..options.clone() };
+    export_as("gear", folder, model, options)
+}
+
+/// The same with another prefix.
+pub fn export_as(prefix: &str, folder: &Path, model: &Model, options: &ExportOptions) -> Exported {
+    let options = ExportOptions { prefix: Some(prefix.to_owned()), ..options.clone() };
     let origin = Origin { file: "gear.toml".to_owned(), sha256: "0".repeat(64) };
     let exported = source::c(model, &origin, &options).unwrap_or_else(|error| panic!("{error}"));
     for (name, text) in &exported.files {
@@ -49,12 +56,15 @@ pub fn run(command: &mut Command) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// Compiles the files of a folder without a link.
+/// Compiles the sources of a folder, all in one process; objects are in a folder below it that is named after the compiler.
 pub fn compile(folder: &Path, compiler: &str, options: &[&str]) {
-    let sources = ["gear.c", "gear_self_test.c"].into_iter().filter(|name| folder.join(name).exists());
-    for name in sources {
-        run(Command::new(compiler).current_dir(folder).args(WARNINGS).args(options).args(["-c", name, "-o", "gear.o"]));
-    }
+    let is_source = |path: &PathBuf| path.extension().is_some_and(|ending| ending == "c");
+    let sources = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).filter(is_source);
+    let objects = folder.join(compiler);
+    std::fs::create_dir(&objects).unwrap();
+    let mut command = Command::new(compiler);
+    let done = command.current_dir(objects).args(WARNINGS).args(options).args(sources).output().unwrap();
+    assert!(done.status.success(), "{compiler} {options:?}\n{}", String::from_utf8_lossy(&done.stderr));
 }
 
 /// A number in the bytes of C.

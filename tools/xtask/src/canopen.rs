@@ -16,8 +16,7 @@ pub fn run(shell: &Shell) -> Result<()> {
     let folder = shell.create_temp_dir()?;
     let [eds, block] = ["drive.eds", "params.bin"].map(|name| folder.path().join(name));
     cmd!(shell, "{gmhm} --quiet pack examples/bench/true_gear.toml --eds {eds} -o {block}").run()?;
-    cmd!(shell, "cargo build --quiet --locked --package gmhm-host-tests --example canopen").run()?;
-    let drive = shell.current_dir().join("target/debug/examples/canopen");
+    let drive = program::example(shell, "canopen")?;
     let told = cmd!(shell, "{python} {FOLDER}/check.py {drive} {eds} {block}")
         .quiet()
         .read()

@@ -16,17 +16,15 @@ pub const SEED: u64 = 1;
 /// Runs the chain on the Cortex-M4F and on the Cortex-M0, with at least so many power cuts in the middle of a write.
 pub fn run(shell: &Shell, cuts: u32, seed: u64) -> Result<()> {
     let gmhm = program::gmhm(shell, false)?;
+    let chain = program::example(shell, "end_to_end")?;
     for machine in [M4F, M0] {
         println!("end to end: {} ({})", machine.core, machine.board);
         let image = machine.build(shell, NODE)?;
         let (board, cuts, seed) = (machine.board, cuts.to_string(), seed.to_string());
-        cmd!(
-            shell,
-            "cargo run --quiet --locked --package gmhm-host-tests --example end_to_end -- {board} {image} {gmhm} {cuts} {seed}"
-        )
-        .quiet()
-        .run()
-        .with_context(|| format!("the chain from recording to torque broke on {board}"))?;
+        cmd!(shell, "{chain} {board} {image} {gmhm} {cuts} {seed}")
+            .quiet()
+            .run()
+            .with_context(|| format!("the chain from recording to torque broke on {board}"))?;
     }
     Ok(())
 }

@@ -1,6 +1,7 @@
 //! Exported C source on the microcontroller and under static checks, and the FMU in FMPy.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
 
 use anyhow::{Context, Result, bail, ensure};
 use xshell::{Shell, cmd};
@@ -9,6 +10,7 @@ use crate::fmu;
 use crate::program;
 use crate::setup::{COMPILER, M4F_OPTIONS};
 use crate::size::held;
+use crate::skips::skipped;
 
 /// Flash for forward and inverse of law `masing` on the Cortex-M4F, with what they need of the C library.
 const CODE_LIMIT: u64 = 4608;
@@ -19,35 +21,140 @@ const GEAR: &str = "examples/bench/true_gear.toml";
 /// A gear with terms of every kind of the plant.
 const EVERY_TERM: &str = "tools/tests/exported/every_term.toml";
 
+/// Law, kernel and gate; the first of each law is checked with terms, too.
+const LAWS: [[&str; 3]; 9] = [
+    ["masing", "deflection", "cycle"],
+    ["phase", "deflection", "cycle"],
+    ["phase", "deflection", "none"],
+    ["phase", "rate", "cycle"],
+    ["phase", "rate", "none"],
+    ["time", "deflection", "cycle"],
+    ["time", "deflection", "none"],
+    ["time", "rate", "cycle"],
+    ["time", "rate", "none"],
+];
+
 /// Rules that exported source does not follow, with reasons.
 const DEVIATIONS: &str = "tools/templates/export/deviations.txt";
 
 /// Checks of clang-tidy.
-const TIDY: &str = "-*,bugprone-*,cert-*,clang-analyzer-*,misc-*,performance-*,portability-*";
+const TIDY: &str = "-*,bugprone-*,cert-*,misc-*,performance-*,portability-*";
+
+/// Those that follow paths, which take most of the time. The paths are those of single precision in double precision, too.
+const TIDY_PATHS: &str = ",clang-analyzer-*";
+
+/// Rules of cppcheck that compare names between files. Each export is a part of another program.
+const BETWEEN_FILES: [&str; 2] = ["misra-c2012-5.7", "misra-c2012-5.9"];
 
 /// Exports, weighs and checks.
 pub fn run(shell: &Shell) -> Result<()> {
     let folder = shell.create_temp_dir()?;
     let folder = folder.path();
     let gmhm = program::gmhm(shell, false)?;
-    for (model, prefix) in [(GEAR, "gear"), (EVERY_TERM, "terms")] {
-        let output = folder.join(prefix);
-        cmd!(shell, "{gmhm} export {model} --to c --self-test --prefix {prefix} -o {output}")
-            .quiet()
-            .ignore_stdout()
-            .ignore_stderr()
-            .run()
-            .with_context(|| format!("{model} is not exported"))?;
-    }
+    let gear = folder.join("gear");
+    export(shell, &gmhm, Path::new(GEAR), "gear", "f32", &gear)?;
     weigh(shell, folder)?;
+    let sources = sources(shell, &gmhm, folder)?;
+    static_checks(shell, &gear.join("gear_self_test.c"), &sources)?;
+    fmu::run(shell)
+}
+
+/// Writes a model as source with a prefix.
+fn export(shell: &Shell, gmhm: &Path, model: &Path, prefix: &str, scalar: &str, output: &Path) -> Result<()> {
+    let options = ["--to", "c", "--self-test", "--period", "0.001", "--scalar", scalar, "--prefix", prefix, "-o"];
+    cmd!(shell, "{gmhm} --quiet export {model} {options...} {output}")
+        .quiet()
+        .ignore_stderr()
+        .run()
+        .with_context(|| format!("{} is not exported", model.display()))
+}
+
+/// Exported source, in single and in double precision: every law, and each law with terms of every kind.
+fn sources(shell: &Shell, gmhm: &Path, folder: &Path) -> Result<[Vec<PathBuf>; 2]> {
+    let (model, output) = (folder.join("model.toml"), folder.join("sources"));
+    let texts = [(GEAR, "base"), (EVERY_TERM, "terms")].map(|(path, name)| (shell.read_file(path), name));
+    let [mut single, mut double] = [Vec::new(), Vec::new()];
+    for (text, name) in texts {
+        let text = text?.replace("law = \"masing\"\n", "");
+        for (number, [law, kernel, gate]) in LAWS.into_iter().enumerate() {
+            if name == "terms" && [kernel, gate] != ["deflection", "cycle"] {
+                continue;
+            }
+            let alpha = if kernel == "rate" { "4.0e3" } else { "2.6532e6" };
+            let keys = format!("law = \"{law}\"\nkernel = \"{kernel}\"\ngate = \"{gate}\"\nalpha = {alpha}");
+            let of_law = text.replace("alpha = 2.6532e6", &keys);
+            ensure!(of_law != text, "the model of the static checks has another alpha");
+            shell.write_file(&model, of_law)?;
+            for (scalar, sources) in [("f32", &mut single), ("f64", &mut double)] {
+                let prefix = format!("{law}_{number}_{name}_{scalar}");
+                export(shell, gmhm, &model, &prefix, scalar, &output)?;
+                sources.push(output.join(format!("{prefix}.c")));
+            }
+        }
+    }
+    Ok([single, double])
+}
+
+/// Checks source by the tools that are here, all at once.
+fn static_checks(shell: &Shell, self_test: &Path, [single, double]: &[Vec<PathBuf>; 2]) -> Result<()> {
     let deviations = shell.read_file(DEVIATIONS)?;
     let of = |tool: &str| -> Vec<String> {
         let lines = deviations.lines().filter_map(|line| line.strip_prefix(tool)?.strip_prefix(' '));
         lines.filter_map(|line| line.split(' ').next()).map(str::to_owned).collect()
     };
-    cppcheck(shell, folder, &of("cppcheck"))?;
-    clang_tidy(shell, folder, &of("clang-tidy"))?;
-    fmu::run(shell)
+    let (not_followed, not_checked) = (of("cppcheck"), of("clang-tidy"));
+    let mut runs: Vec<(&str, Command)> = Vec::new();
+    if is_there(shell, "cppcheck") {
+        let mut command = Command::new("cppcheck");
+        command.args(["--addon=misra", "--enable=all", "--std=c99", "--quiet", "--suppress=unmatchedSuppression"]);
+        command.arg("--template={id}:{file}:{line}:{message}");
+        let rules = not_followed.iter().map(String::as_str).chain(BETWEEN_FILES);
+        command.args(rules.map(|rule| format!("--suppress={rule}"))).args(single).args(double);
+        runs.push(("cppcheck", command));
+    }
+    if is_there(shell, "clang-tidy") {
+        let without: String = not_checked.iter().map(|check| format!(",-{check}")).collect();
+        // In parts, for the cores.
+        let (some, others) = single.split_at(single.len() / 2);
+        let (paths, names) = (format!("{TIDY}{TIDY_PATHS}{without}"), format!("{TIDY}{without}"));
+        for (checks, sources) in [(&paths, some), (&paths, others), (&names, double)] {
+            let mut command = Command::new("clang-tidy");
+            command.args(["--quiet", "--warnings-as-errors=*"]).arg(format!("--checks={checks}"));
+            command.args(sources).arg(self_test).args(["--", "-std=c99"]);
+            runs.push(("clang-tidy", command));
+        }
+    }
+    let outputs = std::thread::scope(|scope| {
+        let running = runs.iter_mut().map(|(tool, command)| (*tool, scope.spawn(|| command.output())));
+        let running: Vec<_> = running.collect();
+        running.into_iter().map(|(tool, run)| (tool, run.join())).collect::<Vec<_>>()
+    });
+    for (tool, output) in outputs {
+        let Ok(output) = output else { bail!("{tool}: its thread ended") };
+        let Output { status, stdout, stderr } = output.with_context(|| format!("{tool} does not run"))?;
+        let said = String::from_utf8_lossy(&stdout).into_owned();
+        // clang-tidy counts on standard error what it did not show; cppcheck reports there.
+        let said = if tool == "cppcheck" { said + &String::from_utf8_lossy(&stderr) } else { said };
+        ensure!(
+            status.success() && said.trim().is_empty(),
+            "{tool}: list these in {DEVIATIONS} with a reason, or follow the rule:\n{said}"
+        );
+    }
+    let files = single.len() + double.len();
+    for (tool, count) in [("cppcheck with MISRA C:2012", not_followed.len()), ("clang-tidy", not_checked.len())] {
+        if runs.iter().any(|(of, _)| tool.starts_with(of)) {
+            println!("export: {tool} finds nothing in {files} sources beyond the {count} deviations of {DEVIATIONS}");
+        }
+    }
+    Ok(())
+}
+
+fn is_there(shell: &Shell, program: &str) -> bool {
+    let there = cmd!(shell, "{program} --version").quiet().ignore_stdout().ignore_stderr().run().is_ok();
+    if !there {
+        skipped(&format!("exported source by {program}"), &format!("no {program} on the PATH"));
+    }
+    there
 }
 
 /// Links what a control loop calls, and compares its size with what is allowed.
@@ -71,61 +178,5 @@ fn weigh(shell: &Shell, folder: &Path) -> Result<()> {
     println!(
         "export: law masing, forward and inverse, takes {code} B on the M4F with -Os, library functions included (at most {CODE_LIMIT})"
     );
-    Ok(())
-}
-
-fn is_there(shell: &Shell, program: &str) -> bool {
-    let there = cmd!(shell, "{program} --version").quiet().ignore_stdout().ignore_stderr().run().is_ok();
-    if !there {
-        println!("export: skipped: no {program}");
-    }
-    there
-}
-
-fn cppcheck(shell: &Shell, folder: &Path, deviations: &[String]) -> Result<()> {
-    if !is_there(shell, "cppcheck") {
-        return Ok(());
-    }
-    let suppressed: &Vec<String> = &deviations.iter().map(|rule| format!("--suppress={rule}")).collect();
-    let template = "--template={id}:{file}:{line}:{message}";
-    // One by one: each file is a program's part of its own, and two exports share names of static functions.
-    for source in [folder.join("gear/gear.c"), folder.join("terms/terms.c")] {
-        let output = cmd!(
-            shell,
-            "cppcheck --addon=misra --enable=all --std=c99 --quiet {template} --suppress=unmatchedSuppression {suppressed...} {source}"
-        )
-        .quiet()
-        .ignore_status()
-        .output()?;
-        let said = String::from_utf8_lossy(&output.stderr).into_owned() + &String::from_utf8_lossy(&output.stdout);
-        if !said.trim().is_empty() {
-            bail!("cppcheck: list these in {DEVIATIONS} with a reason, or follow the rule:\n{said}");
-        }
-    }
-    println!(
-        "export: cppcheck with MISRA C:2012 finds nothing beyond the {} deviations of {DEVIATIONS}",
-        deviations.len()
-    );
-    Ok(())
-}
-
-fn clang_tidy(shell: &Shell, folder: &Path, deviations: &[String]) -> Result<()> {
-    if !is_there(shell, "clang-tidy") {
-        return Ok(());
-    }
-    let without: String = deviations.iter().map(|check| format!(",-{check}")).collect();
-    let checks = format!("--checks={TIDY}{without}");
-    for source in [folder.join("gear/gear.c"), folder.join("gear/gear_self_test.c"), folder.join("terms/terms.c")] {
-        let output = cmd!(shell, "clang-tidy --quiet {checks} --warnings-as-errors=* {source} -- -std=c99")
-            .quiet()
-            .ignore_status()
-            .output()?;
-        ensure!(
-            output.status.success(),
-            "clang-tidy: list these in {DEVIATIONS} with a reason, or follow the rule:\n{}",
-            String::from_utf8_lossy(&output.stdout)
-        );
-    }
-    println!("export: clang-tidy finds nothing beyond the {} deviations of {DEVIATIONS}", deviations.len());
     Ok(())
 }

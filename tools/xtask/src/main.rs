@@ -27,6 +27,7 @@ mod rtos;
 mod semver;
 mod setup;
 mod size;
+mod skips;
 mod structure;
 mod test;
 
@@ -45,7 +46,7 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Install what is missing: Cortex-M targets and llvm-tools (rustup), the emulator and a C compiler (apt-get).
+    /// Install what is missing: Cortex-M targets and llvm-tools (rustup), the emulator, a C compiler, and what checks exported source and reports (apt-get).
     Setup,
     /// Run the images on every emulated board and compare what they print with the files beside them.
     Emulate {

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::{Context, Result};
 use xshell::{Shell, cmd};
 
-/// Builds the program and says where it is. Features are those that the Python package needs, too, so that both share what they are made of.
+/// Builds the program and says where it is. Features are those that the Python package needs, too, so that both share what they are made of; and the tests (`tools/python/Cargo.toml`).
 pub fn gmhm(shell: &Shell, release: bool) -> Result<PathBuf> {
     let (options, folder): (&[&str], _) = if release { (&["--release"], "release") } else { (&[], "debug") };
     cmd!(shell, "cargo build --quiet --locked --package gmhm-tools --package gmhm-python --bin gmhm {options...}")
@@ -13,6 +13,16 @@ pub fn gmhm(shell: &Shell, release: bool) -> Result<PathBuf> {
         .run()
         .context("the program gmhm does not build")?;
     Ok(target(shell).join(folder).join("gmhm"))
+}
+
+/// Builds an example of the workspace and says where it is. With the whole workspace named, what it needs is what the tests have built; one package alone has other features.
+pub fn example(shell: &Shell, name: &str) -> Result<PathBuf> {
+    // The example of the core is for its feature `block`.
+    cmd!(shell, "cargo build --quiet --locked --workspace --features gmhm/block --example {name}")
+        .quiet()
+        .run()
+        .with_context(|| format!("the example `{name}` does not build"))?;
+    Ok(target(shell).join("debug/examples").join(name))
 }
 
 /// The folder that cargo builds into.

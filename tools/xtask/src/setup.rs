@@ -1,4 +1,4 @@
-//! What the firmware needs beside stock Rust: the targets, the LLVM tools, the emulator and a C compiler.
+//! What the firmware needs beside stock Rust: the targets, the LLVM tools, the emulator and a C compiler; and what checks exported source and reports.
 
 use std::path::Path;
 
@@ -57,7 +57,27 @@ pub fn run(shell: &Shell) -> Result<()> {
         compiler_version,
         &["gcc-arm-none-eabi", "libnewlib-arm-none-eabi"],
         "the GNU compiler for Arm with newlib, so that `arm-none-eabi-gcc` is on the path",
-    )
+    )?;
+    checkers(shell);
+    Ok(())
+}
+
+/// Programs that check exported source, and the browser that opens reports: the Debian package of each.
+const CHECKERS: [(&str, &str); 4] =
+    [("clang", "clang"), ("clang-tidy", "clang-tidy"), ("cppcheck", "cppcheck"), ("chromium", "chromium")];
+
+/// Installs the checkers that are missing. Where that fails the checks that need them are skipped.
+fn checkers(shell: &Shell) {
+    let missing = || -> Vec<&str> {
+        let is_there = |program: &str| cmd!(shell, "{program} --version").quiet().ignore_stdout().ignore_stderr().run();
+        CHECKERS.into_iter().filter(|(program, _)| is_there(program).is_err()).map(|(_, package)| package).collect()
+    };
+    let packages = missing();
+    if packages.is_empty() {
+        println!("setup: checkers are there: {}", CHECKERS.map(|(program, _)| program).join(", "));
+    } else if let Err(error) = apt_get(shell, &packages) {
+        println!("setup: {} are missing, and checks that need them are skipped: {error:#}", missing().join(", "));
+    }
 }
 
 fn emulator_version(shell: &Shell) -> Option<String> {
@@ -87,9 +107,17 @@ fn install(
         println!("setup: {what} is there: {version}");
         return Ok(());
     }
+    apt_get(shell, packages)
+        .with_context(|| format!("the {what} is missing: install {otherwise}, and run this again"))?;
+    ensure!(version(shell).is_some(), "{} was installed but does not run", packages.join(", "));
+    Ok(())
+}
+
+/// Installs Debian packages.
+fn apt_get(shell: &Shell, packages: &[&str]) -> Result<()> {
     ensure!(
         cmd!(shell, "apt-get --version").quiet().ignore_stdout().ignore_stderr().run().is_ok(),
-        "the {what} is missing and there is no apt-get here: install {otherwise}, and run this again"
+        "there is no apt-get here"
     );
     let names = packages.join(", ");
     println!("setup: installing {names} through apt-get");
@@ -103,7 +131,5 @@ fn install(
     };
     apt_get(&["update"]).context("apt-get update failed: is the network there?")?;
     apt_get(&[&["install", "-y", "--no-install-recommends"], packages].concat())
-        .with_context(|| format!("apt-get could not install {names}: install {otherwise}, and run this again"))?;
-    ensure!(version(shell).is_some(), "{names} was installed but does not run");
-    Ok(())
+        .with_context(|| format!("apt-get could not install {names}"))
 }
