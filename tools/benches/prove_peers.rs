@@ -12,6 +12,7 @@ use std::sync::Mutex;
 
 use gmhm_tools::diagnose::candidates::{Proposal, proposals};
 use gmhm_tools::diagnose::diagnosis::{Diagnosis, Effect, Heldout, Location, Naming, Rms, Side, Unit};
+use gmhm_tools::diagnose::evidence::{Evidence, Sight};
 use gmhm_tools::diagnose::explain::Search;
 use gmhm_tools::diagnose::naming;
 use gmhm_tools::numerics::autoregression::mark_outliers;
@@ -254,7 +255,12 @@ fn named(kinds: &[&str], key: &Key) -> Diagnosis {
     for kind in kinds {
         for coordinate in naming::coordinates(kind) {
             let coordinate = coordinate.to_owned();
-            diagnosis.places.push(Location { coordinate, share: 0.0, detail: String::new(), seconds: Vec::new() });
+            diagnosis.places.push(Location {
+                coordinate,
+                share: 0.0,
+                detail: Sight::Written(String::new()),
+                seconds: Vec::new(),
+            });
         }
         diagnosis.effects.push(Effect {
             verdict: Naming::Named,
@@ -267,7 +273,7 @@ fn named(kinds: &[&str], key: &Key) -> Diagnosis {
             share: 0.0,
             parameters: Default::default(),
             side: Side::Unknown,
-            why: String::new(),
+            why: Evidence::Written(String::new()),
         });
     }
     diagnosis

@@ -33,6 +33,11 @@ pub fn trimmed(value: f64, digits: usize) -> String {
     if power.is_empty() { mantissa.to_owned() } else { format!("{mantissa}·{power}") }
 }
 
+/// A share, 0 to 1, in whole percent.
+pub fn percent(share: f64) -> String {
+    format!("{:.0} %", 100.0 * share)
+}
+
 /// A number without decimals.
 pub fn whole(value: f64) -> String {
     grouped(&format!("{value:.0}")).replace('-', "−")

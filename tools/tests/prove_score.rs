@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, HashMap};
 use gmhm_tools::diagnose::diagnosis::{
     Diagnosis, Effect, Heldout, Location, Naming, Parameter, ParameterValue, Rms, Side, Unit,
 };
+use gmhm_tools::diagnose::evidence::{Evidence, Sight};
 use gmhm_tools::model::Model;
 use gmhm_tools::prove::generator::{Case, case, case_seed};
 use gmhm_tools::prove::key::Key;
@@ -70,12 +71,12 @@ impl Detector for Oracle {
                 share: 1.0,
                 parameters: parameters.collect::<BTreeMap<_, _>>(),
                 side: Side::Plant,
-                why: String::new(),
+                why: Evidence::Written(String::new()),
             });
             diagnosis.places.push(Location {
                 coordinate: hidden.coordinates[0].clone(),
                 share: 1.0,
-                detail: String::new(),
+                detail: Sight::Written(String::new()),
                 seconds: Vec::new(),
             });
         }
@@ -182,7 +183,7 @@ fn a_name_that_stands_for_nothing_is_wrong() {
                 share: 0.1,
                 parameters: BTreeMap::new(),
                 side: Side::Plant,
-                why: String::new(),
+                why: Evidence::Written(String::new()),
             });
             Ok(Found { diagnosis, model: base.clone() })
         }

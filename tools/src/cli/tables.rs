@@ -5,10 +5,11 @@ use crate::diagnose::diagnosis::{Diagnosis, ParameterValue, Unit};
 use crate::fit::Fit;
 use crate::fit::comparison::Comparison;
 use crate::health::Health;
-use crate::number::{number, plus_minus, trimmed};
+use crate::number::{number, percent, plus_minus, trimmed};
 use crate::recording::TorqueUnit;
 use crate::regression::uncertainty::Estimated;
 use crate::report::fit_words::held_invertible;
+use crate::report::note_words::notes;
 use crate::text_table::Head::{Numbers, Words};
 use crate::text_table::text_table as table;
 
@@ -100,7 +101,7 @@ pub(super) fn fit(fit: &Fit) -> String {
     }
     let parameters = fit.uncertainty.parameters.iter().map(parameter);
     lines.push(table([Words(""), Words(""), Words(""), Words("")], parameters));
-    lines.extend(notes(&fit.uncertainty.parameters));
+    lines.extend(notes(&fit.uncertainty.parameters, |p| &p.name).iter().map(|note| format!("  {note}")));
     let left_out = match fit.unsettled_rows.iter().sum::<usize>() {
         0 => String::new(),
         rows => format!(" ({rows} before the loop has settled are left out)"),
@@ -163,8 +164,10 @@ pub(super) fn diagnosis(found: &Diagnosis) -> String {
         lines.push("These recordings cannot show:".to_owned());
         lines.extend(wrapped(&names));
     }
-    if !found.next_experiment.is_empty() {
-        lines.push(format!("Next bench test: {}", found.next_experiment));
+    lines.extend(found.suggestions.iter().map(|suggestion| format!("Try {suggestion}")));
+    let next = found.next_experiment.to_string();
+    if !next.is_empty() {
+        lines.push(format!("Next bench test: {next}"));
     }
     joined(&lines)
 }
@@ -197,10 +200,6 @@ fn wrapped(names: &[&str]) -> Vec<String> {
     lines
 }
 
-fn percent(share: f64) -> String {
-    format!("{:.0} %", 100.0 * share)
-}
-
 /// A parameter: name, value, unit, whether at a bound.
 fn parameter(p: &Estimated) -> [String; 4] {
     let value = match p.sd {
@@ -209,19 +208,6 @@ fn parameter(p: &Estimated) -> [String; 4] {
     };
     let bound = if p.at_bound { "at its bound" } else { "" };
     [p.name.to_string(), value, p.unit.to_string(), bound.to_owned()]
-}
-
-/// What there is to say of parameters, each note once.
-fn notes(parameters: &[Estimated]) -> Vec<String> {
-    let mut notes: Vec<(Vec<&str>, &str)> = Vec::new();
-    for p in parameters {
-        let Some(note) = p.note.as_deref() else { continue };
-        match notes.iter_mut().find(|(_, known)| *known == note) {
-            Some((names, _)) => names.push(&p.name),
-            None => notes.push((vec![&p.name], note)),
-        }
-    }
-    notes.into_iter().map(|(names, note)| format!("  {}: {note}", names.join(", "))).collect()
 }
 
 /// Models beside each other.

@@ -7,6 +7,8 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use crate::diagnose::evidence::{Evidence, NextExperiment, Sight};
+use crate::diagnose::suggestion::Suggestion;
 pub use crate::kinds::UNKNOWN;
 
 /// The rate of false alarms on coloured nulls: 4 of 300 by `gmhm prove --only null --cases 300 --seed 5003`, 3 of the 100 nulls of seed 5001.
@@ -45,9 +47,9 @@ pub struct Diagnosis {
     pub undecidable: Vec<Undecidable>,
     /// Settings of the model or the recording that are probably wrong, each with what shows it.
     #[serde(default)]
-    pub suggestions: Vec<String>,
-    /// The experiment that best splits what is still open, as a command line and in words; empty when nothing is open.
-    pub next_experiment: String,
+    pub suggestions: Vec<Suggestion>,
+    /// The experiment that best splits what is still open; in JSON as a command line and in words, empty when nothing is open.
+    pub next_experiment: NextExperiment,
 }
 
 impl Diagnosis {
@@ -67,7 +69,7 @@ impl Diagnosis {
             effects: Vec::new(),
             undecidable: Vec::new(),
             suggestions: Vec::new(),
-            next_experiment: String::new(),
+            next_experiment: NextExperiment::None,
         }
     }
 }
@@ -124,8 +126,8 @@ pub struct Location {
     pub coordinate: String,
     /// Share of the structured residual power (residual minus noise) that a function of this coordinate explains, 0 to 1.
     pub share: f64,
-    /// What is seen there, in words, such as "order 2.00 of the motor turn".
-    pub detail: String,
+    /// What is seen there; in JSON in words, such as "order 2.00 of the motor turn".
+    pub detail: Sight,
     /// The stretches of time concerned, s.
     pub seconds: Vec<[f64; 2]>,
 }
@@ -157,8 +159,8 @@ pub struct Effect {
     pub parameters: BTreeMap<String, Parameter>,
     /// Is it to be compensated on the drive?
     pub side: Side,
-    /// The evidence, in words.
-    pub why: String,
+    /// The evidence; in JSON in words.
+    pub why: Evidence,
 }
 
 impl Effect {
@@ -167,12 +169,20 @@ impl Effect {
         std::iter::once(self.name.as_str()).chain(self.equivalents.iter().map(String::as_str))
     }
 
-    /// The empirical curve that stands in for an unknown effect, in words; its knots and values stand in the model file.
-    pub fn curve(&self) -> Option<String> {
+    /// The empirical curve that stands in for an unknown effect; its knots and values stand in the model file.
+    pub fn curve(&self) -> Option<EmpiricalCurve<'_>> {
         let ParameterValue::Text(coordinate) = &self.parameters.get("coordinate")?.value else { return None };
-        let knots = self.parameters.get("knots")?.value.numbers().len();
-        Some(format!("over {}, {knots} knots, in the model file", coordinate.replace('_', " ")))
+        Some(EmpiricalCurve { coordinate, knots: self.parameters.get("knots")?.value.numbers().len() })
     }
+}
+
+/// A curve that stands in for an unknown effect.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct EmpiricalCurve<'e> {
+    /// What it is over.
+    pub coordinate: &'e str,
+    /// Its number of knots.
+    pub knots: usize,
 }
 
 /// How well a kind's shape follows what a free function of its coordinates shows.

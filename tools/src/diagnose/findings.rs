@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use gmhm::terms::{Form, Role, Side as TermSide};
 
 use crate::diagnose::diagnosis::{Closest, Effect, Location, Parameter, ParameterValue, Side, UNKNOWN};
+use crate::diagnose::evidence::{Evidence, Sight};
 use crate::diagnose::naming::{DiagnosisVerdict, EffectVerdict, STRUCTURE, coordinates};
 use crate::kinds;
 use crate::model::{Term, TermValue};
@@ -15,7 +16,7 @@ impl Dataset<'_> {
     /// Where the structure sits: for each effect its own coordinates first, then those of the base model's residual.
     pub(super) fn where_it_sits(&self, verdict: &DiagnosisVerdict) -> Vec<Location> {
         let mut places: Vec<Location> = Vec::new();
-        let mut add = |coordinate: &str, share: f64, detail: String, seconds: Vec<[f64; 2]>| {
+        let mut add = |coordinate: &str, share: f64, detail: Sight, seconds: Vec<[f64; 2]>| {
             if !places.iter().any(|p| p.coordinate == coordinate) {
                 places.push(Location { coordinate: coordinate.to_owned(), share, detail, seconds });
             }
@@ -40,11 +41,8 @@ impl Dataset<'_> {
             }
             let others = effect.places.iter().filter(|p| p.net() > STRUCTURE && p.gain > 0.7 * best.gain);
             for other in others.take(2) {
-                let words = format!(
-                    "a free curve over it explains {:.0} % of what the effect does",
-                    100.0 * (other.gain / best.gain).min(1.0)
-                );
-                add(other.coordinate, share(other.gain), words, stretches.clone());
+                let sight = Sight::FreeCurve((other.gain / best.gain).min(1.0));
+                add(other.coordinate, share(other.gain), sight, stretches.clone());
             }
         }
         places
@@ -137,44 +135,28 @@ impl Dataset<'_> {
     }
 }
 
-/// What is seen at a place, in words.
-fn detail(effect: &EffectVerdict, coordinate: &str, verdict: &DiagnosisVerdict) -> String {
+/// What is seen at a place.
+fn detail(effect: &EffectVerdict, coordinate: &str, verdict: &DiagnosisVerdict) -> Sight {
     let orders = effect.term.and_then(|t| verdict.extended.model.terms[t].values.get("orders"));
     match (coordinate, orders) {
-        ("motor_angle", Some(TermValue::List(orders))) => {
-            let words: Vec<String> = orders.iter().map(|o| format!("{o:.2}")).collect();
-            format!("order {} of the motor turn", words.join(", "))
-        }
-        ("output_angle", _) => "once and more a turn of the output".to_owned(),
-        (other, _) => format!("as a function of {}", other.replace('_', " ")),
+        ("motor_angle", Some(TermValue::List(orders))) => Sight::MotorOrders(orders.clone()),
+        ("output_angle", _) => Sight::OutputTurn,
+        (other, _) => Sight::Along(other.to_owned()),
     }
 }
 
-/// The evidence, in words.
-fn why(effect: &EffectVerdict, term: Option<&Term>) -> String {
-    let runner_up = effect.tried.iter().find(|(kind, ..)| *kind != effect.name && !effect.equivalents.contains(kind));
-    let mut words = format!(
-        "explains {:.0} % of the structure; without it −2 ln L rises by {:.0}",
-        100.0 * effect.share,
-        effect.gain
-    );
-    if effect.name == UNKNOWN {
-        words = match (&effect.closest, effect.places.first()) {
-            (Some(kind), Some(place)) => format!(
-                "no kind explains what a free curve over {} does; {kind} comes closest and is kept in the model as an approximation",
-                place.coordinate
-            ),
-            (None, Some(place)) if let Some(TermValue::Text(along)) = term.and_then(|t| t.values.get("coordinate")) => {
-                format!("no kind explains the structure over {}; a curve over {along} describes it", place.coordinate)
-            }
-            (None, Some(place)) => format!(
-                "no kind explains what is seen over {}, and no curve predicts blocks held out better: the model holds none",
-                place.coordinate
-            ),
-            _ => words,
-        };
-    } else if let Some((kind, gain, _)) = runner_up {
-        words.push_str(&format!("; the next best kind, {kind}, by {gain:.0}"));
+/// The evidence of an effect.
+fn why(effect: &EffectVerdict, term: Option<&Term>) -> Evidence {
+    let (share, gain) = (effect.share, effect.gain);
+    let Some(place) = effect.places.first().filter(|_| effect.name == UNKNOWN) else {
+        let is_other = |kind: &String| *kind != effect.name && !effect.equivalents.contains(kind);
+        let runner_up = effect.tried.iter().filter(|_| effect.name != UNKNOWN).find(|(kind, ..)| is_other(kind));
+        return Evidence::Explains { share, gain, runner_up: runner_up.map(|(kind, gain, _)| (kind.clone(), *gain)) };
+    };
+    let coordinate = place.coordinate.to_owned();
+    match (&effect.closest, term.and_then(|t| t.values.get("coordinate"))) {
+        (Some(kind), _) => Evidence::Closest { kind: kind.clone(), coordinate },
+        (None, Some(TermValue::Text(along))) => Evidence::Curve { coordinate, along: along.clone() },
+        (None, _) => Evidence::NoCurve { coordinate },
     }
-    words
 }

@@ -5,6 +5,7 @@
 //! | [`pipeline`] | the whole, as `gmhm diagnose` writes it |
 //! | [`diagnosis`], `findings` | the result, field for field as `--json`; a verdict in its terms |
 //! | [`candidates`], `ranges` | every kind over a grid of shapes, as columns; what the recordings span |
+//! | [`evidence`] | what a result rests on, as types |
 //! | [`explain`] | every kind beside a fitted model, refitted together |
 //! | [`mod@search`], `shapes` | forward, with swaps, and backward; the shapes of what was found |
 //! | [`nonparametric`], `tones`, `jumps` | curves without physics over every coordinate; tones; jumps |
@@ -18,6 +19,7 @@
 pub mod candidates;
 mod decision;
 pub mod diagnosis;
+pub mod evidence;
 pub mod explain;
 mod findings;
 pub mod joint_naming;

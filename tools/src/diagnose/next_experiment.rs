@@ -5,6 +5,7 @@ use gmhm::terms::{KINDS, KindInfo};
 use crate::diagnose::DiagnoseError;
 use crate::diagnose::candidates;
 use crate::diagnose::diagnosis::{UNKNOWN, Undecidable};
+use crate::diagnose::evidence::NextExperiment;
 use crate::diagnose::explain::Search;
 use crate::diagnose::naming::DiagnosisVerdict;
 use crate::kinds;
@@ -57,7 +58,7 @@ pub fn undecidable(
 }
 
 /// The experiment that splits most of what is still open: kinds of one class first, then what could not have been seen.
-pub fn next(verdict: &DiagnosisVerdict, undecidable: &[Undecidable]) -> String {
+pub fn next(verdict: &DiagnosisVerdict, undecidable: &[Undecidable]) -> NextExperiment {
     let classes = verdict.effects.iter().filter(|e| !e.equivalents.is_empty());
     let members: Vec<&str> = classes
         .clone()
@@ -71,16 +72,8 @@ pub fn next(verdict: &DiagnosisVerdict, undecidable: &[Undecidable]) -> String {
         splits + undecidable.iter().filter(|u| shows(e, &u.name)).count()
     };
     let Some(best) = Experiment::ALL.iter().max_by_key(|e| worth(e)).filter(|e| worth(e) > 0) else {
-        return String::new();
+        return NextExperiment::None;
     };
-    let aim = if members.is_empty() {
-        "shows what these recordings cannot".to_owned()
-    } else {
-        format!("distinguishes {}", members.join(", "))
-    };
-    format!(
-        "{}; this {aim} (on the virtual bench: gmhm simulate M.toml --experiment {} -o next.csv)",
-        best.instruction(),
-        best.name()
-    )
+    let distinguishes = members.into_iter().map(str::to_owned).collect();
+    NextExperiment::Bench { experiment: *best, distinguishes }
 }

@@ -180,7 +180,7 @@ pub fn diagnose(
         explained,
         named,
         places,
-        suggestions: suggestions.iter().map(ToString::to_string).collect(),
+        suggestions,
         effects: dataset.effects(&verdict),
         undecidable,
         next_experiment,

@@ -1,7 +1,5 @@
 //! Settings that are probably wrong, and what shows it.
 
-use std::fmt;
-
 use crate::model::{Model, TermValue, TorqueSide};
 
 /// A setting of the model or the recording that should be another.
@@ -18,6 +16,8 @@ pub enum Suggestion {
     },
     /// The simulated torque is too small or too large by this factor.
     Gain(f64),
+    /// In another program's words.
+    Written(String),
 }
 
 /// Reductions of one stage of strain wave gears.
@@ -50,21 +50,4 @@ pub fn of_model(model: &Model, base_terms: usize, reported: impl Fn(&str) -> boo
         _ => None,
     });
     ratio.into_iter().chain(gain).collect()
-}
-
-impl fmt::Display for Suggestion {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::TorqueSide(TorqueSide::Motor) => f.write_str("torque_side = \"motor\": friction has the other sign"),
-            Self::TorqueSide(TorqueSide::Output) => {
-                f.write_str("torque_side = \"output\": friction has the other sign")
-            }
-            Self::Ratio { ratio, order } => {
-                write!(f, "ratio = {ratio:.0}: a line at {order:.1} a turn of the output")
-            }
-            Self::Gain(factor) => {
-                write!(f, "torque_sim_nm * {factor:.3}: the recorded torque is that multiple of the simulated one")
-            }
-        }
-    }
 }

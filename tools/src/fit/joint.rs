@@ -20,6 +20,7 @@ use crate::recording::Recording;
 use crate::regression::columns::{Column, Columns, Contribution, Evaluate, Nonlinear, Offset, Stretch};
 use crate::regression::error::EstimateError;
 use crate::regression::heldout::heldout;
+use crate::regression::note::Remedy;
 use crate::regression::polish::polish;
 use crate::regression::problem::{Problem, Sweep};
 use crate::regression::rows;
@@ -29,9 +30,6 @@ use crate::signal::recorded;
 
 const COULOMB: &str = BASE[2];
 const SMOOTHING: &str = "smoothing_rad_per_s";
-
-/// What would determine what a joint log leaves open.
-const EXPERIMENT: &str = "move the joint both ways through its range, at several speeds and with accelerations";
 
 /// Fits the base terms to joint logs.
 ///
@@ -76,7 +74,7 @@ pub fn fit(recordings: &[Recording], options: &FitOptions, progress: &dyn Progre
         return Err(EstimateError::Cancelled);
     }
     let weights = prewhitened.then_some(&noise[..]);
-    let mut uncertainty = uncertainty::of_columns(&problem, &result.nonlinear, weights, EXPERIMENT);
+    let mut uncertainty = uncertainty::of_columns(&problem, &result.nonlinear, weights, Remedy::JointMotion);
     uncertainty.per(first.torque_unit);
     let (residuals, rss, counted) = left(&problem, &result);
     let name = given.map(|m| m.name.clone()).filter(|n| !n.is_empty()).unwrap_or_else(|| first.name.clone());

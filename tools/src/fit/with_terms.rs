@@ -21,6 +21,7 @@ use crate::regression::dataset::Dataset;
 use crate::regression::deflection_zeros::DEFLECTION_ZERO;
 use crate::regression::error::{DatasetError, EstimateError};
 use crate::regression::fit::Fitted;
+use crate::regression::note::Note;
 use crate::regression::parameters::{self, FreeParameter};
 use crate::regression::uncertainty::{Estimated, Uncertainty, correlated};
 
@@ -171,11 +172,9 @@ fn uncertainty(dataset: &Dataset<'_>, fitted: &Fitted) -> Uncertainty {
         let vague = sd.is_some_and(|sd| 2.0 * sd >= value.abs()) && free != FreeParameter::Zero;
         let undetermined = !at_bound && (sd.is_none() || vague);
         let note = match sd {
-            _ if at_bound => Some("at its bound".to_owned()),
-            None => Some("the recordings do not determine it by itself".to_owned()),
-            Some(sd) if vague => {
-                Some(format!("undetermined: standard deviation {:.0} % of the value", 100.0 * sd / value.abs()))
-            }
+            _ if at_bound => Some(Note::AtBound),
+            None => Some(Note::Open(None)),
+            Some(sd) if vague => Some(Note::Vague { relative: sd / value.abs(), remedy: None }),
             Some(_) => None,
         };
         let sd = sd.filter(|_| !at_bound);

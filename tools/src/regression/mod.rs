@@ -5,7 +5,7 @@
 //! | [`columns`], [`base`], [`assembly`], [`ready`] | contributions to the torque as columns; the base model as such |
 //! | [`problem`], [`factors`], [`polish`] | one pass over the recordings, its triangular factors, the descent |
 //! | [`likelihood`], [`heldout`], `predictive` | likelihood and held-out error |
-//! | [`uncertainty`], `spread`, `changes` | standard deviations, and what the recordings cannot determine |
+//! | [`uncertainty`], [`note`], `spread`, `changes` | standard deviations, and what the recordings cannot determine |
 //! | [`dataset`], [`parameters`], [`variable_projection`], [`fit`] | models with terms: recordings, free parameters, descent, fit |
 
 pub mod assembly;
@@ -20,6 +20,7 @@ pub mod factors;
 pub mod fit;
 pub mod heldout;
 pub mod likelihood;
+pub mod note;
 pub mod parameters;
 pub mod polish;
 pub(crate) mod predictive;

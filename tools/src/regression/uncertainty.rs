@@ -10,7 +10,6 @@ use gmhm::{Elastic, Gear, Kernel, Law, Memory, Params, State};
 use nalgebra::DVector;
 
 use crate::model::key_per;
-use crate::number::number;
 use crate::numerics::autoregression::Noise;
 use crate::numerics::bounded::Bound;
 use crate::recording::TorqueUnit;
@@ -20,6 +19,7 @@ use crate::regression::columns::{Column, Columns, Contribution, Correction, Eval
 use crate::regression::count_errors;
 use crate::regression::deflection_zeros::{DEFLECTION_ZERO, DeflectionZeros};
 use crate::regression::error::EstimateError;
+use crate::regression::note::{Note, Remedy};
 use crate::regression::problem::Problem;
 use crate::regression::rows::{Past, Rows};
 use crate::regression::spread::Spread;
@@ -40,7 +40,7 @@ pub struct Estimated {
     /// The recordings do not tell it from zero, or not at all.
     pub undetermined: bool,
     /// What there is to say, and the experiment that would determine it.
-    pub note: Option<String>,
+    pub note: Option<Note>,
 }
 
 /// Parameters, and the correlations of those that have a standard deviation.
@@ -250,20 +250,20 @@ pub fn assess(
         report.push(name, unit, value, gradient, value == 0.0);
     }
     if fitted.memory.law == Law::Masing && fitted.memory.reversal_play_rad > 0.0 {
-        let note = if fitted.searched_play { "searched, not differentiable: no standard deviation" } else { "given" };
+        let note = if fitted.searched_play { Note::Searched } else { Note::Given };
         report.plain("reversal_play_rad", fitted.memory.reversal_play_rad, note);
     }
     if zeros > 0 {
         report.push(DEFLECTION_ZERO, "rad", fitted.stored_zero_rad, unit_of(0), false);
     } else if fitted.stored_zero_rad != 0.0 {
-        report.plain(DEFLECTION_ZERO, fitted.stored_zero_rad, "given, or the middle of the deflections seen");
+        report.plain(DEFLECTION_ZERO, fitted.stored_zero_rad, Note::GivenOrMiddle);
     }
     Ok((report.finish(), (0..zeros).map(zero_sd).collect()))
 }
 
 /// Standard deviations of a problem whose parameters are those of the model file: the gear's linear ones as named by their columns, then the nonlinear ones.
-/// `open` says what would determine what the recordings leave open.
-pub fn of_columns(problem: &Problem<'_>, nonlinear: &[f64], noise: Option<&[Noise]>, open: &str) -> Uncertainty {
+/// `remedy` would determine what the recordings leave open.
+pub fn of_columns(problem: &Problem<'_>, nonlinear: &[f64], noise: Option<&[Noise]>, remedy: Remedy) -> Uncertainty {
     let columns = problem.gear_columns();
     let count = columns.len() + nonlinear.len();
     let all: Vec<usize> = (0..count).collect();
@@ -282,10 +282,8 @@ pub fn of_columns(problem: &Problem<'_>, nonlinear: &[f64], noise: Option<&[Nois
         }
         let vague = sd.is_some_and(|sd| 2.0 * sd >= value.abs());
         let note = match sd {
-            None => Some(format!("the recordings do not determine it by itself: {open}")),
-            Some(sd) if vague => {
-                Some(format!("undetermined: standard deviation {:.0} % of the value; {open}", 100.0 * sd / value.abs()))
-            }
+            None => Some(Note::Open(Some(remedy))),
+            Some(sd) if vague => Some(Note::Vague { relative: sd / value.abs(), remedy: Some(remedy) }),
             _ => None,
         };
         let undetermined = sd.is_none() || vague;
@@ -298,8 +296,7 @@ pub fn of_columns(problem: &Problem<'_>, nonlinear: &[f64], noise: Option<&[Nois
 
 /// What there is to say of a parameter at its bound 0, whose standard deviation would be `sd` without that.
 fn bounded(name: Cow<'static, str>, unit: Cow<'static, str>, sd: Option<f64>) -> (Estimated, Option<DVector<f64>>) {
-    let most = sd.map_or(String::new(), |sd| format!(", upper limit {}", number(2.0 * sd, 3)));
-    let note = Some(format!("at its bound 0: no effect in these recordings{most}"));
+    let note = Some(Note::NoEffect { upper_limit: sd.map(|sd| 2.0 * sd) });
     (Estimated { name, value: 0.0, sd: None, unit, at_bound: true, undetermined: false, note }, None)
 }
 
@@ -320,8 +317,8 @@ impl Report<'_> {
         // A zero of the encoders that is not distinguishable from 0 is as good as any.
         let vague = sd.is_some_and(|sd| 2.0 * sd >= value.abs()) && name != DEFLECTION_ZERO;
         let note = match sd {
-            None => Some(open_note(self.law, self.kernel, name)),
-            Some(sd) if vague => Some(vague_note(name, sd / value.abs())),
+            None => Some(left_open(self.law, self.kernel, name)),
+            Some(sd) if vague => Some(Note::Vague { relative: sd / value.abs(), remedy: Some(remedy_of(name)) }),
             _ => None,
         };
         let undetermined = sd.is_none() || vague;
@@ -329,10 +326,9 @@ impl Report<'_> {
         self.lines.push((Estimated { name, value, sd, unit, at_bound, undetermined, note }, direction));
     }
 
-    fn plain(&mut self, name: &'static str, value: f64, note: &str) {
-        let note = Some(note.to_owned());
+    fn plain(&mut self, name: &'static str, value: f64, note: Note) {
         let (name, unit) = (name.into(), "rad".into());
-        let line = Estimated { name, value, sd: None, unit, at_bound: false, undetermined: false, note };
+        let line = Estimated { name, value, sd: None, unit, at_bound: false, undetermined: false, note: Some(note) };
         self.lines.push((line, None));
     }
 
@@ -370,32 +366,20 @@ fn combinations(memory: &Memory) -> Vec<(&'static str, &'static str, f64, [f64; 
     lines
 }
 
-fn open_note(law: Law, kernel: Kernel, name: &str) -> String {
+/// Of a number that the recordings do not determine by itself.
+fn left_open(law: Law, kernel: Kernel, name: &str) -> Note {
     match (law, name) {
-        (Law::Time, _) => format!("the recordings say nothing about {name}: record the same stroke at several rates"),
-        (_, "alpha" | "beta_per_s" | "omega_per_s") if kernel == Kernel::Deflection => {
-            "a rate-independent loop fixes only e, h and rho = beta/omega, and leaves this open; the value follows from omega as written".to_owned()
-        }
+        (Law::Time, _) => Note::Open(Some(Remedy::Rates)),
         (_, "alpha" | "beta_per_s" | "omega_per_s") => {
-            "a rate-independent loop fixes only alpha and rho = beta/omega, and leaves this open; the value follows from omega as written".to_owned()
+            Note::RateIndependent { fixes_e_and_h: kernel == Kernel::Deflection }
         }
-        _ => format!("the recordings say nothing about {name}: record cycles at several amplitudes up to the rated deflection"),
+        _ => Note::Open(Some(Remedy::Amplitudes)),
     }
 }
 
-fn vague_note(name: &str, relative: f64) -> String {
-    let rows = (3.0 * relative).powi(2);
-    let experiment = match name {
-        "beta_per_s" | "alpha" => "cycles at several rates",
-        _ => "cycles at several amplitudes up to the rated deflection",
-    };
-    if relative > 10.0 {
-        return format!(
-            "undetermined: standard deviation more than ten times the value; {experiment} would determine it"
-        );
+fn remedy_of(name: &str) -> Remedy {
+    match name {
+        "beta_per_s" | "alpha" => Remedy::Rates,
+        _ => Remedy::Amplitudes,
     }
-    let percent = 100.0 * relative;
-    format!(
-        "undetermined: standard deviation {percent:.0} % of the value; {experiment} would determine it, or about {rows:.0} times as many rows of this kind"
-    )
 }

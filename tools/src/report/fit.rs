@@ -2,6 +2,7 @@
 
 use super::figures::{self, Abscissa, symbol};
 use super::fit_words::worded;
+use super::note_words::notes;
 use super::page::{Page, Provenance, Section, Table, TableRow, Tone, Verdict};
 use super::plot::{Drawing, Role};
 use crate::fit::Fit;
@@ -308,15 +309,7 @@ fn parameters(fit: &Fit) -> Section {
         head: ["parameter", "value", "standard deviation", "interval", "unit", ""].map(Into::into).into(),
         rows: fit.uncertainty.parameters.iter().map(row).collect(),
     };
-    let mut notes: Vec<(Vec<&str>, &str)> = Vec::new();
-    for p in &fit.uncertainty.parameters {
-        let Some(note) = p.note.as_deref() else { continue };
-        match notes.iter_mut().find(|(_, known)| *known == note) {
-            Some((names, _)) => names.push(symbol(&p.name)),
-            None => notes.push((vec![symbol(&p.name)], note)),
-        }
-    }
-    let notes = notes.into_iter().map(|(names, note)| format!("{}: {note}", names.join(", ")));
+    let notes = notes(&fit.uncertainty.parameters, |p| symbol(&p.name));
     let section = Section::new("Parameters").table(table).notes(notes);
     if fit.uncertainty.correlation.len() < 2 {
         return section;

@@ -11,11 +11,13 @@
 pub mod adapt;
 mod bins;
 pub mod diagnosis;
+mod diagnosis_words;
 pub mod figures;
 pub mod fit;
 pub mod fit_words;
 pub mod health;
 pub mod health_words;
+pub mod note_words;
 pub mod page;
 pub mod pictures;
 pub mod plot;

@@ -11,6 +11,7 @@ use super::page::{Page, Provenance, Section, Table, TableRow, Tone, Verdict};
 use super::plot::Drawing;
 use crate::diagnose::Finding;
 use crate::diagnose::diagnosis::{Diagnosis, Effect, UNKNOWN, Unit};
+use crate::number::percent;
 use crate::recording::{Recording, TorqueUnit};
 
 /// The page of a diagnosis of these recordings.
@@ -74,10 +75,6 @@ fn capital(text: &str) -> String {
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
-fn percent(share: f64) -> String {
-    format!("{:.0} %", 100.0 * share)
-}
-
 fn torque_unit(finding: &Finding) -> TorqueUnit {
     if finding.diagnosis.unit == Unit::Ampere { TorqueUnit::Ampere } else { TorqueUnit::NewtonMetre }
 }
@@ -124,7 +121,7 @@ fn places(finding: &Finding, unit: TorqueUnit) -> Section {
     let rows = found
         .places
         .iter()
-        .map(|p| TableRow::new([words(&p.coordinate), percent(p.share), p.detail.clone()]))
+        .map(|p| TableRow::new([words(&p.coordinate), percent(p.share), p.detail.to_string()]))
         .collect();
     let head = ["coordinate", "share of the structure", "what is seen"].map(str::to_owned).to_vec();
     let mut section = Section::new("Where the residual has structure").table(Table {

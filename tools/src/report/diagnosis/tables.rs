@@ -1,10 +1,10 @@
 //! The tables of a diagnosis: the error before and after, the effects with their parameters, the evidence, and what stays open.
 
-use super::{percent, words};
+use super::words;
 use crate::diagnose::Finding;
 use crate::diagnose::diagnosis::{Diagnosis, HeldoutFrom, ParameterValue, Rms};
 use crate::model::TermValue;
-use crate::number::{self, trimmed, whole};
+use crate::number::{self, percent, trimmed, whole};
 use crate::recording::TorqueUnit;
 use crate::report::page::{Section, Table, TableRow};
 
@@ -61,7 +61,7 @@ pub(super) fn effects(found: &Diagnosis) -> Section {
             .chosen(true),
         );
         if let Some(curve) = effect.curve() {
-            rows.push(TableRow::new(["– curve".to_owned(), curve, String::new(), String::new()]));
+            rows.push(TableRow::new(["– curve".to_owned(), curve.to_string(), String::new(), String::new()]));
         }
         for (name, parameter) in effect.parameters.iter().filter(|_| effect.curve().is_none()) {
             let sds = parameter.sd.as_ref().map_or(&[][..], ParameterValue::numbers);
@@ -165,6 +165,7 @@ pub(super) fn open(found: &Diagnosis) -> Section {
             ["kind that these recordings could not have shown", "experiment that would"].map(str::to_owned).to_vec();
         section.table(Table { caption: "Undecidable".into(), head, rows })
     };
-    let next = found.next_experiment.clone();
-    section.notes((!next.is_empty()).then(|| format!("Next experiment: {next}.")))
+    let next = found.next_experiment.to_string();
+    let suggestions = found.suggestions.iter().map(|suggestion| format!("Probably wrong: {suggestion}."));
+    section.notes(suggestions.chain((!next.is_empty()).then(|| format!("Next experiment: {next}."))))
 }
