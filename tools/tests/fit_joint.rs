@@ -12,6 +12,7 @@ use gmhm_tools::fit::{Fit, fit};
 use gmhm_tools::model::TorqueSide;
 use gmhm_tools::recording::{Recording, TorqueUnit};
 use gmhm_tools::regression::error::EstimateError;
+use gmhm_tools::regression::note::Remedy;
 use gmhm_tools::signal::recorded;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -120,7 +121,7 @@ fn one_speed_one_way_tells_neither_friction_nor_inertia() {
         let parameter = fit.parameter(name).unwrap();
         assert!(parameter.undetermined || parameter.at_bound, "{parameter:?}");
         assert!(
-            parameter.at_bound || parameter.note.as_deref().is_some_and(|n| n.contains("both ways")),
+            parameter.at_bound || parameter.note.is_some_and(|note| note.remedy() == Some(Remedy::JointMotion)),
             "{parameter:?}"
         );
     }
