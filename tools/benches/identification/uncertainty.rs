@@ -81,7 +81,8 @@ pub fn measure(count: usize) -> Result<Vec<Line>, EstimateError> {
     };
     let names = [("alpha", "α"), ("beta_per_s", "β"), ("omega_per_s", "ω"), ("e", "e"), ("h", "h"), ("rho", "β/ω")];
     let listed: Vec<String> = names.iter().map(|(name, symbol)| format!("{symbol} {}", relative(name))).collect();
-    let note = |name: &str| found.parameter(name).and_then(|p| p.note.clone()).unwrap_or_default();
+    let note =
+        |name: &str| found.parameter(name).and_then(|p| p.note).map_or_else(String::new, |note| note.to_string());
     Ok(vec![
         Line::new(
             format!(
