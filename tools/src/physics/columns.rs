@@ -163,12 +163,8 @@ impl<'a> Evaluation<'a> {
     /// What a unit of a linear key adds.
     fn unit(&self, zero: &Term, key: &'static KeyInfo, index: Option<usize>) -> Result<Vec<f64>, PredictError> {
         let unit = set(zero, key, index, 1.0);
-        let is_load = zero.info().is_some_and(|info| info.domain == Domain::Load);
-        if !self.terms.has_gear() && (is_load || zero.follows_base()) {
-            // T_base of a joint is made of terms: a load changes it, and friction may depend on it.
-            return self.change(&unit);
-        }
-        self.alone(&unit)
+        // T_base of a joint is made of terms: a load changes it, and friction may depend on it.
+        self.part(&unit)?.map_or_else(|| self.change(&unit), Ok)
     }
 
     /// What a torque term adds alone, but for what scales it.

@@ -51,7 +51,7 @@ impl Dataset<'_> {
         free
     }
 
-    /// The change of the torque with a place of a model that was evaluated; where it is one of `beside`, that of `beside`.
+    /// The change of the torque with a place of a model that was evaluated.
     ///
     /// # Errors
     /// A model that cannot be evaluated.
@@ -60,12 +60,7 @@ impl Dataset<'_> {
         model: &Model,
         place: FreeParameter,
         evaluations: &[Evaluation<'_>],
-        beside: Option<&Fitted>,
     ) -> Result<Vec<f64>, PredictError> {
-        let known = beside.and_then(|fit| fit.places.iter().position(|p| *p == place).map(|i| &fit.columns[i]));
-        if let Some(known) = known {
-            return Ok(known.clone());
-        }
         let value = parameters::value(model, place);
         let at = |to: f64| {
             let mut moved = model.clone();

@@ -262,7 +262,7 @@ pub fn assess(
 }
 
 /// Standard deviations of a problem whose parameters are those of the model file: the gear's linear ones as named by their columns, then the nonlinear ones.
-/// `remedy` would determine what the recordings leave open.
+/// Notes on parameters that the recordings do not determine name `remedy`.
 pub fn of_columns(problem: &Problem<'_>, nonlinear: &[f64], noise: Option<&[Noise]>, remedy: Remedy) -> Uncertainty {
     let columns = problem.gear_columns();
     let count = columns.len() + nonlinear.len();

@@ -156,14 +156,21 @@ impl<'w, 's> VariableProjection<'w, 's> {
         Ok(at.columns.iter().flatten().cloned().collect())
     }
 
-    /// Finds the change of the torque with some places where it is not known.
+    /// Finds the change of the torque with some places where it is not known; where a place is one of the model fitted before, it is that of this model.
     fn differentiate(&self, at: &mut Iterate, which: &[usize]) -> Result<(), PredictError> {
-        let open: Vec<usize> = which.iter().copied().filter(|&k| at.columns[k].is_none()).collect();
+        let mut open: Vec<usize> = which.iter().copied().filter(|&k| at.columns[k].is_none()).collect();
+        if let Some(fit) = self.beside {
+            open.retain(|&k| {
+                let known = fit.places.iter().position(|place| *place == self.places[k]);
+                at.columns[k] = known.map(|i| fit.columns[i].clone());
+                known.is_none()
+            });
+        }
         if open.is_empty() {
             return Ok(());
         }
         let evaluations = self.dataset.evaluate(&at.model)?;
-        let of = |&k: &usize| self.dataset.derivative(&at.model, self.places[k], &evaluations, self.beside);
+        let of = |&k: &usize| self.dataset.derivative(&at.model, self.places[k], &evaluations);
         let found: Vec<Vec<f64>> = open.par_iter().map(of).collect::<Result<_, _>>()?;
         open.into_iter().zip(found).for_each(|(k, column)| at.columns[k] = Some(column));
         Ok(())

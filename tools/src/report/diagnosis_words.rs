@@ -9,6 +9,7 @@ use crate::diagnose::evidence::{Evidence, NextExperiment, Sight};
 use crate::diagnose::suggestion::Suggestion;
 use crate::model::TorqueSide;
 use crate::number::percent;
+use crate::report::diagnosis::words;
 
 impl fmt::Display for Sight {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -18,7 +19,7 @@ impl fmt::Display for Sight {
                 write!(f, "order {} of the motor turn", words.join(", "))
             }
             Self::OutputTurn => f.write_str("once and more a turn of the output"),
-            Self::Along(coordinate) => write!(f, "as a function of {}", coordinate.replace('_', " ")),
+            Self::Along(coordinate) => write!(f, "as a function of {}", words(coordinate)),
             Self::FreeCurve(part) => {
                 write!(f, "a free curve over it explains {} of what the effect does", percent(*part))
             }
@@ -29,7 +30,7 @@ impl fmt::Display for Sight {
 
 impl fmt::Display for EmpiricalCurve<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "over {}, {} knots, in the model file", self.coordinate.replace('_', " "), self.knots)
+        write!(f, "over {}, {} knots, in the model file", words(self.coordinate), self.knots)
     }
 }
 

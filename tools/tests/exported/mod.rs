@@ -12,7 +12,7 @@ use crate::common::skips::skipped;
 /// The warnings that an export has none of.
 pub const WARNINGS: [&str; 7] = ["-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-pedantic", "-Werror"];
 
-/// Compilers and what they are told beside. What only an optimiser can warn of is of the source and not of the processor: one of them is enough for it.
+/// Compilers, each with its options beside [`WARNINGS`]. Warnings that need the optimiser do not depend on the processor, so only gcc optimises.
 pub const COMPILERS: [(&str, &[&str]); 3] = [
     ("gcc", &["-O1", "-c"]),
     ("clang", &["-fsyntax-only"]),

@@ -39,7 +39,7 @@ pub fn page(finding: &Finding, recordings: &[Recording], provenance: Provenance)
 }
 
 /// A kind as people say it.
-fn words(kind: &str) -> String {
+pub(super) fn words(kind: &str) -> String {
     kind.replace('_', " ")
 }
 
