@@ -1,11 +1,13 @@
-//! The swarm that searches the shapes of what was found. Synthetic recordings.
+//! The shapes of terms: the swarm that searches those of what was found, and the bounds of those in the base model. Synthetic recordings.
 
 mod gears;
 
 use gears::{Path, published, record, walk};
 use gmhm_tools::diagnose::explain::Search;
-use gmhm_tools::model::{Model, Term, TermValue};
+use gmhm_tools::kinds::{LARGEST_BASE_SMOOTHING, coulomb_friction};
+use gmhm_tools::model::{Model, Term, TermValue, TorqueSide};
 use gmhm_tools::physics::predict;
+use gmhm_tools::recording::Recording;
 use gmhm_tools::regression::dataset::Dataset;
 
 const A: f64 = 1.168e-3;
@@ -55,4 +57,43 @@ fn the_swarm_leaves_an_optimum_that_the_polish_is_held_in() {
     // What is at its best stays.
     let kept = dataset.reshaped(found.clone(), 0, 2).unwrap();
     assert_eq!(radii(&kept.model), radii(&found.model));
+}
+
+/// A joint with Coulomb and viscous friction that moves along a sine of 1 rad/s, and its base model with Coulomb friction alone.
+fn joint_without_viscous_friction() -> (Recording, Model) {
+    let time_s: Vec<f64> = (0..4000).map(|k| 0.005 * f64::from(k)).collect();
+    let velocity: Vec<f64> = time_s.iter().map(|t| t.cos()).collect();
+    let recording = Recording {
+        name: "joint".into(),
+        torque: Some(velocity.iter().map(|v| 0.5 * (v / 0.01).tanh() + 2.0 * v).collect()),
+        theta_out_rad: Some(time_s.iter().map(|t| t.sin()).collect()),
+        velocity_out_rad_per_s: Some(velocity),
+        time_s,
+        ..Recording::default()
+    };
+    let mut base = Model { terms: vec![coulomb_friction(0.5, 0.01)], ..Model::default() };
+    base.gear.torque_side = TorqueSide::Motor;
+    (recording, base)
+}
+
+#[test]
+fn coulomb_friction_of_the_base_does_not_stand_in_for_viscous_friction() {
+    let (recording, base) = joint_without_viscous_friction();
+    let recordings = [recording];
+    let search = Search { removed: &[], only: None, base_terms: 1, zero: false, seed: 1 };
+    let smoothing = |dataset: &Dataset<'_>, base: &Model| {
+        let fit = dataset.plain_fit(base, &dataset.places(base, search), 12).unwrap();
+        match fit.model.terms[0].values["smoothing_rad_per_s"] {
+            TermValue::Number(value) => value,
+            _ => f64::NAN,
+        }
+    };
+    let free = Dataset::new(&recordings, &base).unwrap();
+    assert!(smoothing(&free, &base) > 0.3, "{}", smoothing(&free, &base));
+    let bounded = Dataset::new(&recordings, &base).unwrap().with_base(&base);
+    assert!(smoothing(&bounded, &base) < 1.01 * LARGEST_BASE_SMOOTHING, "{}", smoothing(&bounded, &base));
+    // What is given wider stays possible.
+    let wide = Model { terms: vec![coulomb_friction(0.5, 0.2)], ..base };
+    let given = Dataset::new(&recordings, &wide).unwrap().with_base(&wide);
+    assert!((smoothing(&given, &wide) - 0.2).abs() < 0.01, "{}", smoothing(&given, &wide));
 }

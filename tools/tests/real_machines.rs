@@ -93,6 +93,18 @@ fn a_ball_screw_lacks_coulomb_and_viscous_friction() {
 }
 
 #[test]
+fn a_ball_screw_with_coulomb_friction_lacks_viscous_friction() {
+    let dir = WorkDir::new();
+    if recording(&dir, "emps_normal.csv", &["torque_sim_nm"]).is_none() {
+        return;
+    }
+    let coulomb = "[[term]]\nkind = \"coulomb_friction\"\ntorque_nm = 20.0\nsmoothing_rad_per_s = 0.002\n";
+    let found = diagnosed(&dir, &format!("{AXIS}{coulomb}"), "");
+    assert_eq!(found["effects"][0]["name"], "viscous_friction", "{}", found["effects"]);
+    assert!(held_out(&found, "extended") < 2.0, "{}", found["heldout"]);
+}
+
+#[test]
 fn a_motor_lacks_its_cogging() {
     let dir = WorkDir::new();
     if recording(&dir, "cogging_slow_nocomp_1.csv", &[]).is_none() {

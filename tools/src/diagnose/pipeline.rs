@@ -75,7 +75,7 @@ pub fn diagnose(
         recordings
     };
     progress.report("reading", 0.0);
-    let mut dataset = Dataset::new(recordings, &model)?;
+    let mut dataset = Dataset::new(recordings, &model)?.with_base(&model);
     let search = Search {
         removed: &options.removed,
         only: None,

@@ -107,8 +107,7 @@ impl Dataset<'_> {
             let size = value.abs();
             let (least, most) = (key.plausible.0.abs().min(size), key.plausible.1.abs().max(size));
             let least = if key.range == Range::Positive { least } else { 0.0 };
-            let most =
-                if key.name == "smoothing_rad_per_s" { size.max(kinds::LARGEST_SMOOTHING * fastest) } else { most };
+            let most = if key.name == kinds::SMOOTHING { size.max(kinds::LARGEST_SMOOTHING * fastest) } else { most };
             let (low, high) = ((size / DECADE).max(least), (size * DECADE).min(most));
             Some(Shape { key, index, low: low.copysign(value), high: high.copysign(value), scales: true })
         };

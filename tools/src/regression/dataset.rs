@@ -5,11 +5,13 @@ use std::ops::Range;
 
 use gmhm::Law;
 
+use crate::kinds;
 use crate::model::{Model, Term};
 use crate::numerics::mark::Mark;
 use crate::physics::{Evaluation, PredictError, Signals};
 use crate::recording::{Recording, TorqueUnit};
 use crate::regression::error::DatasetError;
+use crate::regression::parameters::FreeParameter;
 use crate::regression::rows;
 use crate::signal::acceleration::acceleration;
 use crate::signal::denoise::denoised;
@@ -30,6 +32,8 @@ pub struct Dataset<'a> {
     pub target: Vec<f64>,
     /// What each recording adds that is no property of the gear: its offset, what the gear remembers from before the first row.
     pub nuisances: Vec<Vec<f64>>,
+    /// Smoothings of the friction of a base model, each of a term by its number, and their highest values, rad/s.
+    highest_smoothings: Vec<(usize, f64)>,
 }
 
 impl<'a> Dataset<'a> {
@@ -62,7 +66,27 @@ impl<'a> Dataset<'a> {
         let accelerations = recordings.iter().map(|r| acceleration(r, &model.gear)).collect();
         let recordings: Vec<Cow<'a, Recording>> = recordings.iter().map(|r| denoised(r, model.gear.ratio)).collect();
         let nuisances = nuisances(&recordings, &spans, model)?;
-        Ok(Self { recordings, accelerations, stride: 1, spans, marks, target, nuisances })
+        let highest_smoothings = Vec::new();
+        Ok(Self { recordings, accelerations, stride: 1, spans, marks, target, nuisances, highest_smoothings })
+    }
+
+    /// The same with an upper bound of the smoothing of each friction in a base model: [`LARGEST_BASE_SMOOTHING`](kinds::LARGEST_BASE_SMOOTHING) of the
+    /// largest velocity, or what the model gives where that is more.
+    #[must_use]
+    pub fn with_base(mut self, model: &Model) -> Self {
+        let velocities = self.recordings.iter().filter_map(|r| Signals::new(r, &model.gear).velocity_rad_per_s);
+        let fastest = velocities.flat_map(|v| v.iter().map(|v| v.abs()).reduce(f64::max)).fold(0.0, f64::max);
+        let given = model.terms.iter().enumerate().filter(|(_, term)| term.values.contains_key(kinds::SMOOTHING));
+        let highest = |(at, term): (usize, &Term)| (at, kinds::highest_base_smoothing(term, fastest));
+        self.highest_smoothings = given.map(highest).collect();
+        self
+    }
+
+    /// The highest value of a free number, beside the bounds of its kind.
+    pub fn highest(&self, place: FreeParameter) -> f64 {
+        let FreeParameter::Term { term, key, .. } = place else { return f64::INFINITY };
+        let own = self.highest_smoothings.iter().find(|(at, _)| *at == term && key.name == kinds::SMOOTHING);
+        own.map_or(f64::INFINITY, |(_, highest)| *highest)
     }
 
     /// The same recordings, looked at in means of `stride` rows. `residual` is what a first fit left; it bridges outliers, lest they spoil a mean.
@@ -97,6 +121,7 @@ impl<'a> Dataset<'a> {
             marks: self.marks.iter().map(|marks| marks.chunks(stride).map(whole).collect()).collect(),
             target: thin(&target),
             nuisances: self.nuisances.iter().map(|n| thin(n)).collect(),
+            highest_smoothings: self.highest_smoothings.clone(),
         }
     }
 

@@ -229,14 +229,20 @@ impl<'w, 's> VariableProjection<'w, 's> {
     }
 
     fn room(&self, at: &Iterate, which: &[usize]) -> Vec<(f64, f64)> {
-        which.iter().map(|&k| (parameters::room(&at.model, self.places[k]), f64::INFINITY)).collect()
+        let own = |&k: &usize| {
+            let place = self.places[k];
+            let above = self.dataset.highest(place) - parameters::value(&at.model, place);
+            (parameters::room(&at.model, place), above.max(0.0))
+        };
+        which.iter().map(own).collect()
     }
 
     fn stepped(&self, model: &Model, which: &[usize], step: &[f64]) -> Model {
         let mut model = model.clone();
         for (&k, step) in which.iter().zip(step) {
-            let value = parameters::value(&model, self.places[k]) + step;
-            parameters::put(&mut model, self.places[k], value);
+            let place = self.places[k];
+            let value = (parameters::value(&model, place) + step).min(self.dataset.highest(place));
+            parameters::put(&mut model, place, value);
         }
         model
     }
