@@ -56,7 +56,7 @@ impl AdaptArgs {
             recording::ratio::check(&recording, model.gear.ratio)?;
         }
         let working = Working::new("Adapting", session.quiet);
-        let replay = adapt::replay(&model, self.reading.rated_deflection, &recording)?;
+        let replay = adapt::replay(&model, self.reading.rated_deflection, &recording, &working)?;
         let mut compared = model.clone();
         compared.gear.rated_deflection_rad = self.reading.rated_deflection.or(model.gear.rated_deflection_rad);
         let remarks = plausible::examine(std::slice::from_ref(&recording), &[], &compared);

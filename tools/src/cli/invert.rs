@@ -45,15 +45,19 @@ impl InvertArgs {
         let needs = invert::needs(&model);
         let recording = self.reading.read(&file, &needs, session)?;
         let working = Working::new("Inverting", session.quiet);
-        let found = jobs::predict::invert(&model, self.reading.rated_deflection, &recording, &mut |note| {
-            working.aside(|| session.note(note))
-        })?;
+        let found = jobs::predict::invert(
+            &model,
+            self.reading.rated_deflection,
+            &recording,
+            &mut |note| working.aside(|| session.note(note)),
+            &working,
+        )?;
         let saturated: Vec<f64> = found.saturated.iter().map(|&saturated| f64::from(u8::from(saturated))).collect();
         let columns = [("deflection_rad", found.deflection_rad.as_slice()), ("saturated", saturated.as_slice())];
 
         let mut outputs = Outputs::new();
         outputs.add(&self.output, |out| -> Result<(), Failure> {
-            Ok(copy_with_columns(&file, &self.reading.reading(&needs), &columns, out)?)
+            Ok(copy_with_columns(&file, &self.reading.reading(&needs), &columns, out, &working)?)
         })?;
         outputs.commit()?;
         drop(working);

@@ -41,9 +41,13 @@ impl PredictArgs {
         let needs = needs(&model);
         let recording = self.reading.read(&file, &needs, session)?;
         let working = Working::new("Predicting", session.quiet);
-        let prediction = jobs::predict::predict(&model, self.reading.rated_deflection, &recording, &mut |note| {
-            working.aside(|| session.note(note))
-        })?;
+        let prediction = jobs::predict::predict(
+            &model,
+            self.reading.rated_deflection,
+            &recording,
+            &mut |note| working.aside(|| session.note(note)),
+            &working,
+        )?;
         let suffix = model.torque_unit.suffix();
         let base = [&prediction.torque, &prediction.elastic, &prediction.hysteresis];
         let base = ["torque_model", "elastic", "hysteresis"].into_iter().zip(base);
@@ -54,7 +58,7 @@ impl PredictArgs {
 
         let mut outputs = Outputs::new();
         outputs.add(&self.output, |out| -> Result<(), Failure> {
-            Ok(copy_with_columns(&file, &self.reading.reading(&needs), &columns, out)?)
+            Ok(copy_with_columns(&file, &self.reading.reading(&needs), &columns, out, &working)?)
         })?;
         outputs.commit()?;
         drop(working);

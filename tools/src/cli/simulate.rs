@@ -84,10 +84,10 @@ impl SimulateArgs {
         }
         let (model, seed) = (model::load(&self.model)?, self.seed.seed);
         let working = Working::new("Simulating", session.quiet);
-        let (recording, mut key) = bench::simulate(&model, self.experiment, &self.options, seed)?;
+        let (recording, mut key) = bench::simulate_under(&model, self.experiment, &self.options, seed, &working)?;
         key.command = std::env::args().collect::<Vec<_>>().join(" ");
         let mut outputs = Outputs::new();
-        outputs.add(&self.output, |out| Ok::<(), Failure>(recording.write(out)?))?;
+        outputs.add(&self.output, |out| Ok::<(), Failure>(recording.write_under(out, &working)?))?;
         if let Some(path) = &self.key {
             outputs.add_text(path, &key.to_toml())?;
         }
