@@ -54,13 +54,13 @@ enum Action {
     /// Show what the drive measures and computes: on a terminal a screen with a running plot and keys, else line by line
     Live {
         /// Line by line for so long [default: 1 where there is no terminal]
-        #[arg(long, value_name = "S", value_parser = positive)]
+        #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = positive)]
         seconds: Option<f64>,
         /// The block that the key t of the screen tries, .bin or .hex
         #[arg(long, value_name = "params.bin")]
         block: Option<PathBuf>,
         /// Time between two lines
-        #[arg(long, value_name = "S", value_parser = positive, default_value = "0.1")]
+        #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = positive, default_value = "0.1")]
         every: f64,
         /// Line by line, and the same as JSON
         #[arg(long, value_name = "F.json")]

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::Session;
-use super::common::ReadingArgs;
+use super::common::{ReadingArgs, rows_file};
 use super::failure::Failure;
 use super::progress::Working;
 use crate::jobs;
@@ -31,7 +31,7 @@ pub struct InvertArgs {
     #[arg(value_name = "TORQUE.csv")]
     torque: PathBuf,
     /// Where to write the rows
-    #[arg(short, long, value_name = "OUT.csv")]
+    #[arg(short, long, value_name = "OUT.csv", value_parser = rows_file)]
     output: PathBuf,
     #[command(flatten)]
     reading: ReadingArgs,

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::Session;
-use super::common::ReadingArgs;
+use super::common::{ReadingArgs, rows_file};
 use super::failure::Failure;
 use super::progress::Working;
 use crate::jobs;
@@ -27,7 +27,7 @@ pub struct PredictArgs {
     /// Recording
     recording: PathBuf,
     /// Where to write the rows
-    #[arg(short, long, value_name = "OUT.csv")]
+    #[arg(short, long, value_name = "OUT.csv", value_parser = rows_file)]
     output: PathBuf,
     #[command(flatten)]
     reading: ReadingArgs,

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use super::Session;
-use super::common::{SeedArgs, drawing, json};
+use super::common::{SeedArgs, drawing, json, rows_file};
 use super::failure::Failure;
 use super::progress::{Progress, Working};
 use crate::bench::joint::{self, Plant};
@@ -35,7 +35,7 @@ pub struct SimulateArgs {
     #[arg(long, value_enum)]
     experiment: Experiment,
     /// Where to write the recording
-    #[arg(short, long, value_name = "REC.csv")]
+    #[arg(short, long, value_name = "REC.csv", value_parser = rows_file)]
     output: PathBuf,
     /// Where to write the true values
     #[arg(long, value_name = "K.toml")]

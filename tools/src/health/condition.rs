@@ -163,6 +163,10 @@ impl Gear {
             })
             .collect();
         let own = figures(&catalogue(&self.model, rating)?);
+        if own.iter().any(|figure| !figure.2.is_finite()) {
+            let torque = rating.rated_torque;
+            return Err(HealthError::NoCycle { name: self.name.clone(), torque, unit: unit.symbol() });
+        }
         let slopes = self.slopes(rating)?;
         for (index, (name, unit_si, value)) in own.into_iter().enumerate() {
             let sd = self.sd_of(&slopes.iter().map(|slope| slope[index]).collect::<Vec<_>>());

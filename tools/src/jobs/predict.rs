@@ -22,6 +22,7 @@ pub fn predict(
     notes: Notes<'_>,
     progress: &dyn Progress,
 ) -> Result<Prediction, Failure> {
+    recording::turns::check(recording)?;
     if recording.theta_in_rad.is_some() && model.elastic.is_some() {
         recording::ratio::check(recording, model.gear.ratio)?;
     }

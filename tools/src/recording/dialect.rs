@@ -1,6 +1,6 @@
 //! What kind of text a file is: encoding, separator, decimal mark.
 
-use super::error::RecordingProblem;
+use super::error::{CARRIAGE_RETURNS, RecordingProblem};
 use super::preamble;
 
 /// How the file separates its columns, and where its header is.
@@ -28,6 +28,9 @@ pub(super) struct Separation {
 impl Dialect {
     /// Judges by the first bytes of a file.
     pub fn sniff(head: &[u8]) -> Result<Dialect, RecordingProblem> {
+        if head.starts_with(b"\xff\xfe\0\0") {
+            return Err(RecordingProblem::NotText("UTF-32"));
+        }
         if head.starts_with(b"\xff\xfe") || head.starts_with(b"\xfe\xff") {
             return Err(RecordingProblem::NotText("UTF-16"));
         }
@@ -40,7 +43,7 @@ impl Dialect {
         let mut filled = lines().skip(lines_above).filter(|line| !line.is_empty() && !line.starts_with(b"#"));
         let first = filled.next().ok_or(RecordingProblem::Empty)?;
         if first.contains(&b'\r') {
-            return Err(RecordingProblem::NotText("text whose lines end in a carriage return alone"));
+            return Err(RecordingProblem::NotText(CARRIAGE_RETURNS));
         }
         if let Some(&[delimiter]) = first.strip_prefix(b"sep=") {
             let separation = Separation { delimiter, spaces: false };

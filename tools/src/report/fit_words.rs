@@ -81,6 +81,11 @@ pub fn clause(cause: &Cause, torque_unit: TorqueUnit) -> String {
             number(*given_heldout_rms, 2),
             rounded_up(*seen)
         ),
+        Cause::DoubtfulUnit(DoubtfulUnit { column, size, limit, unit, .. }) if size < limit => format!(
+            "{column} reaches ±{} {unit}, strain wave gears under load at least about {} {unit}: check its unit, --map {column}=COLUMN*1e3 scales it",
+            number(*size, 4),
+            trimmed(*limit, 2)
+        ),
         Cause::DoubtfulUnit(DoubtfulUnit { column, size, limit, unit, .. }) => format!(
             "{column} reaches ±{} {unit}, strain wave gears at most about {} {unit}: check its unit, --map {column}=COLUMN*1e-3 scales it",
             number(*size, 4),
