@@ -21,7 +21,6 @@ use crate::recording::Recording;
 use crate::regression::error::EstimateError;
 use crate::regression::rows::spread_over;
 use crate::signal::clipping::{Clipped, clipped};
-use crate::signal::plausible;
 use crate::signal::recorded::predict;
 
 /// How far a fit may be trusted.
@@ -157,8 +156,6 @@ pub struct Assessment {
     pub clipped: Vec<Clipped>,
     /// Quantities that no gear reaches.
     pub doubtful_units: Vec<DoubtfulUnit>,
-    /// The recorded torque falls while the deflection rises.
-    pub torque_falls: bool,
     /// A rated deflection that suits the recordings better than the one given.
     pub better_rated: Option<BetterRated>,
 }
@@ -172,15 +169,6 @@ pub enum AssessError {
     /// The other models could not be fitted.
     #[error(transparent)]
     Estimate(#[from] EstimateError),
-}
-
-/// The correlation of torque and deflection below which one of them is counted backwards.
-const FALLS: f64 = -0.3;
-
-/// Whether the torque of a recording falls while its deflection rises.
-fn torque_falls(recording: &Recording) -> bool {
-    let of = recording.torque.as_deref().zip(recording.deflection_rad.as_deref());
-    of.is_none_or(|(torque, theta)| plausible::correlation(theta, torque) < FALLS)
 }
 
 impl Assessment {
@@ -242,7 +230,6 @@ impl Assessment {
             comparison_rows,
             clipped: recordings.iter().filter_map(|r| clipped(r, r.deflection_rad.as_deref()?)).collect(),
             doubtful_units: if fit.started_from_model { Vec::new() } else { doubtful(recordings) },
-            torque_falls: recordings.iter().any(torque_falls),
             better_rated: None,
             torque_peak: recordings.iter().map(size).fold(0.0, f64::max),
             predictions,
@@ -276,7 +263,8 @@ fn decide(fit: &Fit, evidence: &Assessment) -> FitVerdict {
         add(grade, Cause::Overfit { ratio: fit.heldout_rms / rms });
     }
     let rated = evidence.coverage.as_ref().map_or(f64::NAN, |c| c.rated_deflection_rad);
-    if evidence.torque_falls && fit.model.elastic.is_some_and(|elastic| elastic.torque_nm(rated) < 0.0) {
+    // In another unit the deflection may be any angle, and its sign tells nothing.
+    if evidence.doubtful_units.is_empty() && fit.model.elastic.is_some_and(|elastic| elastic.torque_nm(rated) < 0.0) {
         add(Grade::Bad, Cause::TorqueFalls);
     }
     if let Some(better) = evidence.better_rated {

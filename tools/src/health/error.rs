@@ -60,7 +60,7 @@ pub enum HealthError {
         unit: &'static str,
     },
     /// A fit whose torque does not grow with its deflection.
-    #[error("{name}: no closed cycle of the fitted gear reaches {} {unit}: this is not a loaded gear", number(*torque, 3))]
+    #[error("{name}: no closed cycle of the gear as fitted, within its uncertainty, reaches {} {unit}: this is not a loaded gear", number(*torque, 3))]
     NoCycle {
         /// The recording or model.
         name: String,
