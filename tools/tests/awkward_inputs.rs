@@ -347,6 +347,29 @@ fn noise_is_no_gear() {
 }
 
 #[test]
+fn headers_in_another_language_are_guessed_by_their_units() {
+    let dir = bench();
+    let numbers = || dir.read("rec.csv").lines().skip(1).map(|line| line.to_owned() + "\n").collect::<String>();
+    let header = dir.read("rec.csv").lines().next().expect("a header").to_owned();
+    let german = header.replace("time_s", "Zeit (s)").replace("torque_nm", "Moment [N·m]");
+    let german = german
+        .replace("deflection_rad", "Verdrillung [rad]")
+        .replace("theta_in_rad", "a")
+        .replace("theta_out_rad", "b");
+    dir.write("german.csv", format!("{german}\n{}", numbers()));
+    let refused = ["--map 'time_s=Zeit (s),torque_nm=Moment [N·m],deflection_rad=Verdrillung [rad]'"];
+    dir.refuse("fit german.csv -o fit.toml", &refused);
+    dir.write("clock.csv", format!("{}\n{}", header.replace("time_s", "Time [hh:mm:ss]"), numbers()));
+    dir.refuse("fit clock.csv -o fit.toml", &["is no unit for the time", "write times as seconds"]);
+    dir.write("bars.csv", dir.read("rec.csv").replace(',', "|"));
+    dir.succeed("fit bars.csv -o bars.toml");
+    dir.succeed("fit rec.csv -o rec.toml");
+    let figures =
+        |name: &str| dir.read(name).lines().filter(|line| !line.starts_with("name")).collect::<Vec<_>>().join("\n");
+    assert_eq!(figures("bars.toml"), figures("rec.toml"));
+}
+
+#[test]
 fn columns_names_the_column_and_all_that_is_missing() {
     let dir = bench();
     let text = dir.read("rec.csv");

@@ -51,8 +51,9 @@ fn notes_of_spikes(recording: &Recording, notes: Notes<'_>) {
         let Some(first) = spikes.next() else { continue };
         let count = 1 + spikes.count();
         if half > 0.0 && count as f64 <= SPIKE.1 * values.len() as f64 {
+            let rows = if count == 1 { "row holds" } else { "rows hold" };
             notes(&format!(
-                "{}: {count} rows hold a {what} far beyond all others, the first {} {unit} at {} s: remove them if they are no measurement",
+                "{}: {count} {rows} a {what} far beyond all others, the first {} {unit} at {} s: remove what is no measurement",
                 recording.name,
                 trimmed(values[first], 5),
                 trimmed(recording.time_s[first], 6)

@@ -19,7 +19,7 @@ pub(super) struct Dialect {
 /// What separates columns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Separation {
-    /// Comma, semicolon or tab. A tab too where spaces separate the columns: runs of them are read as one.
+    /// Comma, semicolon, tab or bar. A tab too where spaces separate the columns: runs of them are read as one.
     pub delimiter: u8,
     /// Runs of spaces and tabs separate the columns.
     pub spaces: bool,
@@ -71,22 +71,23 @@ impl Separation {
     /// The separation of a header, or of a first row of numbers, and of the row below it.
     pub fn of(first: &[u8], second: Option<&[u8]>) -> Self {
         let mut quoted = false;
-        let mut counts = [0_usize; 3];
+        let mut counts = [0_usize; 4];
         for &byte in first {
             quoted ^= byte == b'"';
-            if let Some(i) = b",;\t".iter().position(|&d| d == byte && !quoted) {
+            if let Some(i) = b",;\t|".iter().position(|&d| d == byte && !quoted) {
                 counts[i] += 1;
             }
         }
         let words = |line: &[u8]| line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty()).count();
-        let separates = |line: &[u8]| line.iter().any(|b| b",;\t".contains(b));
+        let separates = |line: &[u8]| line.iter().any(|b| b",;\t|".contains(b));
         let (delimiter, spaces) = match counts {
             // Nothing but spaces, in the row below too.
-            [0, 0, 0] if words(first) > 1 && second.is_none_or(|row| words(row) > 1 && !separates(row)) => {
+            [0, 0, 0, 0] if words(first) > 1 && second.is_none_or(|row| words(row) > 1 && !separates(row)) => {
                 (b'\t', true)
             }
-            [commas, semicolons, tabs] if tabs > 0 && tabs >= commas.max(semicolons) => (b'\t', false),
-            [commas, semicolons, _] if semicolons > 0 && semicolons >= commas => (b';', false),
+            [commas, semicolons, tabs, _] if tabs > 0 && tabs >= commas.max(semicolons) => (b'\t', false),
+            [commas, semicolons, ..] if semicolons > 0 && semicolons >= commas => (b';', false),
+            [0, 0, 0, bars] if bars > 0 => (b'|', false),
             _ => (b',', false),
         };
         Separation { delimiter, spaces }

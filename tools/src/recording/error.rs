@@ -278,6 +278,9 @@ impl RecordingError {
     pub fn fix(&self) -> Option<String> {
         if let (RecordingProblem::UnknownUnit { quantity, suffix }, Some(column)) = (&*self.problem, &self.column) {
             let map = format!("{}={}", quantity.si_name(), column.name);
+            if suffix.contains(':') {
+                return RecordingProblem::NotANumber(suffix.clone()).fix();
+            }
             return Some(match suffix.is_empty() {
                 true => format!("if it is in {}, add --map {}", quantity.units()[0].spellings[0], shell_word(&map)),
                 false => format!("convert it, such as --map {}", shell_word(&format!("{map}*0.001"))),
