@@ -6,6 +6,8 @@ use std::path::PathBuf;
 
 use miette::{Diagnostic, GraphicalReportHandler, LabeledSpan, SourceCode};
 
+use gmhm::adapt::AdaptError;
+
 use crate::adapt::AdaptReplayError;
 use crate::bench::BenchError;
 use crate::block::{FileError, PackError};
@@ -162,6 +164,9 @@ impl Failure {
             }
             Failure::Adapt(AdaptReplayError::Predict(e)) => e.fix(),
             Failure::Adapt(AdaptReplayError::Recording(e)) => e.fix(),
+            Failure::Adapt(AdaptReplayError::Adapt(AdaptError::Setting { setting: "period_s", .. })) => {
+                Some("check the unit of the time: --map scales it, such as time_ms=COLUMN".to_owned())
+            }
             Failure::Adapt(_)
             | Failure::RealRecording(_)
             | Failure::Copy(_)

@@ -116,6 +116,6 @@ fn what_cannot_be_adapted_is_refused() {
     dir.refuse("adapt time.toml rec.csv -o out.toml", &["law time cannot be adapted", "masing"]);
     dir.refuse("adapt joint.toml rec.csv -o out.toml", &["rated_deflection_rad"]);
     dir.refuse("adapt gear.toml no-torque.csv -o out.toml", &["torque_nm"]);
-    dir.refuse("adapt gear.toml rec.csv -o rec.csv", &["rec.csv"]);
+    dir.refuse("adapt gear.toml rec.csv -o out.toml --json rec.csv", &["rec.csv", "not written over"]);
     dir.succeed("adapt gear.toml rec.csv -o out.toml");
 }

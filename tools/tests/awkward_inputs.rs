@@ -255,3 +255,130 @@ fn zeros_of_their_own_are_fitted_where_asked_for() {
     let told = dir.succeed(&format!("{words} --own-zeros")).stdout;
     assert!(told.contains("Each recording has its own deflection zero"), "{told}");
 }
+
+#[test]
+fn an_output_is_not_named_as_what_it_is_not() {
+    let dir = bench();
+    let model = dir.read("gear.toml");
+    for words in ["predict gear.toml rec.csv -o gear.toml", "invert gear.toml rec.csv -o gear.toml"] {
+        dir.misuse(words, &["must end in .csv: rows are written"]);
+    }
+    dir.misuse("simulate gear.toml --experiment cycle -o gear.toml", &["must end in .csv: rows are written"]);
+    assert_eq!(dir.read("gear.toml"), model);
+    let other = dir.read("rec.csv");
+    dir.write("other.csv", &other);
+    for words in ["fit rec.csv -o other.csv", "adapt gear.toml rec.csv -o other.csv"] {
+        dir.misuse(words, &["must end in .toml: a model file is written"]);
+    }
+    dir.misuse("diagnose gear.toml rec.csv -o other.parquet", &["must end in .toml: a model file is written"]);
+    assert_eq!(dir.read("other.csv"), other);
+    dir.misuse("export gear.toml --to fmu -o gear.c", &["-o must end in .fmu"]);
+    dir.misuse("export gear.toml --to c -o gear.c", &["-o names the folder"]);
+}
+
+#[test]
+fn negative_numbers_are_refused_as_numbers() {
+    let dir = bench();
+    dir.misuse("fit rec.csv -o fit.toml --rated-deflection -1", &["must be a number greater than zero"]);
+    dir.misuse("pack gear.toml -o params.bin --period -0.001", &["must be a number greater than zero"]);
+    dir.misuse("prove --cases -4", &["must be a whole number greater than zero"]);
+}
+
+#[test]
+fn encoders_that_start_again_after_each_turn_are_named() {
+    let dir = bench();
+    dir.succeed("simulate gear.toml --experiment running --duration 10 --sample-rate 50 -o rec.csv");
+    let turn = std::f64::consts::TAU;
+    let input = dir.column("rec.csv", "theta_in_rad");
+    dir.write("wrapped.csv", with_column(&dir, "theta_in_rad", |row, _| input[row].rem_euclid(turn)));
+    let angles = |name: &str| {
+        let header = dir.read(name).replacen("deflection_rad", "remark", 1);
+        dir.write(name, header);
+    };
+    // With a deflection of its own the angle serves for places on the turn alone.
+    dir.succeed("fit wrapped.csv -o fit.toml");
+    // A deflection that was computed from it.
+    let output = dir.column("rec.csv", "theta_out_rad");
+    let wrapped = |row: usize| input[row].rem_euclid(turn) / 100.0 - output[row];
+    dir.write("computed.csv", with_column(&dir, "deflection_rad", |row, _| wrapped(row)));
+    let said = dir.succeed("fit computed.csv -o fit.toml").stdout;
+    assert!(said.starts_with("Not good enough") && !said.contains("counted backwards"), "{said}");
+    assert!(said.contains("or whether an encoder starts again after each turn"), "{said}");
+    angles("wrapped.csv");
+    let refused = ["wrapped.csv: `theta_in_rad` starts again after each turn", "numpy.unwrap"];
+    dir.refuse("fit wrapped.csv --ratio 100 -o fit.toml", &refused);
+    dir.refuse("predict gear.toml wrapped.csv -o out.csv", &refused);
+    dir.refuse("diagnose gear.toml wrapped.csv -o out.toml", &refused);
+    dir.refuse("adapt gear.toml wrapped.csv -o out.toml", &refused);
+    angles("rec.csv");
+    dir.succeed("fit rec.csv --ratio 100 -o fit.toml");
+}
+
+#[test]
+fn units_that_fit_no_gear_are_questioned() {
+    let dir = bench();
+    let fit = |name: &str| dir.succeed(&format!("fit {name} -o fit.toml")).stdout;
+    dir.write("milli.csv", with_column(&dir, "deflection_rad", |_, theta| 1e-3 * theta));
+    let said = fit("milli.csv");
+    assert!(said.starts_with("Not good enough") && said.contains("--map deflection_rad=COLUMN*1e3"), "{said}");
+    dir.write("degrees.csv", with_column(&dir, "deflection_rad", |_, theta| theta.to_degrees()));
+    // The first file fits a gear of its own; beside it the second is seen to be in degrees.
+    dir.refuse("fit rec.csv degrees.csv -o fit.toml", &["degrees.csv: ", "degrees seem to be taken for radians"]);
+    dir.write("milliseconds.csv", with_column(&dir, "time_s", |_, time| 1e3 * time));
+    let told = dir.succeed("fit milliseconds.csv -o fit.toml").stderr;
+    assert!(told.contains("its rows are 100 s apart") && told.contains("--map time_ms=COLUMN"), "{told}");
+    dir.refuse("adapt gear.toml milliseconds.csv -o out.toml", &["period_s = 100", "help: ", "time_ms=COLUMN"]);
+}
+
+#[test]
+fn noise_is_no_gear() {
+    let dir = bench();
+    // Some numbers without any order.
+    let noise = |row: usize, salt: u64| {
+        let mut x = (row as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ salt;
+        x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        ((x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb) >> 40) as f64 / (1 << 24) as f64 - 0.5
+    };
+    dir.write("rec.csv", with_column(&dir, "deflection_rad", |row, _| 6e-3 * noise(row, 3)));
+    dir.write("rec.csv", with_column(&dir, "torque_nm", |row, _| 60.0 * noise(row, 1003)));
+    let said = dir.succeed("fit rec.csv -o fit.toml").stdout;
+    assert!(said.starts_with("Not good enough"), "{said}");
+    dir.refuse("health rec.csv", &["rec.csv: no closed cycle of the gear", "help: "]);
+}
+
+#[test]
+fn headers_in_another_language_are_guessed_by_their_units() {
+    let dir = bench();
+    let numbers = || dir.read("rec.csv").lines().skip(1).map(|line| line.to_owned() + "\n").collect::<String>();
+    let header = dir.read("rec.csv").lines().next().expect("a header").to_owned();
+    let german = header.replace("time_s", "Zeit (s)").replace("torque_nm", "Moment [N·m]");
+    let german = german
+        .replace("deflection_rad", "Verdrillung [rad]")
+        .replace("theta_in_rad", "a")
+        .replace("theta_out_rad", "b");
+    dir.write("german.csv", format!("{german}\n{}", numbers()));
+    let refused = ["--map 'time_s=Zeit (s),torque_nm=Moment [N·m],deflection_rad=Verdrillung [rad]'"];
+    dir.refuse("fit german.csv -o fit.toml", &refused);
+    dir.write("clock.csv", format!("{}\n{}", header.replace("time_s", "Time [hh:mm:ss]"), numbers()));
+    dir.refuse("fit clock.csv -o fit.toml", &["is no unit for the time", "write times as seconds"]);
+    dir.write("bars.csv", dir.read("rec.csv").replace(',', "|"));
+    dir.succeed("fit bars.csv -o bars.toml");
+    dir.succeed("fit rec.csv -o rec.toml");
+    let figures =
+        |name: &str| dir.read(name).lines().filter(|line| !line.starts_with("name")).collect::<Vec<_>>().join("\n");
+    assert_eq!(figures("bars.toml"), figures("rec.toml"));
+}
+
+#[test]
+fn columns_names_the_column_and_all_that_is_missing() {
+    let dir = bench();
+    let text = dir.read("rec.csv");
+    dir.write("twice.csv", text.replacen("temperature_c", "torque_nm", 1));
+    let said = dir.succeed("columns twice.csv").stdout;
+    assert!(said.contains("To fit a gear: column 7 `torque_nm`: is twice in the header"), "{said}");
+    dir.write("bare.csv", "time,angle,torque\n0,0,0\n1,1e-3,20\n2,0,1\n");
+    let said = dir.succeed("columns bare.csv").stdout;
+    assert!(said.contains("--map time_s=time,torque_nm=torque,deflection_rad=angle"), "{said}");
+    dir.write("cr.csv", text.replace('\n', "\r"));
+    dir.refuse("fit cr.csv -o fit.toml", &["carriage return alone", "convert its line ends"]);
+}

@@ -186,3 +186,21 @@ fn the_examples_are_what_their_commands_make() {
     }
     assert_eq!(count, 4);
 }
+
+/// The proofs that the README takes its numbers from run as it shows them, here on one case; docs/proof.md has their tables.
+#[test]
+fn the_proofs_of_the_readme_run() {
+    let [readme, proof] =
+        ["README.md", "docs/proof.md"].map(|page| std::fs::read_to_string(top().join(page)).expect("the page"));
+    let shell = Shell::new();
+    let shown: Vec<&str> = readme.split('`').filter(|span| span.starts_with("gmhm prove -")).collect();
+    assert_eq!(shown.len(), 2);
+    for line in shown {
+        assert!(proof.contains(&format!("`{line}`")), "docs/proof.md has no `{line}`");
+        let words: Vec<&str> = line.split_whitespace().skip(1).collect();
+        let cases = words.iter().position(|word| *word == "--cases").expect("a number of cases") + 1;
+        let few: Vec<&str> = words.iter().enumerate().map(|(at, word)| if at == cases { "1" } else { word }).collect();
+        let done = shell.dir.succeed(&few.join(" "));
+        assert!(done.stdout.contains(" cases"), "{}", done.stdout);
+    }
+}

@@ -48,3 +48,23 @@ fn a_folder_that_cannot_be_is_refused() {
     dir.write("taken", "");
     dir.refuse("demo --out taken", &["taken", "is a file"]);
 }
+
+#[test]
+fn files_of_others_in_the_folder_that_nobody_named_are_kept() {
+    let dir = WorkDir::new();
+    dir.succeed("");
+    let model = dir.read("gmhm-demo/model.toml");
+    // A second time there is nothing to lose.
+    let again = dir.succeed("");
+    assert!(again.stderr.is_empty(), "{}", again.stderr);
+    dir.write("gmhm-demo/model.toml", "mine").write("gmhm-demo/loop.svg", "old");
+    for words in ["", "demo", "demo --seed 2"] {
+        let done = dir.succeed(words);
+        assert!(done.stdout.contains("Table 2"), "{}", done.stdout);
+        assert!(done.stderr.contains("gmhm demo --out gmhm-demo replaces them"), "{}", done.stderr);
+        assert!(!done.stdout.contains("are in gmhm-demo"), "{}", done.stdout);
+        assert_eq!([dir.read("gmhm-demo/model.toml"), dir.read("gmhm-demo/loop.svg")], ["mine", "old"]);
+    }
+    dir.succeed("demo --out gmhm-demo");
+    assert_eq!(dir.read("gmhm-demo/model.toml"), model);
+}

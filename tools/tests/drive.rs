@@ -69,6 +69,19 @@ fn what_a_drive_measures_is_read() {
 }
 
 #[test]
+fn quiet_a_drive_tells_nothing_but_errors_and_files() {
+    let dir = two_blocks();
+    let commands = ["status", "diagnostics", "live --seconds 0.1 --json live.json", "off", "bound inf"];
+    let served = serve(Joint::default(), blank(), commands.len(), None);
+    for words in commands {
+        let done = dir.succeed(&format!("drive --to tcp:{} {words} -q", served.address));
+        assert!(done.stdout.is_empty() && done.stderr.is_empty(), "{words}: {}{}", done.stdout, done.stderr);
+    }
+    served.end();
+    assert!(dir.read("live.json").contains("ticks"));
+}
+
+#[test]
 fn refusals_name_the_mend() {
     let dir = two_blocks();
     let joint = Joint { enabled: true, compensation: ON, ..Joint::default() };

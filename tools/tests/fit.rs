@@ -84,13 +84,13 @@ fn a_recording_is_never_written_over() {
     let before = dir.read("demo/recording.csv");
     dir.succeed("fit demo/recording.csv -o gear.toml");
     for command in [
-        "fit demo/recording.csv -o ./demo/recording.csv",
+        "fit demo/recording.csv -o gear.toml --json ./demo/../demo/recording.csv",
         "fit demo/recording.csv -o gear.toml --json demo/recording.csv",
         "predict gear.toml demo/recording.csv -o demo/../demo/recording.csv",
         "invert gear.toml demo/recording.csv -o demo/recording.csv",
         "compare demo/recording.csv --plot demo/recording.csv",
         "health demo/recording.csv demo/recording.csv --json demo/recording.csv",
-        "diagnose gear.toml demo/recording.csv -o demo/recording.csv",
+        "diagnose gear.toml demo/recording.csv -o found.toml --json demo/recording.csv",
     ] {
         dir.refuse(command, &["recording.csv", "not written over", "another file"]);
     }

@@ -53,6 +53,7 @@ fn named_columns_are_read_to_the_bit() {
         "pyarrow_zstd.parquet",
         "pyarrow_lz4.parquet",
         "stamps.parquet",
+        "pyarrow_bare.parquet",
         "scipy.mat",
         "scipy_packed.mat",
         "asammdf_plain.mf4",
@@ -65,6 +66,23 @@ fn named_columns_are_read_to_the_bit() {
         assert!(found.temperature_c.is_some(), "{name}");
     }
     assert_same("json.mcap", &mapped("json.mcap", ""));
+}
+
+#[test]
+fn every_kind_of_number_of_parquet_is_read() {
+    let whole = expected();
+    let temperature = whole.temperature_c.as_deref().unwrap();
+    for column in ["i8", "i16", "i32", "i64", "u8", "u16", "u32", "u64", "dictionary"] {
+        let found = mapped("pyarrow_types.parquet", &format!("temperature_c={column}"));
+        assert_same(column, &found);
+        assert_eq!(found.temperature_c.as_deref(), Some(temperature), "{column}");
+    }
+    let flags: Vec<f64> = temperature.iter().map(|kelvin| f64::from(u8::from(*kelvin > 22.0))).collect();
+    assert_eq!(mapped("pyarrow_types.parquet", "temperature_c=flag").temperature_c, Some(flags));
+    let single: Vec<f64> = whole.torque.unwrap().iter().map(|torque| f64::from(*torque as f32)).collect();
+    assert_eq!(mapped("pyarrow_types.parquet", "torque_nm=f32").torque, Some(single));
+    let error = try_mapped("pyarrow_types.parquet", "torque_nm=label").unwrap_err().to_string();
+    assert!(error.contains("has no column for `--map torque_nm=label`"), "{error}");
 }
 
 #[test]
@@ -103,6 +121,8 @@ fn mat_7_3_names_the_feature_that_reads_it() {
 fn what_is_missing_is_named_with_its_row() {
     let error = try_mapped("gap.parquet", "").unwrap_err().to_string();
     assert!(error.contains("row 6, column 3 `torque_nm`: `NaN` is not a finite number"), "{error}");
+    let error = try_mapped("hole.parquet", "").unwrap_err().to_string();
+    assert!(error.contains("row 9, column 3 `torque_nm`: `NaN` is not a finite number"), "{error}");
     let error = try_mapped("plain.h5", "").unwrap_err().to_string();
     assert!(error.contains("HDF5 file without MATLAB's header"), "{error}");
 }

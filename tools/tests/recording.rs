@@ -173,8 +173,14 @@ fn copied_rows_keep_their_text_and_their_decimal_mark() {
     let path = folder.file(format!("\u{feff}note;time_s;deflection_rad;\r\n{rows}").as_bytes());
     let added: [(&str, &[f64]); 1] = [("torque_model_nm", &[0.1, -1e-300])];
     let mut out = Vec::new();
-    copy_with_columns(&path.as_path().into(), &Reading::new(ColumnMap::default(), Needs::PREDICT), &added, &mut out)
-        .unwrap();
+    copy_with_columns(
+        &path.as_path().into(),
+        &Reading::new(ColumnMap::default(), Needs::PREDICT),
+        &added,
+        &mut out,
+        &(),
+    )
+    .unwrap();
     let expected = "note;time_s;deflection_rad;torque_model_nm\n\"a;b\";0,10;1,5E-3;0,1\nv1.5;0,20;-0;-1e-300\n";
     assert_eq!(String::from_utf8(out).unwrap(), expected);
 }

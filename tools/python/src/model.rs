@@ -131,7 +131,8 @@ impl Model {
         let rated = options::positive(py, "rated_deflection_rad", rated_deflection_rad)?;
         let model = of_gear(py, Some(self), ratio, torque_side)?.unwrap_or_default();
         let recording = Arc::clone(&recording.inner);
-        let found = job::run(py, move |caller| jobs::predict::predict(&model, rated, &recording, &mut caller.notes()))?;
+        let found =
+            job::run(py, move |caller| jobs::predict::predict(&model, rated, &recording, &mut caller.notes(), caller))?;
         let terms = found.terms.into_iter().map(|(name, values)| (name, values.into_pyarray(py))).collect();
         Ok((
             found.torque.into_pyarray(py),
@@ -153,7 +154,8 @@ impl Model {
     ) -> PyResult<(Array<'py>, Bound<'py, PyArray1<bool>>, f64, u32)> {
         let rated = options::positive(py, "rated_deflection_rad", rated_deflection_rad)?;
         let (model, recording) = (Arc::clone(&self.inner), Arc::clone(&recording.inner));
-        let found = job::run(py, move |caller| jobs::predict::invert(&model, rated, &recording, &mut caller.notes()))?;
+        let found =
+            job::run(py, move |caller| jobs::predict::invert(&model, rated, &recording, &mut caller.notes(), caller))?;
         let saturated = found.saturated.into_pyarray(py);
         Ok((found.deflection_rad.into_pyarray(py), saturated, found.range_rad, found.merged_pairs))
     }

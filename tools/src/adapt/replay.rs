@@ -7,8 +7,9 @@ use serde::Serialize;
 
 use super::{AdaptReplayError, coefficients, units, with_params};
 use crate::model::Model;
+use crate::progress::{Progress, at_row};
 use crate::recording::{Recording, TorqueUnit};
-use crate::signal::recorded::predict;
+use crate::signal::recorded::predict_under;
 
 /// Points of the trace at most.
 const MOST_POINTS: usize = 1000;
@@ -164,7 +165,12 @@ fn period_s(time_s: &[f64]) -> f64 {
 ///
 /// # Errors
 /// [`AdaptReplayError`].
-pub fn replay(model: &Model, asked_rad: Option<f64>, recording: &Recording) -> Result<Replay, AdaptReplayError> {
+pub fn replay(
+    model: &Model,
+    asked_rad: Option<f64>,
+    recording: &Recording,
+    progress: &dyn Progress,
+) -> Result<Replay, AdaptReplayError> {
     let rated = asked_rad.or(model.gear.rated_deflection_rad).ok_or(AdaptReplayError::NoRatedDeflection)?;
     let block = model.drive_params(rated).ok_or(AdaptReplayError::NoGear)??;
     let file = || recording.name.clone();
@@ -178,13 +184,14 @@ pub fn replay(model: &Model, asked_rad: Option<f64>, recording: &Recording) -> R
     }
     let zero_rad = model.gear.deflection_zero_rad;
     let deflection: Vec<f64> = derived.deflection()?.iter().map(|theta| theta - zero_rad).collect();
-    let of_terms = terms(model, asked_rad, recording)?;
+    let of_terms = terms(model, asked_rad, recording, progress)?;
     let time_s = &recording.time_s;
     let mut joint = Joint::new(block, period_s(time_s), deflection[0])?;
     let (mut all, mut since) = (Squares::default(), Squares::default());
     let (mut taken_over_s, mut given_back_s, mut trace) = (Vec::new(), Vec::new(), Vec::new());
     let every = recording.len().div_ceil(MOST_POINTS);
     for (row, (torque, time_s)) in torque.iter().zip(time_s).enumerate() {
+        at_row(progress, "Adapting", row, recording.len());
         let torque = torque - of_terms.get(row).copied().unwrap_or(0.0);
         let [by_block, by_adapted] = joint.predict(deflection[row]);
         for squares in [&mut all, &mut since] {
@@ -214,11 +221,16 @@ pub fn replay(model: &Model, asked_rad: Option<f64>, recording: &Recording) -> R
 }
 
 /// What the terms of a model add to the torque, row by row; empty without any.
-fn terms(model: &Model, asked_rad: Option<f64>, recording: &Recording) -> Result<Vec<f64>, AdaptReplayError> {
+fn terms(
+    model: &Model,
+    asked_rad: Option<f64>,
+    recording: &Recording,
+    progress: &dyn Progress,
+) -> Result<Vec<f64>, AdaptReplayError> {
     if model.terms.is_empty() {
         return Ok(Vec::new());
     }
-    let prediction = predict(model, asked_rad, recording)?;
+    let prediction = predict_under(model, asked_rad, recording, progress)?;
     let base = prediction.elastic.iter().zip(&prediction.hysteresis).map(|(elastic, hysteresis)| elastic + hysteresis);
     Ok(prediction.torque.iter().zip(base).map(|(torque, base)| torque - base).collect())
 }

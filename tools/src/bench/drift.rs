@@ -5,6 +5,7 @@ use super::joint::gear::{JointGear, Plant};
 use super::stage::Stage;
 use crate::kinds::coulomb_friction;
 use crate::model::Model;
+use crate::progress::Progress;
 use crate::recording::Recording;
 
 /// Stiffness at the end, over that of the model.
@@ -22,7 +23,12 @@ pub(super) const NOISE: f64 = 0.01;
 ///
 /// Given the deflection, the torque is linear in the coefficients: with T_0 that of the cold gear and T_1 that of the warm one, both by the core, T = T_0 + (T_1 − T_0)·t/t_end.
 /// Another plant warms in the same way: the middle between its branches is the stiffness, the rest the hysteresis. The model at the end then holds the friction alone of it.
-pub(super) fn record(stage: &Stage, model: &Model, plant: Plant) -> Result<(Recording, Model), BenchError> {
+pub(super) fn record(
+    stage: &Stage,
+    model: &Model,
+    plant: Plant,
+    progress: &dyn Progress,
+) -> Result<(Recording, Model), BenchError> {
     let (rated_nm, rated_rad) = (stage.params.rated_torque_nm(), stage.params.rated_deflection_rad());
     let with_friction = |model: &Model, share: f64| {
         let mut model = model.clone();
@@ -40,7 +46,7 @@ pub(super) fn record(stage: &Stage, model: &Model, plant: Plant) -> Result<(Reco
     }
     let without_friction = warm.clone();
     let warm = with_friction(&warm, FRICTION[1]);
-    let mut recording = stage.record(&with_friction(model, FRICTION[0]))?;
+    let mut recording = stage.record_under(&with_friction(model, FRICTION[0]), progress)?;
     let mut last = stage.record(&warm)?;
     if plant != Plant::Model {
         let [cold_nm, warm_nm] = torques(stage, plant, model.gear.deflection_zero_rad, &recording);

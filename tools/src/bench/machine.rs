@@ -10,6 +10,7 @@ use crate::model::Model;
 use crate::physics::invert::crossing;
 use crate::physics::term::{MOST_TERMS, no_terms};
 use crate::physics::{CAPACITY, predict};
+use crate::progress::{Progress, at_row};
 
 /// The deflections that the encoders of a gear show when it is driven through the plan from rest, rad, the encoders' zero taken off.
 ///
@@ -20,6 +21,7 @@ pub(super) fn deflections(
     params: &Params,
     plan: &Plan,
     input_rad: &[f64],
+    progress: &dyn Progress,
 ) -> Result<Vec<f64>, BenchError> {
     let load = match &plan.drive {
         Drive::Deflection(deflection) => return Ok(deflection.clone()),
@@ -55,6 +57,7 @@ pub(super) fn deflections(
     let mut state = at_start(theta);
     let mut deflection = vec![theta];
     for (row, load_nm) in load.iter().enumerate().skip(1) {
+        at_row(progress, "Simulating", row, load.len());
         let excess = |theta: f64| gear.step(&mut state.clone(), &sample(row, theta)).base.torque - load_nm;
         theta = crossing(excess, theta, reach_rad, scale_nm).ok_or_else(|| unreached(row))?;
         gear.step(&mut state, &sample(row, theta));

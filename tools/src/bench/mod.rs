@@ -37,6 +37,7 @@ pub use options::{Experiment, Options, Waveform};
 use rand::RngExt;
 
 use crate::model::Model;
+use crate::progress::Progress;
 use crate::recording::Recording;
 use plan::Plan;
 use stage::{Stage, Stream, gear_of, random};
@@ -54,6 +55,20 @@ pub fn simulate(
     options: &Options,
     seed: u64,
 ) -> Result<(Recording, Key), BenchError> {
+    simulate_under(model, experiment, options, seed, &())
+}
+
+/// [`simulate`] with its progress.
+///
+/// # Errors
+/// As there.
+pub fn simulate_under(
+    model: &Model,
+    experiment: Experiment,
+    options: &Options,
+    seed: u64,
+    progress: &dyn Progress,
+) -> Result<(Recording, Key), BenchError> {
     let params = gear_of(model)?;
     if !experiment.input_locked() && model.gear.ratio.is_none() {
         return Err(BenchError::NoRatio { experiment });
@@ -69,12 +84,12 @@ pub fn simulate(
         // Where the wave generator happens to stand, as q_m/N.
         let stand_rad = model.gear.ratio.map_or(0.0, |ratio| motion.random_range(0.0..std::f64::consts::TAU) / ratio);
         let stage = Stage { params, plan, stand_rad, warm_up_k: options.warm_up_k };
-        let (truth, hidden) = hide::inject(model, &options.hide, &stage, &mut random(seed, Stream::Hidden))?;
+        let (truth, hidden) = hide::inject(model, &options.hide, &stage, &mut random(seed, Stream::Hidden), progress)?;
         if experiment == Experiment::Drift {
-            let (recording, warm) = drift::record(&stage, &truth, options.plant.unwrap_or_default())?;
+            let (recording, warm) = drift::record(&stage, &truth, options.plant.unwrap_or_default(), progress)?;
             (recording, warm, hidden)
         } else {
-            (stage.record(&truth)?, truth, hidden)
+            (stage.record_under(&truth, progress)?, truth, hidden)
         }
     };
     let perfect = Recording { name: format!("simulated {experiment}"), torque_unit: model.torque_unit, ..perfect };

@@ -9,6 +9,7 @@ use crate::bench::machine;
 use crate::bench::plan::Plan;
 use crate::model::Model;
 use crate::physics;
+use crate::progress::Progress;
 use crate::recording::Recording;
 
 /// A source of random choices of its own for each purpose.
@@ -46,10 +47,15 @@ pub(super) struct Stage {
 impl Stage {
     /// The recording of perfect sensors.
     pub fn record(&self, model: &Model) -> Result<Recording, BenchError> {
+        self.record_under(model, &())
+    }
+
+    /// [`record`](Self::record) with its progress.
+    pub fn record_under(&self, model: &Model, progress: &dyn Progress) -> Result<Recording, BenchError> {
         let time_s = &self.plan.time_s;
         let zero_rad = model.gear.deflection_zero_rad;
         let input_rad: Vec<f64> = self.plan.travel_rad.iter().map(|travel| self.stand_rad + travel).collect();
-        let deflection_rad = machine::deflections(model, &self.params, &self.plan, &input_rad)?;
+        let deflection_rad = machine::deflections(model, &self.params, &self.plan, &input_rad, progress)?;
         let deflection_rad: Vec<f64> = deflection_rad.iter().map(|theta| theta + zero_rad).collect();
         let output_rad: Vec<f64> = input_rad.iter().zip(&deflection_rad).map(|(q, theta)| q - theta).collect();
         let mut recording = Recording {

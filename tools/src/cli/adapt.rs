@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::Session;
-use super::common::{ReadingArgs, json, page, provenance};
+use super::common::{ReadingArgs, json, model_file, page, provenance};
 use super::failure::Failure;
 use super::progress::Working;
 use super::tables;
@@ -31,7 +31,7 @@ pub struct AdaptArgs {
     /// Recording
     recording: PathBuf,
     /// Where to write the model with the parameters in force at the end
-    #[arg(short, long, value_name = "M2.toml")]
+    #[arg(short, long, value_name = "M2.toml", value_parser = model_file)]
     output: PathBuf,
     /// Where to write errors, takeovers, trace and warnings as JSON
     #[arg(long, value_name = "FILE")]
@@ -52,11 +52,12 @@ impl AdaptArgs {
         let model = self.reading.of_gear(model::load(&self.model)?);
         let needs = Needs { torque: Need::Required, ..crate::physics::predict::needs(&model) };
         let recording = self.reading.read(&file, &needs, session)?;
+        recording::turns::check(&recording)?;
         if recording.theta_in_rad.is_some() {
             recording::ratio::check(&recording, model.gear.ratio)?;
         }
         let working = Working::new("Adapting", session.quiet);
-        let replay = adapt::replay(&model, self.reading.rated_deflection, &recording)?;
+        let replay = adapt::replay(&model, self.reading.rated_deflection, &recording, &working)?;
         let mut compared = model.clone();
         compared.gear.rated_deflection_rad = self.reading.rated_deflection.or(model.gear.rated_deflection_rad);
         let remarks = plausible::examine(std::slice::from_ref(&recording), &[], &compared);

@@ -50,16 +50,21 @@ fn text(survey: &Survey) -> String {
         if pace.gaps > 0 {
             let (step, at) = pace.longest;
             let [step, at] = [step, at].map(|x| number(x, 4));
-            lines.push(format!("  {} gaps in time, the longest {step} s at {at} s", pace.gaps));
+            lines.push(match pace.gaps {
+                1 => format!("  1 gap in time, {step} s at {at} s"),
+                gaps => format!("  {gaps} gaps in time, the longest {step} s at {at} s"),
+            });
         }
         if pace.backward > 0 {
-            lines.push(format!("  time does not increase at {} rows", pace.backward));
+            let rows = if pace.backward == 1 { "row" } else { "rows" };
+            lines.push(format!("  time does not increase at {} {rows}", pace.backward));
         }
     }
     let heads = ["column", "unit", "recognised as", "range", ""].map(Head::Words);
     lines.push(text_table(heads, survey.columns.iter().map(row)).trim_end().to_owned());
     if let Some(lacks) = &survey.lacks {
-        lines.push(format!("To fit a gear: {}", lacks.problem));
+        let column = lacks.column.as_ref().map(|column| format!("column {} `{}`: ", column.number, column.name));
+        lines.push(format!("To fit a gear: {}{}", column.unwrap_or_default(), lacks.problem));
         lines.extend(lacks.fix().map(|fix| format!("  {fix}")));
     }
     lines.join("\n") + "\n"
@@ -69,6 +74,7 @@ fn row(column: &SurveyedColumn) -> [String; 5] {
     let range = column.range.map_or(String::new(), |(low, high)| format!("{} to {}", number(low, 5), number(high, 5)));
     let bad = match column.not_finite {
         0 => String::new(),
+        1 => "1 row without a number".to_owned(),
         rows => format!("{rows} rows without a number"),
     };
     let (unit, is) = (column.unit.as_deref().unwrap_or("-"), column.quantity.map_or("-".to_owned(), |q| q.si_name()));

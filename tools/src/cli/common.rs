@@ -53,7 +53,7 @@ pub struct ReadingArgs {
     map: Vec<Mapping>,
 
     /// Rated deflection in rad (else the model's, else the largest recorded)
-    #[arg(long, value_name = "RAD", value_parser = positive)]
+    #[arg(long, value_name = "RAD", allow_negative_numbers = true, value_parser = positive)]
     pub rated_deflection: Option<f64>,
 
     /// Reduction ratio, negative where the gear reverses (else the model's): for recordings of two angles
@@ -148,11 +148,33 @@ pub fn page(text: &str) -> Result<PathBuf, String> {
     }
 }
 
+/// Endings of recordings.
+const OF_RECORDINGS: [&str; 8] = ["csv", "tsv", "gz", "zst", "parquet", "mat", "mf4", "mcap"];
+
+fn ending(text: &str) -> String {
+    Path::new(text).extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default()
+}
+
+/// A file for a model, not named as a recording.
+pub fn model_file(text: &str) -> Result<PathBuf, String> {
+    match OF_RECORDINGS.contains(&&*ending(text)) {
+        true => Err("must end in .toml: a model file is written, and that is the name of a recording".to_owned()),
+        false => Ok(text.into()),
+    }
+}
+
+/// A file for rows, not named as a model.
+pub fn rows_file(text: &str) -> Result<PathBuf, String> {
+    match ending(text) == "toml" {
+        true => Err("must end in .csv: rows are written, and that is the name of a model file".to_owned()),
+        false => Ok(text.into()),
+    }
+}
+
 /// A file for a drawing, not named as a picture of another format or a page.
 pub fn drawing(text: &str) -> Result<PathBuf, String> {
     const OTHERS: [&str; 8] = ["png", "jpg", "jpeg", "gif", "pdf", "eps", "html", "htm"];
-    let ending = Path::new(text).extension().map(|ending| ending.to_string_lossy().to_lowercase());
-    match ending.is_some_and(|ending| OTHERS.contains(&&*ending)) {
+    match OTHERS.contains(&&*ending(text)) {
         true => Err("must end in .svg: the picture is an SVG drawing".to_owned()),
         false => Ok(text.into()),
     }

@@ -15,38 +15,51 @@ use crate::output::Outputs;
 ///
 /// The recording is synthetic: the published gear with noise on its torque. Prints the torque error beside that of a linear spring and two lines,
 /// and the tables of the paper next to what is measured.
-#[derive(Debug, Args)]
+#[derive(Debug, Default, Args)]
 #[command(after_help = "Example:\n  gmhm demo --out gmhm-demo")]
 pub struct DemoArgs {
-    /// Folder for the recording, the model and the plots
-    #[arg(long, value_name = "DIR", default_value = "gmhm-demo")]
-    out: PathBuf,
+    /// Folder for the recording, the model and the plots; files there are replaced [default: gmhm-demo, where they are kept]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
     #[command(flatten)]
     seed: SeedArgs,
 }
 
-impl Default for DemoArgs {
-    fn default() -> Self {
-        DemoArgs { out: "gmhm-demo".into(), seed: SeedArgs::default() }
-    }
-}
+/// The folder that nobody named.
+const FOLDER: &str = "gmhm-demo";
 
 impl DemoArgs {
     pub(super) fn run(&self, session: &Session) -> Result<(), Failure> {
         let demo = demo::run(self.seed.seed, &Progress::new("Fitting", Progress::WHOLE, session.quiet))?;
-        Outputs::make_folder(&self.out)?;
+        let folder = self.out.clone().unwrap_or_else(|| FOLDER.into());
+        Outputs::make_folder(&folder)?;
+        let mut recording = Vec::new();
+        demo.built_in.recording.write(&mut recording)?;
+        let mut files = vec![("recording.csv", recording), ("model.toml", demo.fit.model.to_toml().into_bytes())];
+        files.extend(demo.plots().into_iter().map(|(name, svg)| (name, svg.to_file().into_bytes())));
+        let differs = |(name, bytes): &&(&str, Vec<u8>)| {
+            let path = folder.join(name);
+            path.exists() && std::fs::read(path).ok().as_ref() != Some(bytes)
+        };
+        let other = files.iter().find(differs).filter(|_| self.out.is_none()).map(|(name, _)| folder.join(name));
+        session.say(format_args!("{demo}"))?;
+        if let Some(other) = other {
+            session.note(&format!(
+                "{} differs from the demo's; the files in {} were kept: gmhm demo --out {} replaces them",
+                other.display(),
+                folder.display(),
+                folder.display()
+            ));
+            return Ok(());
+        }
         let mut outputs = Outputs::new();
-        outputs.add(&self.out.join("recording.csv"), |out| Ok::<_, Failure>(demo.built_in.recording.write(out)?))?;
-        outputs.add_text(&self.out.join("model.toml"), &demo.fit.model.to_toml())?;
-        for (name, svg) in demo.plots() {
-            outputs.add_text(&self.out.join(name), &svg.to_file())?;
+        for (name, bytes) in &files {
+            outputs.add(&folder.join(name), |out| Ok::<_, Failure>(out.write_all(bytes)?))?;
         }
         outputs.commit()?;
-        session.say(format_args!("{demo}"))?;
         session.say(format_args!(
             "\nRecording, model and plots (loop.svg, decomposition.svg, residual.svg) are in {}.\n",
-            self.out.display()
-        ))?;
-        Ok(())
+            folder.display()
+        ))
     }
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::Session;
-use super::common::{ReadingArgs, SeedArgs, drawing, json, page, provenance, with_model};
+use super::common::{ReadingArgs, SeedArgs, drawing, json, model_file, page, provenance, with_model};
 use super::each::EachArgs;
 use super::failure::Failure;
 use super::progress::Progress;
@@ -47,7 +47,7 @@ pub struct DiagnoseArgs {
     #[arg(long, conflicts_with = "each")]
     own_zeros: bool,
     /// Where to write the extended model
-    #[arg(short, long, value_name = "M2.toml", required_unless_present = "each", conflicts_with = "each")]
+    #[arg(short, long, value_name = "M2.toml", value_parser = model_file, required_unless_present = "each", conflicts_with = "each")]
     output: Option<PathBuf>,
     /// Where to write the findings as JSON
     #[arg(long, value_name = "FILE", conflicts_with = "each")]

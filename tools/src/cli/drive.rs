@@ -1,17 +1,17 @@
 //! `gmhm drive`.
 
-use std::fmt::Write as _;
-use std::io::{IsTerminal, Write as _};
+use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use clap::{Args, Subcommand};
 use gmhm::block::verify;
-use gmhm::link::{Identified, LinkDiagnostics, Live, Origin, Request, Status};
+use gmhm::link::Request;
 use serde::Serialize;
 
 use super::Session;
 use super::common::{self, json, positive};
+use super::drive_state::{Moment, State, compensation, counters};
 use super::failure::Failure;
 use super::live::Screen;
 use super::progress::Progress;
@@ -54,13 +54,13 @@ enum Action {
     /// Show what the drive measures and computes: on a terminal a screen with a running plot and keys, else line by line
     Live {
         /// Line by line for so long [default: 1 where there is no terminal]
-        #[arg(long, value_name = "S", value_parser = positive)]
+        #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = positive)]
         seconds: Option<f64>,
         /// The block that the key t of the screen tries, .bin or .hex
         #[arg(long, value_name = "params.bin")]
         block: Option<PathBuf>,
         /// Time between two lines
-        #[arg(long, value_name = "S", value_parser = positive, default_value = "0.1")]
+        #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = positive, default_value = "0.1")]
         every: f64,
         /// Line by line, and the same as JSON
         #[arg(long, value_name = "F.json")]
@@ -157,14 +157,14 @@ impl DriveArgs {
         match &self.action {
             Action::Status { json } => {
                 let state = State::of(drive.identify()?, drive.status()?);
-                write!(std::io::stdout().lock(), "{}", state.text())?;
+                session.say(format_args!("{}", state.text()))?;
                 write_json(json.as_deref(), &state)
             }
             Action::Live { seconds: None, json: None, block: given, .. } if has_screen() => {
                 Screen::new(&mut drive, self.target(), given.is_some().then_some(block))?.run()
             }
             Action::Live { seconds, every, json, .. } => {
-                live(&mut drive, seconds.unwrap_or(1.0), *every, json.as_deref())
+                live(&mut drive, seconds.unwrap_or(1.0), *every, json.as_deref(), session)
             }
             Action::Read { output } => {
                 let bytes = trial::in_force(&mut drive)?;
@@ -179,35 +179,40 @@ impl DriveArgs {
             Action::Try { .. } => {
                 let progress = Progress::new("trying", 2 * block.len() as u64, session.quiet);
                 let tried = trial::try_out(&block, &mut drive, |done, _| progress.at(done as u64))?;
-                self.say(&format!("on trial, read back: CRC-32 {:#010x}, to be sequence {}", tried.crc, tried.sequence))
+                self.say(
+                    &format!("on trial, read back: CRC-32 {:#010x}, to be sequence {}", tried.crc, tried.sequence),
+                    session,
+                )
             }
             Action::Revert => {
                 trial::revert(&mut drive)?;
-                self.say("the trial is over")
+                self.say("the trial is over", session)
             }
             Action::Commit => {
                 let (sequence, crc) = trial::commit(&mut drive)?;
-                self.say(&format!("stored and read back by the drive: sequence {sequence}, CRC-32 {crc:#010x}"))
+                self.say(
+                    &format!("stored and read back by the drive: sequence {sequence}, CRC-32 {crc:#010x}"),
+                    session,
+                )
             }
             Action::Rollback => {
                 let (sequence, crc) = trial::roll_back(&mut drive)?;
-                self.say(&format!("in force again: sequence {sequence}, CRC-32 {crc:#010x}"))
+                self.say(&format!("in force again: sequence {sequence}, CRC-32 {crc:#010x}"), session)
             }
             Action::EraseUnreadable => {
                 trial::erase_unreadable(&mut drive)?;
-                self.say("all slots can be read")
+                self.say("all slots can be read", session)
             }
-            Action::On => self.tell(&mut drive, &Request::Compensate { on: true }),
-            Action::Off => self.tell(&mut drive, &Request::Compensate { on: false }),
-            Action::Gain { ratio } => self.tell(&mut drive, &Request::Gain { ratio: *ratio }),
+            Action::On => self.tell(&mut drive, &Request::Compensate { on: true }, session),
+            Action::Off => self.tell(&mut drive, &Request::Compensate { on: false }, session),
+            Action::Gain { ratio } => self.tell(&mut drive, &Request::Gain { ratio: *ratio }, session),
             Action::Bound { share } => {
                 drive.identify()?;
                 drive.tell(&Request::Bound { share: *share })?;
-                self.say(&format!("on an enabled drive, torques may differ by {share} of the rated one"))
+                self.say(&format!("on an enabled drive, torques may differ by {share} of the rated one"), session)
             }
             Action::Diagnostics { clear } => {
-                let text = counters(&drive.diagnostics()?);
-                write!(std::io::stdout().lock(), "{text}")?;
+                session.say(format_args!("{}", counters(&drive.diagnostics()?)))?;
                 if *clear {
                     drive.identify()?;
                     drive.tell(&Request::ClearDiagnostics)?;
@@ -230,7 +235,7 @@ impl DriveArgs {
         let bytes = trial::in_force(&mut drive)?;
         let block = verify(&bytes).map_err(DeviceError::from)?;
         let learnt = Learnt::of(&params_of(&block)?, &adapted)?;
-        write!(std::io::stdout().lock(), "{}", tables::learnt(&learnt))?;
+        session.say(format_args!("{}", tables::learnt(&learnt)))?;
         let mut outputs = Outputs::new();
         if let Some(path) = json {
             outputs.add_text(path, &common::json(&learnt)?)?;
@@ -252,15 +257,15 @@ impl DriveArgs {
         let open = || Ok(Client::new(line::open(self.target(), self.baud)?).with_key(key));
         let progress = Progress::new("storing", 2 * new.len() as u64, session.quiet);
         let flashed = flash(&new, open, |done, _| progress.at(done as u64))?;
-        self.say(&format!("stored and read back: sequence {}, CRC-32 {:#010x}", flashed.sequence, flashed.crc))
+        self.say(&format!("stored and read back: sequence {}, CRC-32 {:#010x}", flashed.sequence, flashed.crc), session)
     }
 
     /// Has a setting changed and says what is in force then.
-    fn tell(&self, drive: &mut Client, request: &Request<'_>) -> Result<(), Failure> {
+    fn tell(&self, drive: &mut Client, request: &Request<'_>, session: &Session) -> Result<(), Failure> {
         drive.identify()?;
         drive.tell(request)?;
         let status = drive.status()?;
-        self.say(&compensation(status.compensating, status.gain_ratio))
+        self.say(&compensation(status.compensating, status.gain_ratio), session)
     }
 
     /// The drive asked for; a command line without one is wrong usage, wherever its options stand.
@@ -269,44 +274,14 @@ impl DriveArgs {
         self.to.as_ref().unwrap_or_else(missing)
     }
 
-    fn say(&self, text: &str) -> Result<(), Failure> {
-        Ok(writeln!(std::io::stdout().lock(), "{}: {text}", self.target())?)
+    fn say(&self, text: &str, session: &Session) -> Result<(), Failure> {
+        session.say(format_args!("{}: {text}\n", self.target()))
     }
 }
 
 /// Whether someone sits before it.
 fn has_screen() -> bool {
     std::io::stdin().is_terminal() && std::io::stdout().is_terminal()
-}
-
-fn compensation(on: bool, gain_ratio: f32) -> String {
-    format!("compensation {}, gain ratio {gain_ratio}", if on { "on" } else { "off" })
-}
-
-/// A line for each counter.
-fn counters(diagnostics: &LinkDiagnostics) -> String {
-    let LinkDiagnostics { joint, line, refused_requests, expired_trials, bound } = diagnostics;
-    let mut text = String::new();
-    for (name, count) in [
-        ("samples refused", joint.refused),
-        ("samples out of range", joint.out_of_range),
-        ("samples quarantined", joint.quarantined),
-        ("new starts", joint.restarted),
-        ("torques saturated", joint.saturated),
-        ("turning points merged", joint.merged_pairs),
-        ("frames", line.frames),
-        ("bad checksums", line.bad_checksums),
-        ("malformed frames", line.malformed),
-        ("requests refused", *refused_requests),
-        ("trials expired", *expired_trials),
-    ] {
-        // A string takes everything.
-        let _ = writeln!(text, "{name:<24}{count}");
-    }
-    let _ = writeln!(text, "{:<24}{}", "last fault", joint.last.name());
-    let _ = writeln!(text, "{:<24}{}", "self-test", joint.self_test.name());
-    let _ = writeln!(text, "{:<24}{bound}", "bound while enabled");
-    text
 }
 
 fn write_json(path: Option<&Path>, results: &impl Serialize) -> Result<(), Failure> {
@@ -316,155 +291,14 @@ fn write_json(path: Option<&Path>, results: &impl Serialize) -> Result<(), Failu
     Ok(outputs.commit()?)
 }
 
-/// Who a drive is and what is in force.
-#[derive(Debug, Serialize)]
-struct State {
-    gear: String,
-    scalar: &'static str,
-    turning_points: u16,
-    room_bytes: u32,
-    block_format: u16,
-    origin: &'static str,
-    sequence: u32,
-    crc32: u32,
-    length_bytes: u32,
-    stored_sequence: u32,
-    boot_error: u16,
-    enabled: bool,
-    compensating: bool,
-    gain_ratio: f32,
-    locked: bool,
-}
-
-impl State {
-    fn of(drive: Identified, status: Status) -> Self {
-        Self {
-            gear: drive.gear.label().to_string(),
-            scalar: drive.scalar.name(),
-            turning_points: drive.stack_depth,
-            room_bytes: drive.room,
-            block_format: drive.format_version,
-            origin: match status.origin {
-                Origin::Nowhere => "nowhere",
-                Origin::Stored => "stored",
-                Origin::Trial => "trial",
-            },
-            sequence: status.sequence,
-            crc32: status.crc,
-            length_bytes: status.length,
-            stored_sequence: status.stored_sequence,
-            boot_error: status.boot_error,
-            enabled: status.enabled,
-            compensating: status.compensating,
-            gain_ratio: status.gain_ratio,
-            locked: drive.challenge.is_some(),
-        }
-    }
-
-    fn text(&self) -> String {
-        let mut text = String::new();
-        let mut line = |name: &str, value: String| {
-            // A string takes everything.
-            let _ = writeln!(text, "{name:<14}{value}");
-        };
-        line("gear", if self.gear.is_empty() { "any".to_owned() } else { format!("\"{}\"", self.gear) });
-        line(
-            "computes in",
-            format!(
-                "{}, {} turning points, blocks of up to {} bytes",
-                self.scalar, self.turning_points, self.room_bytes
-            ),
-        );
-        let block = format!("sequence {}, CRC-32 {:#010x}, {} bytes", self.sequence, self.crc32, self.length_bytes);
-        line(
-            "in force",
-            match self.origin {
-                "nowhere" => "nothing".to_owned(),
-                "trial" => format!("on trial, in RAM: {block}"),
-                _ => format!("as stored: {block}"),
-            },
-        );
-        line(
-            "newest stored",
-            match self.stored_sequence {
-                0 => "none".to_owned(),
-                sequence => format!("sequence {sequence}"),
-            },
-        );
-        if self.boot_error != 0 {
-            line("boot error", format!("{:#06x}: the newest stored block could not be loaded", self.boot_error));
-        }
-        line("drive", if self.enabled { "enabled" } else { "disabled" }.to_owned());
-        line("state", compensation(self.compensating, self.gain_ratio));
-        line("access", if self.locked { "locked: changes need the key" } else { "open to any host" }.to_owned());
-        text
-    }
-}
-
-/// What a drive measures and computes at a moment.
-#[derive(Debug, Serialize)]
-struct Moment {
-    /// Since the first.
-    time_s: f64,
-    deflection_rad: f32,
-    torque_model_nm: f32,
-    hysteresis_nm: f32,
-    contribution_nm: f32,
-    out_of_range: bool,
-    refused: bool,
-    ticks: u32,
-    loop_cost: u32,
-}
-
-impl Moment {
-    const HEADER: &str =
-        "  time_s  deflection_rad  torque_model_nm  hysteresis_nm  contribution_nm       ticks  loop_cost  flags";
-
-    fn of(time_s: f64, live: &Live) -> Self {
-        Self {
-            time_s,
-            deflection_rad: live.deflection_rad,
-            torque_model_nm: live.torque_nm,
-            hysteresis_nm: live.hysteresis_nm,
-            contribution_nm: live.contribution_nm,
-            out_of_range: live.out_of_range,
-            refused: live.refused,
-            ticks: live.ticks,
-            loop_cost: live.loop_cost,
-        }
-    }
-
-    fn text(&self) -> String {
-        let flags = match (self.out_of_range, self.refused) {
-            (false, false) => "",
-            (true, false) => "out of range",
-            (false, true) => "refused",
-            (true, true) => "out of range, refused",
-        };
-        let line = format!(
-            "{:8.3}  {:14.6e}  {:15.5}  {:13.5}  {:15.5}  {:10}  {:9}  {flags}",
-            self.time_s,
-            self.deflection_rad,
-            self.torque_model_nm,
-            self.hysteresis_nm,
-            self.contribution_nm,
-            self.ticks,
-            self.loop_cost
-        );
-        line.trim_end().to_owned()
-    }
-}
-
 /// Prints what the drive tells as it comes.
-fn live(drive: &mut Client, seconds: f64, every: f64, json: Option<&Path>) -> Result<(), Failure> {
-    let mut out = std::io::stdout().lock();
-    writeln!(out, "{}", Moment::HEADER)?;
+fn live(drive: &mut Client, seconds: f64, every: f64, json: Option<&Path>, session: &Session) -> Result<(), Failure> {
+    session.say(format_args!("{}\n", Moment::HEADER))?;
     let mut moments = Vec::new();
     let began = Instant::now();
     loop {
         let moment = Moment::of(began.elapsed().as_secs_f64(), &drive.live()?);
-        writeln!(out, "{}", moment.text())?;
-        out.flush()?;
+        session.say(format_args!("{}\n", moment.text()))?;
         moments.push(moment);
         let next = every * moments.len() as f64;
         if next >= seconds {

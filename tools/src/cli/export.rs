@@ -40,13 +40,13 @@ pub struct ExportArgs {
     #[arg(long, value_name = "NAME")]
     prefix: Option<String>,
     /// Longest sample period; law time needs it
-    #[arg(long, value_name = "SECONDS", value_parser = positive)]
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = positive)]
     period: Option<f64>,
     /// Turning points that a joint remembers, even, 4 or more (else 16 in C, 256 in an FMU)
     #[arg(long, value_name = "N", value_parser = depth)]
     stack_depth: Option<u16>,
     /// Rated deflection in rad (else the model's)
-    #[arg(long, value_name = "RAD", value_parser = positive)]
+    #[arg(long, value_name = "RAD", allow_negative_numbers = true, value_parser = positive)]
     rated_deflection: Option<f64>,
     /// Also write golden samples and a main that checks them
     #[arg(long)]
@@ -75,6 +75,14 @@ enum Scalar {
 
 impl ExportArgs {
     pub(super) fn run(&self, session: &Session) -> Result<(), Failure> {
+        let ending = self.output.extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default();
+        match self.to {
+            Form::C if ["c", "h", "fmu"].contains(&&*ending) => {
+                super::wrong_usage("--to c writes a header and a source into a folder: -o names the folder")
+            }
+            Form::Fmu if ending != "fmu" => super::wrong_usage("--to fmu writes one file: -o must end in .fmu"),
+            _ => {}
+        }
         let model = model::load(&self.model)?;
         let origin = Origin::from(&Input::of_file(&self.model)?);
         let options = ExportOptions {

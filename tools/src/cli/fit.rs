@@ -6,7 +6,7 @@ use clap::{Args, ValueEnum};
 use serde_json::Value;
 
 use super::Session;
-use super::common::{ReadingArgs, RecordingArgs, SeedArgs, drawing, json, page, provenance, with_model};
+use super::common::{ReadingArgs, RecordingArgs, SeedArgs, drawing, json, model_file, page, provenance, with_model};
 use super::each::EachArgs;
 use super::failure::Failure;
 use super::progress::Progress;
@@ -39,7 +39,7 @@ pub struct FitArgs {
     #[arg(long, value_enum, default_value_t = Method::Auto)]
     method: Method,
     /// Where to write the model file
-    #[arg(short, long, value_name = "M2.toml", required_unless_present = "each", conflicts_with = "each")]
+    #[arg(short, long, value_name = "M2.toml", value_parser = model_file, required_unless_present = "each", conflicts_with = "each")]
     output: Option<PathBuf>,
     /// Where to write everything that is known about the fit, as JSON
     #[arg(long, value_name = "FILE", conflicts_with = "each")]

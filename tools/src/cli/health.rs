@@ -51,13 +51,13 @@ pub struct HealthArgs {
     #[arg(long, conflicts_with = "models")]
     own_zeros: bool,
     /// Rated torque in N·m (A per ampere) [default: the smallest one at the rated deflection]
-    #[arg(long, value_name = "NM", value_parser = positive)]
+    #[arg(long, value_name = "NM", allow_negative_numbers = true, value_parser = positive)]
     rated_torque: Option<f64>,
     /// Torque up to which the catalogue states K1 [default: 0.2 of the rated torque]
-    #[arg(long, value_name = "NM", value_parser = positive)]
+    #[arg(long, value_name = "NM", allow_negative_numbers = true, value_parser = positive)]
     t1: Option<f64>,
     /// Torque up to which the catalogue states K2 [default: 0.7 of the rated torque]
-    #[arg(long, value_name = "NM", value_parser = positive)]
+    #[arg(long, value_name = "NM", allow_negative_numbers = true, value_parser = positive)]
     t2: Option<f64>,
     /// Where to write the finding as JSON
     #[arg(long, value_name = "FILE", conflicts_with = "each")]

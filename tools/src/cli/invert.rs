@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::Session;
-use super::common::ReadingArgs;
+use super::common::{ReadingArgs, rows_file};
 use super::failure::Failure;
 use super::progress::Working;
 use crate::jobs;
@@ -31,7 +31,7 @@ pub struct InvertArgs {
     #[arg(value_name = "TORQUE.csv")]
     torque: PathBuf,
     /// Where to write the rows
-    #[arg(short, long, value_name = "OUT.csv")]
+    #[arg(short, long, value_name = "OUT.csv", value_parser = rows_file)]
     output: PathBuf,
     #[command(flatten)]
     reading: ReadingArgs,
@@ -45,15 +45,19 @@ impl InvertArgs {
         let needs = invert::needs(&model);
         let recording = self.reading.read(&file, &needs, session)?;
         let working = Working::new("Inverting", session.quiet);
-        let found = jobs::predict::invert(&model, self.reading.rated_deflection, &recording, &mut |note| {
-            working.aside(|| session.note(note))
-        })?;
+        let found = jobs::predict::invert(
+            &model,
+            self.reading.rated_deflection,
+            &recording,
+            &mut |note| working.aside(|| session.note(note)),
+            &working,
+        )?;
         let saturated: Vec<f64> = found.saturated.iter().map(|&saturated| f64::from(u8::from(saturated))).collect();
         let columns = [("deflection_rad", found.deflection_rad.as_slice()), ("saturated", saturated.as_slice())];
 
         let mut outputs = Outputs::new();
         outputs.add(&self.output, |out| -> Result<(), Failure> {
-            Ok(copy_with_columns(&file, &self.reading.reading(&needs), &columns, out)?)
+            Ok(copy_with_columns(&file, &self.reading.reading(&needs), &columns, out, &working)?)
         })?;
         outputs.commit()?;
         drop(working);

@@ -7,6 +7,7 @@ mod compare;
 mod demo;
 mod diagnose;
 mod drive;
+mod drive_state;
 mod each;
 mod export;
 mod fit;

@@ -27,7 +27,7 @@ pub struct PackArgs {
     #[arg(long, value_enum, default_value_t)]
     scalar: Scalar,
     /// Control period of the drive; law time needs it
-    #[arg(long, value_name = "SECONDS", value_parser = positive)]
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = positive)]
     period: Option<f64>,
     /// Which gear the block is for, at most 16 bytes (else the model's name)
     #[arg(long, value_name = "LABEL", value_parser = identity)]
@@ -39,7 +39,7 @@ pub struct PackArgs {
     #[arg(long, value_name = "ADDRESS", value_parser = address, default_value = "0")]
     address: u32,
     /// Rated deflection in rad (else the model's)
-    #[arg(long, value_name = "RAD", value_parser = positive)]
+    #[arg(long, value_name = "RAD", allow_negative_numbers = true, value_parser = positive)]
     rated_deflection: Option<f64>,
     /// Also write the object dictionary of the drive as an electronic data sheet for CANopen tools (CiA 306)
     #[arg(long, value_name = "FILE.eds")]

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::Session;
-use super::common::ReadingArgs;
+use super::common::{ReadingArgs, rows_file};
 use super::failure::Failure;
 use super::progress::Working;
 use crate::jobs;
@@ -27,7 +27,7 @@ pub struct PredictArgs {
     /// Recording
     recording: PathBuf,
     /// Where to write the rows
-    #[arg(short, long, value_name = "OUT.csv")]
+    #[arg(short, long, value_name = "OUT.csv", value_parser = rows_file)]
     output: PathBuf,
     #[command(flatten)]
     reading: ReadingArgs,
@@ -41,9 +41,13 @@ impl PredictArgs {
         let needs = needs(&model);
         let recording = self.reading.read(&file, &needs, session)?;
         let working = Working::new("Predicting", session.quiet);
-        let prediction = jobs::predict::predict(&model, self.reading.rated_deflection, &recording, &mut |note| {
-            working.aside(|| session.note(note))
-        })?;
+        let prediction = jobs::predict::predict(
+            &model,
+            self.reading.rated_deflection,
+            &recording,
+            &mut |note| working.aside(|| session.note(note)),
+            &working,
+        )?;
         let suffix = model.torque_unit.suffix();
         let base = [&prediction.torque, &prediction.elastic, &prediction.hysteresis];
         let base = ["torque_model", "elastic", "hysteresis"].into_iter().zip(base);
@@ -54,7 +58,7 @@ impl PredictArgs {
 
         let mut outputs = Outputs::new();
         outputs.add(&self.output, |out| -> Result<(), Failure> {
-            Ok(copy_with_columns(&file, &self.reading.reading(&needs), &columns, out)?)
+            Ok(copy_with_columns(&file, &self.reading.reading(&needs), &columns, out, &working)?)
         })?;
         outputs.commit()?;
         drop(working);

@@ -21,8 +21,7 @@ impl Progress {
     /// A bar for `total` steps of what `doing` says.
     pub fn new(doing: &str, total: u64, quiet: bool) -> Self {
         let bar = ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::hidden());
-        let style = ProgressStyle::with_template("{msg} {wide_bar} {percent}% {eta} left");
-        bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+        bar.set_style(with_time_left());
         bar.set_message(doing.to_owned());
         Progress { bar, began: Instant::now(), hidden: AtomicBool::new(true), quiet }
     }
@@ -44,10 +43,12 @@ impl crate::progress::Progress for Progress {
     }
 }
 
-/// Says after a second what is being done, and for how long: for work of one piece. Never into a pipe, never with `-q`.
+/// Says after a second what is being done: for how long, until the work reports its share; then as a bar with the time left. Never into a pipe, never with `-q`.
 pub struct Working {
     bar: ProgressBar,
     ended: Arc<Mutex<bool>>,
+    /// The stage whose share is shown.
+    stage: Mutex<Option<String>>,
 }
 
 impl Working {
@@ -57,6 +58,7 @@ impl Working {
         let style = ProgressStyle::with_template("{msg} {spinner} {elapsed}");
         bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_spinner()));
         bar.set_message(doing.to_owned());
+        let stage = Mutex::new(None);
         let ended = Arc::new(Mutex::new(false));
         if !quiet {
             let (bar, ended) = (bar.clone(), Arc::clone(&ended));
@@ -69,13 +71,33 @@ impl Working {
                 }
             });
         }
-        Working { bar, ended }
+        Working { bar, ended, stage }
     }
 
     /// Prints something while the line of the work is away.
     pub fn aside(&self, print: impl FnOnce()) {
         self.bar.suspend(print);
     }
+}
+
+impl crate::progress::Progress for Working {
+    fn report(&self, stage: &str, done: f64) {
+        let mut shown = self.stage.lock().unwrap_or_else(PoisonError::into_inner);
+        if shown.as_deref() != Some(stage) {
+            *shown = Some(stage.to_owned());
+            self.bar.set_style(with_time_left());
+            self.bar.set_length(Progress::WHOLE);
+            self.bar.set_message(stage.to_owned());
+            self.bar.set_position(0);
+            self.bar.reset_eta();
+        }
+        self.bar.set_position((done * Progress::WHOLE as f64) as u64);
+    }
+}
+
+fn with_time_left() -> ProgressStyle {
+    let style = ProgressStyle::with_template("{msg} {wide_bar} {percent}% {eta} left");
+    style.unwrap_or_else(|_| ProgressStyle::default_bar())
 }
 
 impl Drop for Working {

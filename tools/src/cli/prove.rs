@@ -33,7 +33,7 @@ use crate::prove::{FULL_CASES, QUICK_CASES, Sealed, answers, export, generator};
   gmhm prove --seed 7 --cases 150 --answers answers     the score of what that program said")]
 pub struct ProveArgs {
     /// Number of cases
-    #[arg(long, value_name = "N", default_value_t = QUICK_CASES, value_parser = at_least_one)]
+    #[arg(long, value_name = "N", default_value_t = QUICK_CASES, allow_negative_numbers = true, value_parser = at_least_one)]
     cases: usize,
     /// Only cases of these blocks: null, single-0.15, single-0.05, pair, open-world, maxwell-slip, left-out, real-noise, simulation, loud
     #[arg(long, value_name = "BLOCK,...", value_delimiter = ',', value_parser = block)]

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use super::Session;
-use super::common::{SeedArgs, drawing, json};
+use super::common::{SeedArgs, drawing, json, rows_file};
 use super::failure::Failure;
 use super::progress::{Progress, Working};
 use crate::bench::joint::{self, Plant};
@@ -35,7 +35,7 @@ pub struct SimulateArgs {
     #[arg(long, value_enum)]
     experiment: Experiment,
     /// Where to write the recording
-    #[arg(short, long, value_name = "REC.csv")]
+    #[arg(short, long, value_name = "REC.csv", value_parser = rows_file)]
     output: PathBuf,
     /// Where to write the true values
     #[arg(long, value_name = "K.toml")]
@@ -84,10 +84,10 @@ impl SimulateArgs {
         }
         let (model, seed) = (model::load(&self.model)?, self.seed.seed);
         let working = Working::new("Simulating", session.quiet);
-        let (recording, mut key) = bench::simulate(&model, self.experiment, &self.options, seed)?;
+        let (recording, mut key) = bench::simulate_under(&model, self.experiment, &self.options, seed, &working)?;
         key.command = std::env::args().collect::<Vec<_>>().join(" ");
         let mut outputs = Outputs::new();
-        outputs.add(&self.output, |out| Ok::<(), Failure>(recording.write(out)?))?;
+        outputs.add(&self.output, |out| Ok::<(), Failure>(recording.write_under(out, &working)?))?;
         if let Some(path) = &self.key {
             outputs.add_text(path, &key.to_toml())?;
         }

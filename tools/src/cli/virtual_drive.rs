@@ -38,7 +38,7 @@ pub struct VirtualDriveArgs {
     #[arg(long, value_name = "FILE")]
     key: Option<PathBuf>,
     /// The gear warms within so many seconds: stiffness -10 %, hysteresis +20 %. The adaptation of the drive follows it; see gmhm drive adaptation
-    #[arg(long, value_name = "S", value_parser = positive)]
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = positive)]
     warms: Option<f64>,
 }
 

@@ -176,6 +176,16 @@ fn is_missed(recording: &Recording, left: &[f64]) -> bool {
     squares > left.len() as f64 * (THRESHOLDS.missed_share * sd).powi(2)
 }
 
+/// Recordings whose largest deflections differ by more than this factor are perhaps in different units.
+const OTHER_SIZE: f64 = 10.0;
+
+/// Whether the largest deflections of recordings differ so much that their units may.
+pub fn differ_in_size(recordings: &[Recording]) -> bool {
+    let seen = || recordings.iter().filter_map(|recording| largest_deflection_rad(recording).ok());
+    let largest = seen().fold(0.0, f64::max);
+    seen().any(|own| OTHER_SIZE * own < largest)
+}
+
 /// Fits the base model to recordings of one gear. Joint logs, which know no deflection, have the base model of [`joint`].
 ///
 /// # Errors
@@ -185,7 +195,7 @@ pub fn fit(recordings: &[Recording], options: &FitOptions, progress: &dyn Progre
     // Recordings that do not go together: perhaps one is in another unit or of another sign than the first.
     let (first, others) = recordings.split_at(1);
     let missed = || recordings.iter().zip(&fit.residuals).any(|(recording, left)| is_missed(recording, left));
-    if !others.is_empty() && fit.model.elastic.is_some() && missed() {
+    if !others.is_empty() && fit.model.elastic.is_some() && (missed() || differ_in_size(recordings)) {
         let alone = fit_together(first, options, progress)?;
         others.iter().try_for_each(|other| plausible::units(other, &alone.model))?;
     }

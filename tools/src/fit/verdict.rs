@@ -263,7 +263,8 @@ fn decide(fit: &Fit, evidence: &Assessment) -> FitVerdict {
         add(grade, Cause::Overfit { ratio: fit.heldout_rms / rms });
     }
     let rated = evidence.coverage.as_ref().map_or(f64::NAN, |c| c.rated_deflection_rad);
-    if fit.model.elastic.is_some_and(|elastic| elastic.torque_nm(rated) < 0.0) {
+    // In another unit the deflection may be any angle, and its sign tells nothing.
+    if evidence.doubtful_units.is_empty() && fit.model.elastic.is_some_and(|elastic| elastic.torque_nm(rated) < 0.0) {
         add(Grade::Bad, Cause::TorqueFalls);
     }
     if let Some(better) = evidence.better_rated {

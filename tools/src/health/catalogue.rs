@@ -86,13 +86,19 @@ pub struct Catalogue {
     pub lost_motion_rad: f64,
 }
 
-/// The figures of a model with a gear.
+/// The figures of a model with a gear; not finite where no closed cycle reaches the torques.
 ///
 /// # Errors
 /// What prediction refuses.
 pub fn catalogue(model: &Model, rating: &Rating) -> Result<Catalogue, PredictError> {
     let bench = Bench::new(model)?;
-    let whole = bench.cycle(bench.amplitude(rating.rated_torque)?)?;
+    let [amplitude, lost] = [1.0, LOST_MOTION].map(|share| bench.amplitude(share * rating.rated_torque));
+    let (amplitude, lost) = (amplitude?, lost?);
+    if !(amplitude + lost).is_finite() {
+        let none = f64::NAN;
+        return Ok(Catalogue { k1: none, k2: none, k3: none, hysteresis_loss_rad: none, lost_motion_rad: none });
+    }
+    let whole = bench.cycle(amplitude)?;
     let deflection = |torque: f64| {
         let mean = |t: f64| 0.5 * (whole.rising(t) + whole.falling(t));
         0.5 * (mean(torque) - mean(-torque))
@@ -104,7 +110,7 @@ pub fn catalogue(model: &Model, rating: &Rating) -> Result<Catalogue, PredictErr
         k2: (rating.t2 - rating.t1) / (second - first),
         k3: (rating.rated_torque - rating.t2) / (end - second),
         hysteresis_loss_rad: whole.falling(0.0) - whole.rising(0.0),
-        lost_motion_rad: 2.0 * bench.amplitude(LOST_MOTION * rating.rated_torque)?,
+        lost_motion_rad: 2.0 * lost,
     })
 }
 

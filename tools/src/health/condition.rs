@@ -162,13 +162,23 @@ impl Gear {
                 Quantity { name, value: *value, sd, unit: unit.of_parameter(si).into_owned() }
             })
             .collect();
-        let own = figures(&catalogue(&self.model, rating)?);
+        let own = figures(&self.catalogue(&self.model, rating)?);
         let slopes = self.slopes(rating)?;
         for (index, (name, unit_si, value)) in own.into_iter().enumerate() {
             let sd = self.sd_of(&slopes.iter().map(|slope| slope[index]).collect::<Vec<_>>());
             quantities.push(Quantity { name, value, sd, unit: unit.of_parameter(unit_si).into_owned() });
         }
         Ok(Condition { name: self.name.clone(), temperature_c: self.temperature_c, rms: self.rms, quantities })
+    }
+
+    /// The figures of a model near that of the gear.
+    fn catalogue(&self, model: &Model, rating: &Rating) -> Result<Catalogue, HealthError> {
+        let found = catalogue(model, rating)?;
+        if found.lost_motion_rad.is_finite() {
+            return Ok(found);
+        }
+        let (torque, unit) = (rating.rated_torque, self.model.torque_unit.symbol());
+        Err(HealthError::NoCycle { name: self.name.clone(), torque, unit })
     }
 
     /// Derivatives of the figures by each parameter.
@@ -189,7 +199,7 @@ impl Gear {
             let at = |value: f64| {
                 let mut moved = values.clone();
                 moved[k] = value;
-                catalogue(&rebuilt(&self.model, &moved), rating).map(|c| figures(&c).map(|f| f.2))
+                self.catalogue(&rebuilt(&self.model, &moved), rating).map(|c| figures(&c).map(|f| f.2))
             };
             // A figure may stop to exist on one side, at the edge of the calibrated range.
             let (above, below) = (at(values[k] + step)?, at(values[k] - low)?);

@@ -59,6 +59,16 @@ pub enum HealthError {
         /// Its unit.
         unit: &'static str,
     },
+    /// A fit whose torque does not grow with its deflection.
+    #[error("{name}: no closed cycle of the gear as fitted, within its uncertainty, reaches {} {unit}: this is not a loaded gear", number(*torque, 3))]
+    NoCycle {
+        /// The recording or model.
+        name: String,
+        /// The torque.
+        torque: f64,
+        /// Its unit.
+        unit: &'static str,
+    },
     /// The breakpoints are out of order.
     #[error("the torques have to rise from T1 over T2 to the rated one: {} < {} < {} does not hold", trimmed(*t1, 5), trimmed(*t2, 5), trimmed(*rated, 5))]
     Breakpoints {
@@ -93,7 +103,7 @@ impl HealthError {
         let text = match self {
             HealthError::Predict(error) => return error.fix(),
             HealthError::Estimate(error) => return error.fix(),
-            HealthError::NoSpring { .. } => {
+            HealthError::NoSpring { .. } | HealthError::NoCycle { .. } => {
                 "leave it out, or check that the gear was loaded and that the deflection is not counted against the torque"
             }
             HealthError::BeyondRated { .. } => "give a smaller --rated-torque",

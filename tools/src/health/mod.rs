@@ -154,9 +154,6 @@ fn fit_options(options: &HealthOptions) -> FitOptions {
     }
 }
 
-/// Recordings whose largest deflections differ by more than this factor are perhaps in different units.
-const OTHER_SIZE: f64 = 10.0;
-
 /// Refuses recordings that are in other units than the first, or of another sign.
 fn one_unit(recordings: &[Recording], options: &HealthOptions) -> Result<(), HealthError> {
     let (first, others) = recordings.split_at(1);
@@ -178,7 +175,7 @@ fn structure(recordings: &[Recording], options: &HealthOptions, progress: &dyn P
         None => {
             let seen = recordings.iter().map(fit::largest_deflection_rad).collect::<Result<Vec<_>, _>>()?;
             let largest = seen.iter().copied().fold(0.0, f64::max);
-            if seen.iter().any(|own| OTHER_SIZE * own < largest) {
+            if fit::differ_in_size(recordings) {
                 one_unit(recordings, options)?;
             }
             largest

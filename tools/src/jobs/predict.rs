@@ -7,6 +7,7 @@ use crate::number::trimmed;
 use crate::numerics::extremes;
 use crate::physics::invert::{self, Inversion};
 use crate::physics::{Prediction, Signals};
+use crate::progress::Progress;
 use crate::recording::{self, Recording};
 use crate::signal::{plausible, recorded};
 
@@ -19,11 +20,13 @@ pub fn predict(
     rated_deflection_rad: Option<f64>,
     recording: &Recording,
     notes: Notes<'_>,
+    progress: &dyn Progress,
 ) -> Result<Prediction, Failure> {
+    recording::turns::check(recording)?;
     if recording.theta_in_rad.is_some() && model.elastic.is_some() {
         recording::ratio::check(recording, model.gear.ratio)?;
     }
-    let prediction = recorded::predict(model, rated_deflection_rad, recording)?;
+    let prediction = recorded::predict_under(model, rated_deflection_rad, recording, progress)?;
     let theta = Signals::new(recording, &model.gear).deflection_rad;
     let mut far = None;
     let largest = || theta.as_deref().map(extremes::largest);
@@ -58,8 +61,9 @@ pub fn invert(
     rated_deflection_rad: Option<f64>,
     recording: &Recording,
     notes: Notes<'_>,
+    progress: &dyn Progress,
 ) -> Result<Inversion, Failure> {
-    let found = invert::invert(model, rated_deflection_rad, recording)?;
+    let found = invert::invert(model, rated_deflection_rad, recording, progress)?;
     let beyond = found.saturated.iter().filter(|&&saturated| saturated).count();
     if beyond > 0 {
         notes(&format!(

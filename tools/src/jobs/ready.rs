@@ -15,6 +15,7 @@ pub fn ready(
     model: Option<&Model>,
     notes: Notes<'_>,
 ) -> Result<(), RecordingError> {
+    recording::turns::check(recording)?;
     let known = ratio.or(model.and_then(|model| model.gear.ratio));
     // Of a joint log the two angles are one, and their ratio is seen.
     if known.is_some() || model.is_none_or(|model| model.elastic.is_some()) {
@@ -23,7 +24,7 @@ pub fn ready(
     if ratio.is_some() {
         recording.derive_deflection(ratio)?;
     }
-    notes_of_gap(recording, notes);
+    notes_of_pace(recording, notes);
     notes_of_spikes(recording, notes);
     recording.bridge_dropouts().iter().for_each(|bridged| notes(&bridged.to_string()));
     Ok(())
@@ -50,8 +51,9 @@ fn notes_of_spikes(recording: &Recording, notes: Notes<'_>) {
         let Some(first) = spikes.next() else { continue };
         let count = 1 + spikes.count();
         if half > 0.0 && count as f64 <= SPIKE.1 * values.len() as f64 {
+            let rows = if count == 1 { "row holds" } else { "rows hold" };
             notes(&format!(
-                "{}: {count} rows hold a {what} far beyond all others, the first {} {unit} at {} s: remove them if they are no measurement",
+                "{}: {count} {rows} a {what} far beyond all others, the first {} {unit} at {} s: remove what is no measurement",
                 recording.name,
                 trimmed(values[first], 5),
                 trimmed(recording.time_s[first], 6)
@@ -63,8 +65,18 @@ fn notes_of_spikes(recording: &Recording, notes: Notes<'_>) {
 /// A step of so many median ones, and of such a share of the recording, is a gap that is worth a word.
 const GAP: (f64, f64) = (20.0, 0.01);
 
-fn notes_of_gap(recording: &Recording, notes: Notes<'_>) {
+/// Rows that follow each other more slowly are perhaps timed in another unit.
+const SLOWEST_HZ: f64 = 0.05;
+
+fn notes_of_pace(recording: &Recording, notes: Notes<'_>) {
     let Some(pace) = Pace::of(&recording.time_s) else { return };
+    if pace.rate_hz < SLOWEST_HZ {
+        notes(&format!(
+            "{}: its rows are {} s apart; if the time is in milliseconds, add --map time_ms=COLUMN",
+            recording.name,
+            trimmed(1.0 / pace.rate_hz, 5)
+        ));
+    }
     let (step, at) = pace.longest;
     if step * pace.rate_hz > GAP.0 && step > GAP.1 * (pace.last_s - pace.first_s) {
         let [from, to] = [at, at + step].map(|time| trimmed(time, 6));

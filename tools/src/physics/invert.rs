@@ -11,6 +11,7 @@ use super::predict::add;
 use super::term::{MOST_TERMS, Terms, no_terms};
 use crate::model::{Model, refusal};
 use crate::number::number;
+use crate::progress::{Progress, at_row};
 use crate::recording::{Need as ColumnNeed, Needs, Recording, TorqueUnit};
 
 /// The deflection of every row.
@@ -105,7 +106,12 @@ pub fn needs(model: &Model) -> Needs {
 ///
 /// # Errors
 /// [`InvertError`].
-pub fn invert(model: &Model, asked_rad: Option<f64>, recording: &Recording) -> Result<Inversion, InvertError> {
+pub fn invert(
+    model: &Model,
+    asked_rad: Option<f64>,
+    recording: &Recording,
+    progress: &dyn Progress,
+) -> Result<Inversion, InvertError> {
     let torques = recording.torque.as_deref().unwrap_or_default();
     if recording.torque_unit != model.torque_unit {
         let names = |unit| match unit {
@@ -126,9 +132,9 @@ pub fn invert(model: &Model, asked_rad: Option<f64>, recording: &Recording) -> R
         return Err(InvertError::Absurd { file: recording.name.clone(), row: row + 1, torque: torques[row] });
     }
     let mut found = if model.terms.is_empty() {
-        of_gear(&params, &recording.time_s, torques)?
+        of_gear(&params, &recording.time_s, torques, progress)?
     } else {
-        with_terms(model, &params, &recording.time_s, torques)?
+        with_terms(model, &params, &recording.time_s, torques, progress)?
     };
     for theta in &mut found.deflection_rad {
         *theta += model.gear.deflection_zero_rad;
@@ -141,12 +147,18 @@ fn period_s(time_s: &[f64], row: usize) -> f64 {
 }
 
 /// By the core's inverse.
-fn of_gear(params: &Params, time_s: &[f64], torques: &[f64]) -> Result<Inversion, InvertError> {
+fn of_gear(
+    params: &Params,
+    time_s: &[f64],
+    torques: &[f64],
+    progress: &dyn Progress,
+) -> Result<Inversion, InvertError> {
     let longest_s = (0..time_s.len()).map(|row| period_s(time_s, row)).fold(0.0, f64::max);
     let inverse = Inverse::<f64>::with_period(params, longest_s)?;
     let mut found = Inversion { range_rad: inverse.range(), ..Inversion::default() };
     let mut state = None;
     for (row, torque) in torques.iter().enumerate() {
+        at_row(progress, "Inverting", row, torques.len());
         let solution = match &mut state {
             None => {
                 let (start, solution) = inverse.start::<CAPACITY>(*torque);
@@ -163,7 +175,13 @@ fn of_gear(params: &Params, time_s: &[f64], torques: &[f64]) -> Result<Inversion
 }
 
 /// By a search on gear and terms together; no equation of theirs is known here.
-fn with_terms(model: &Model, params: &Params, time_s: &[f64], torques: &[f64]) -> Result<Inversion, InvertError> {
+fn with_terms(
+    model: &Model,
+    params: &Params,
+    time_s: &[f64],
+    torques: &[f64],
+    progress: &dyn Progress,
+) -> Result<Inversion, InvertError> {
     let mut stack = no_terms(model, Some(params.rated_deflection_rad()));
     model.terms.iter().try_for_each(|term| add(&mut stack, term))?;
     check(&stack)?;
@@ -172,6 +190,7 @@ fn with_terms(model: &Model, params: &Params, time_s: &[f64], torques: &[f64]) -
     let mut found = Inversion { range_rad, ..Inversion::default() };
     let mut state: Option<CompensatedState<f64, CAPACITY, _, MOST_TERMS>> = None;
     for (row, torque) in torques.iter().enumerate() {
+        at_row(progress, "Inverting", row, torques.len());
         let sample = |theta: f64| Sample {
             time: time_s[row],
             period: period_s(time_s, row),

@@ -9,6 +9,7 @@ use super::evaluate::RecordingContext;
 use super::signals::Signals;
 use super::term::{Terms, no_terms};
 use crate::model::{Model, Term};
+use crate::progress::Progress;
 use crate::recording::{Need as ColumnNeed, Needs, Recording};
 
 /// Torques of every row of a recording, in the model's unit.
@@ -35,7 +36,7 @@ pub struct Prediction {
 /// # Errors
 /// [`PredictError`].
 pub fn predict(model: &Model, asked_rad: Option<f64>, recording: &Recording) -> Result<Prediction, PredictError> {
-    predict_along(model, asked_rad, recording, Signals::new(recording, &model.gear))
+    predict_along(model, asked_rad, recording, Signals::new(recording, &model.gear), &())
 }
 
 /// [`predict`] for signals that are at hand.
@@ -47,6 +48,7 @@ pub fn predict_along(
     asked_rad: Option<f64>,
     recording: &Recording,
     signals: Signals<'_>,
+    progress: &dyn Progress,
 ) -> Result<Prediction, PredictError> {
     let context = context(model, asked_rad, recording, signals)?;
     let mut terms = no_terms(model, context.rated_deflection_rad);
@@ -61,7 +63,9 @@ pub fn predict_along(
     prediction.torque = total.clone();
     let mut followed = uncorrected.clone();
     let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
-    for term in &model.terms {
+    let passes = (1 + model.terms.len()) as f64;
+    for (at, term) in model.terms.iter().enumerate() {
+        progress.report("Predicting", (1 + at) as f64 / passes);
         add(&mut terms, term)?;
         let newest = terms.terms().last();
         if newest.is_some_and(|term| term.info().domain == Domain::Deflection) {

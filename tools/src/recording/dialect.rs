@@ -1,6 +1,6 @@
 //! What kind of text a file is: encoding, separator, decimal mark.
 
-use super::error::RecordingProblem;
+use super::error::{CARRIAGE_RETURNS, RecordingProblem};
 use super::preamble;
 
 /// How the file separates its columns, and where its header is.
@@ -19,7 +19,7 @@ pub(super) struct Dialect {
 /// What separates columns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Separation {
-    /// Comma, semicolon or tab. A tab too where spaces separate the columns: runs of them are read as one.
+    /// Comma, semicolon, tab or bar. A tab too where spaces separate the columns: runs of them are read as one.
     pub delimiter: u8,
     /// Runs of spaces and tabs separate the columns.
     pub spaces: bool,
@@ -28,6 +28,9 @@ pub(super) struct Separation {
 impl Dialect {
     /// Judges by the first bytes of a file.
     pub fn sniff(head: &[u8]) -> Result<Dialect, RecordingProblem> {
+        if head.starts_with(b"\xff\xfe\0\0") {
+            return Err(RecordingProblem::NotText("UTF-32"));
+        }
         if head.starts_with(b"\xff\xfe") || head.starts_with(b"\xfe\xff") {
             return Err(RecordingProblem::NotText("UTF-16"));
         }
@@ -40,7 +43,7 @@ impl Dialect {
         let mut filled = lines().skip(lines_above).filter(|line| !line.is_empty() && !line.starts_with(b"#"));
         let first = filled.next().ok_or(RecordingProblem::Empty)?;
         if first.contains(&b'\r') {
-            return Err(RecordingProblem::NotText("text whose lines end in a carriage return alone"));
+            return Err(RecordingProblem::NotText(CARRIAGE_RETURNS));
         }
         if let Some(&[delimiter]) = first.strip_prefix(b"sep=") {
             let separation = Separation { delimiter, spaces: false };
@@ -68,22 +71,23 @@ impl Separation {
     /// The separation of a header, or of a first row of numbers, and of the row below it.
     pub fn of(first: &[u8], second: Option<&[u8]>) -> Self {
         let mut quoted = false;
-        let mut counts = [0_usize; 3];
+        let mut counts = [0_usize; 4];
         for &byte in first {
             quoted ^= byte == b'"';
-            if let Some(i) = b",;\t".iter().position(|&d| d == byte && !quoted) {
+            if let Some(i) = b",;\t|".iter().position(|&d| d == byte && !quoted) {
                 counts[i] += 1;
             }
         }
         let words = |line: &[u8]| line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty()).count();
-        let separates = |line: &[u8]| line.iter().any(|b| b",;\t".contains(b));
+        let separates = |line: &[u8]| line.iter().any(|b| b",;\t|".contains(b));
         let (delimiter, spaces) = match counts {
             // Nothing but spaces, in the row below too.
-            [0, 0, 0] if words(first) > 1 && second.is_none_or(|row| words(row) > 1 && !separates(row)) => {
+            [0, 0, 0, 0] if words(first) > 1 && second.is_none_or(|row| words(row) > 1 && !separates(row)) => {
                 (b'\t', true)
             }
-            [commas, semicolons, tabs] if tabs > 0 && tabs >= commas.max(semicolons) => (b'\t', false),
-            [commas, semicolons, _] if semicolons > 0 && semicolons >= commas => (b';', false),
+            [commas, semicolons, tabs, _] if tabs > 0 && tabs >= commas.max(semicolons) => (b'\t', false),
+            [commas, semicolons, ..] if semicolons > 0 && semicolons >= commas => (b';', false),
+            [0, 0, 0, bars] if bars > 0 => (b'|', false),
             _ => (b',', false),
         };
         Separation { delimiter, spaces }

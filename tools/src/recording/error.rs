@@ -2,6 +2,7 @@
 
 use super::quantity::Quantity;
 use super::table::Place;
+use crate::number::trimmed;
 
 /// A recording was refused.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -16,6 +17,9 @@ pub struct RecordingError {
     /// What is wrong.
     pub problem: Box<RecordingProblem>,
 }
+
+/// What the oldest programs end their lines by.
+pub(super) const CARRIAGE_RETURNS: &str = "text whose lines end in a carriage return alone";
 
 /// A column of a file.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -230,6 +234,16 @@ pub enum RecordingProblem {
         /// What the difference suggests.
         mistake: Mistake,
     },
+    /// An angle that starts again after each turn.
+    #[error("`{column}` starts again after each turn ({jumps} times, first at {} s)", trimmed(*first_s, 6))]
+    StartsAgain {
+        /// The column.
+        column: &'static str,
+        /// How often.
+        jumps: usize,
+        /// When first, s.
+        first_s: f64,
+    },
     /// The motor-side or output-side angle alone where the deflection is needed.
     #[error("holds no deflection: that takes `deflection_rad`, or `theta_in_rad` and `theta_out_rad` with the ratio")]
     NoDeflection,
@@ -264,6 +278,9 @@ impl RecordingError {
     pub fn fix(&self) -> Option<String> {
         if let (RecordingProblem::UnknownUnit { quantity, suffix }, Some(column)) = (&*self.problem, &self.column) {
             let map = format!("{}={}", quantity.si_name(), column.name);
+            if suffix.contains(':') {
+                return RecordingProblem::NotANumber(suffix.clone()).fix();
+            }
             return Some(match suffix.is_empty() {
                 true => format!("if it is in {}, add --map {}", quantity.units()[0].spellings[0], shell_word(&map)),
                 false => format!("convert it, such as --map {}", shell_word(&format!("{map}*0.001"))),
@@ -317,6 +334,12 @@ impl RecordingProblem {
             }
             RecordingProblem::NoRecordings => "name the files, or another folder",
             RecordingProblem::Empty => "record again, or check that the export finished",
+            RecordingProblem::StartsAgain { .. } => {
+                "let the angle count on over the turns before export, such as by numpy.unwrap(angle) or MATLAB's unwrap(angle), the angle in rad"
+            }
+            RecordingProblem::NotText(CARRIAGE_RETURNS) => {
+                "convert its line ends, such as by tr '\\r' '\\n' < FILE > NEW, or export it again"
+            }
             RecordingProblem::NotText(_) => "export it as CSV, encoded in UTF-8",
             RecordingProblem::HeaderMissing => {
                 "put the column names first, such as time_s,deflection_rad,torque_nm, without a # before them"

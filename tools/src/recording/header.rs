@@ -207,8 +207,18 @@ fn refuse_what_is_missing(
         }
         let guess = quantities.iter().find_map(|quantity| {
             let at = (0..heads.len()).find(|i| !taken.contains(i) && resembles(&heads[*i].name, *quantity))?;
+            Some((*quantity, at))
+        });
+        // Of an unknown name the unit tells, where no other column has one of its kind.
+        let by_unit = || {
+            quantities.iter().find_map(|quantity| {
+                let mut of_unit = (0..heads.len()).filter(|i| !taken.contains(i) && has_unit_of(&heads[*i], *quantity));
+                of_unit.next().filter(|_| of_unit.next().is_none()).map(|at| (*quantity, at))
+            })
+        };
+        let guess = guess.or_else(by_unit).map(|(quantity, at)| {
             taken.push(at);
-            Some(format!("{}={}", target(*quantity, &heads[at]), heads[at].name))
+            format!("{}={}", target(quantity, &heads[at]), heads[at].name)
         });
         open.extend(guess.is_none().then(|| format!("{}=COLUMN", quantities[0].si_name())));
         guesses.extend(guess);
@@ -225,6 +235,12 @@ fn refuse_what_is_missing(
     let guess = (!guesses.is_empty()).then(|| [guesses, open].concat().join(","));
     let problem = RecordingProblem::MissingColumns { wanted: wanted.join(", "), found: listed(heads), guess };
     Err(Fault { index: None, problem })
+}
+
+/// Whether a column states a unit of a quantity.
+fn has_unit_of(head: &ColumnHead, quantity: Quantity) -> bool {
+    let stated = split(&head.name).1.or(head.unit.as_deref());
+    stated.and_then(unit_text::suffix).is_some_and(|suffix| quantity.unit(&suffix).is_some())
 }
 
 /// The name of a quantity in the unit that a column states, else in SI.

@@ -26,6 +26,7 @@ mod read;
 mod ros;
 mod survey;
 mod table;
+pub mod turns;
 mod unit_text;
 mod write;
 

@@ -78,7 +78,7 @@ impl Survey {
         };
         let lenient = Reading { needs: any, from_s: None, to_s: None, ..reading.clone() };
         let found = lenient.sources(&file.name, opened.table());
-        let lacks = found.as_ref().err().cloned().or(reading.sources(&file.name, opened.table()).err());
+        let lacks = reading.sources(&file.name, opened.table()).err().or(found.as_ref().err().cloned());
         let heads = opened.table().heads().to_vec();
         let columns = heads.into_iter().map(|head| SurveyedColumn {
             name: head.name,

@@ -13,19 +13,31 @@ use super::quantity::Quantity;
 use super::read::Reading;
 use super::table::{ColumnHead, Table};
 use super::unit_text;
+use crate::progress;
 
 /// A column to write: its name and its values.
 pub type Column<'a> = (&'a str, &'a [f64]);
 
 /// Writes columns of one length under their names.
 pub fn write_columns(out: &mut dyn Write, columns: &[Column<'_>]) -> io::Result<()> {
+    write_columns_under(out, columns, &())
+}
+
+/// [`write_columns`] with its progress.
+fn write_columns_under(
+    out: &mut dyn Write,
+    columns: &[Column<'_>],
+    progress: &dyn progress::Progress,
+) -> io::Result<()> {
     let quoted = |name: &str| match name.contains([',', '"']) {
         true => format!("\"{}\"", name.replace('"', "\"\"")),
         false => name.to_owned(),
     };
     let names: Vec<String> = columns.iter().map(|(name, _)| quoted(name)).collect();
     writeln!(out, "{}", names.join(","))?;
-    for row in 0..columns.first().map_or(0, |(_, values)| values.len()) {
+    let rows = columns.first().map_or(0, |(_, values)| values.len());
+    for row in 0..rows {
+        progress::at_row(progress, "Writing", row, rows);
         for (i, (_, values)) in columns.iter().enumerate() {
             if i > 0 {
                 out.write_all(b",")?;
@@ -42,6 +54,11 @@ impl Recording {
     /// Writes the recording as CSV under the contract's names.
     pub fn write(&self, out: &mut dyn Write) -> io::Result<()> {
         write_columns(out, &self.columns())
+    }
+
+    /// [`write`](Self::write) with its progress.
+    pub fn write_under(&self, out: &mut dyn Write, progress: &dyn progress::Progress) -> io::Result<()> {
+        write_columns_under(out, &self.columns(), progress)
     }
 }
 
@@ -77,8 +94,11 @@ pub fn copy_with_columns(
     reading: &Reading,
     added: &[Column<'_>],
     out: &mut dyn Write,
+    progress: &dyn progress::Progress,
 ) -> Result<(), CopyError> {
-    let mut opened = open(file, &|_| {})?;
+    let bytes = file.path.metadata().map_or(0, |data| data.len()).max(1);
+    let at = |done: u64| progress.report("Writing", (done as f64 / bytes as f64).min(1.0));
+    let mut opened = open(file, &at)?;
     let sources = reading.sources(&file.name, opened.table())?;
     let expected = added.first().map_or(0, |(_, values)| values.len());
     let found = match &mut opened.columns {

@@ -5,6 +5,7 @@ use gmhm::terms::Need;
 use crate::model::{GearSection, Model, Term};
 use crate::physics::predict::{Prediction, predict_along};
 use crate::physics::{Evaluation, PredictError, Signals};
+use crate::progress::Progress;
 use crate::recording::Recording;
 use crate::signal::acceleration::acceleration;
 
@@ -32,7 +33,20 @@ fn seen<'a>(model: &Model, recording: &'a Recording) -> Signals<'a> {
 /// # Errors
 /// As there.
 pub fn predict(model: &Model, asked_rad: Option<f64>, recording: &Recording) -> Result<Prediction, PredictError> {
-    predict_along(model, asked_rad, recording, seen(model, recording))
+    predict_under(model, asked_rad, recording, &())
+}
+
+/// [`predict`] with its progress.
+///
+/// # Errors
+/// As there.
+pub fn predict_under(
+    model: &Model,
+    asked_rad: Option<f64>,
+    recording: &Recording,
+    progress: &dyn Progress,
+) -> Result<Prediction, PredictError> {
+    predict_along(model, asked_rad, recording, seen(model, recording), progress)
 }
 
 /// As [`Evaluation::new`], along [`signals`].

@@ -58,6 +58,33 @@ def parquet():
     gap.to_parquet(HERE / "gap.parquet")
 
 
+def parquet_groups():
+    whole = pa.Table.from_pandas(frame, preserve_index=False)
+    # Groups of several sizes, two of them empty, without statistics and dictionaries, in pages of version 2.
+    bare = dict(write_statistics=False, use_dictionary=False, data_page_version="2.0", compression="none")
+    with pq.ParquetWriter(HERE / "pyarrow_bare.parquet", whole.schema, **bare) as writer:
+        for first, rows in [(0, 0), (0, 7), (7, 1), (8, 0), (8, 16)]:
+            writer.write_table(whole.slice(first, rows))
+    # Every kind of number beside the torque, in chunks, from dictionaries, and columns that may be null and are not.
+    def chunked(values, kind):
+        values = [value.item() if hasattr(value, "item") else value for value in values]
+        return pa.chunked_array([pa.array(values[:5], kind), pa.array(values[5:], kind)])
+
+    kinds = {"i8": pa.int8(), "i16": pa.int16(), "i32": pa.int32(), "i64": pa.int64(), "u8": pa.uint8(), "u16": pa.uint16(), "u32": pa.uint32(), "u64": pa.uint64()}
+    types = {name: chunked(column, pa.float64()) for name, column in columns.items() if name != "temperature_c"}
+    types["f32"] = chunked(torque, pa.float32())
+    types |= {name: chunked(temperature, kind) for name, kind in kinds.items()}
+    types["dictionary"] = pa.array(temperature.astype(float)).dictionary_encode()
+    types["flag"] = chunked(temperature > 22, pa.bool_())
+    types["label"] = pa.array([f"row {row}" for row in k])
+    pq.write_table(pa.table(types), HERE / "pyarrow_types.parquet", row_group_size=9, write_statistics=False)
+    # A group without a single value.
+    hole = frame.copy()
+    hole.loc[8:15, "torque_nm"] = None
+    table = pa.Table.from_pandas(hole, preserve_index=False)
+    pq.write_table(table, HERE / "hole.parquet", row_group_size=8, write_statistics=False)
+
+
 def mat():
     scipy.io.savemat(HERE / "scipy.mat", columns)
     scipy.io.savemat(HERE / "scipy_packed.mat", columns, do_compression=True, oned_as="column")
@@ -138,5 +165,5 @@ def mcap():
         writer.finish()
 
 
-for write in [text, parquet, mat, mdf, mcap]:
+for write in [text, parquet, parquet_groups, mat, mdf, mcap]:
     write()

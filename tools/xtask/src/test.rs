@@ -7,8 +7,8 @@ use anyhow::{Context, Result, bail, ensure};
 use xshell::{Shell, cmd};
 
 use crate::{
-    c, canopen, cost, emulate, end_to_end, export, fleet, fuzz, program, python_package, rtos, semver, setup, size,
-    skips, structure,
+    c, canopen, cost, emulate, end_to_end, export, fleet, fuzz, install, program, python_package, rtos, semver, setup,
+    size, skips, structure,
 };
 
 /// Sets up what is missing, then runs everything.
@@ -44,6 +44,7 @@ pub fn run(shell: &Shell) -> Result<()> {
     fuzz::run(shell, fuzz::IN_TESTS, 1)?;
     examples(shell)?;
     readme(shell)?;
+    install::run(shell)?;
     let skipped = skips::all(&list);
     skipped.iter().for_each(|line| println!("{line}"));
     println!("test: all passed, {} checks skipped", skipped.len());

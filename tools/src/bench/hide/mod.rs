@@ -17,6 +17,7 @@ use crate::bench::stage::Stage;
 use crate::kinds;
 use crate::kinds::measures::Measures;
 use crate::model::Model;
+use crate::progress::Progress;
 
 /// The model with the effects in it, and what they are.
 pub(super) fn inject(
@@ -24,10 +25,16 @@ pub(super) fn inject(
     hides: &[Hide],
     stage: &Stage,
     random: &mut ChaCha8Rng,
+    progress: &dyn Progress,
 ) -> Result<(Model, Vec<Hidden>), BenchError> {
     let mut truth = model.clone();
     let mut hidden = Vec::new();
-    for hide in hides {
+    for (at, hide) in hides.iter().enumerate() {
+        // How many trials a size takes is not known before: half of what is left, each.
+        let tried = |trial: usize| {
+            let of_this = 1.0 - 0.5_f64.powi(trial as i32);
+            progress.report("Finding the sizes", (at as f64 + of_this) / hides.len() as f64);
+        };
         let measures = Measures::of(&stage.record(&truth)?);
         let kind = kinds::of(&hide.kind).ok_or_else(|| HideError::Kind { kind: hide.kind.clone() })?;
         let shape = match (&hide.shape, kind.hidden_shapes()) {
@@ -36,7 +43,7 @@ pub(super) fn inject(
             (None, shapes) => shapes[random.random_range(0..shapes.len())],
         };
         let draft = kind.draft(shape, &measures, random);
-        let (term, effect) = sizing::size(&truth, &draft, hide, stage)?;
+        let (term, effect) = sizing::size(&truth, &draft, hide, stage, &tried)?;
         truth.terms.push(term);
         hidden.push(effect);
     }

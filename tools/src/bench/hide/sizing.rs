@@ -27,12 +27,21 @@ const INVISIBLE: f64 = 0.01;
 const ZERO_STEPS: usize = 4;
 
 /// Scales the effect of a draft in a gear.
-pub(super) fn size(model: &Model, draft: &Draft, hide: &Hide, stage: &Stage) -> Result<(Term, Hidden), BenchError> {
+///
+/// `tried` is told the trials that are done.
+pub(super) fn size(
+    model: &Model,
+    draft: &Draft,
+    hide: &Hide,
+    stage: &Stage,
+    tried: &dyn Fn(usize),
+) -> Result<(Term, Hidden), BenchError> {
     let invisible = || HideError::Invisible { kind: hide.kind.clone() };
     let refit = Refit::new(model, stage)?;
     let mut factor = hide.size_nm;
     let mut largest_nm = 0.0_f64;
     for trial in 1..=MOST_TRIALS {
+        tried(trial - 1);
         let term = draft.term(factor);
         if !is_finite(term.values.values()) {
             return Err(invisible().into());
