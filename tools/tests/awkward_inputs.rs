@@ -57,7 +57,9 @@ fn files_in_the_wrong_place_are_named_with_the_right_one() {
     );
     dir.misuse("diagnose gear.toml -o out.toml", &["no recording was given"]);
     dir.refuse("columns --files-from rec.csv", &["rec.csv: names no file that exists", "one path a line"]);
-    dir.write("none.txt", "\n\n");
+    dir.write("list.txt", "# recordings of today\n\nrec.csv\n");
+    assert!(dir.succeed("columns --files-from list.txt").stdout.contains("rec.csv"));
+    dir.write("none.txt", "\n# no more\n");
     dir.refuse("columns --files-from none.txt", &["none.txt: names no recording"]);
     dir.misuse("fit rec.csv -o fit.toml --report fit.pdf", &["must end in .html"]);
     dir.refuse("demo --out rec.csv", &["rec.csv: is a file, and a folder is needed", "help: "]);

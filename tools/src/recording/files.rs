@@ -6,6 +6,8 @@ use super::error::{RecordingError, RecordingProblem};
 use super::format::Format;
 use super::open::RecordingFile;
 
+/// What a line of a list that is no path starts with.
+const COMMENT: char = '#';
 /// The path that stands for standard input.
 const STANDARD: &str = "-";
 
@@ -47,7 +49,8 @@ fn listed(list: &Path) -> Result<Vec<PathBuf>, RecordingError> {
     let refuse = |problem| RecordingError::of_file(&file.name, problem);
     let text = std::fs::read_to_string(&file.path);
     let text = text.map_err(|e| refuse(e.into()))?;
-    let paths: Vec<PathBuf> = text.lines().map(str::trim).filter(|line| !line.is_empty()).map(PathBuf::from).collect();
+    let is_path = |line: &&str| !line.is_empty() && !line.starts_with(COMMENT);
+    let paths: Vec<PathBuf> = text.lines().map(str::trim).filter(is_path).map(PathBuf::from).collect();
     match paths.first() {
         None => Err(refuse(RecordingProblem::EmptyList)),
         Some(first) if !paths.iter().any(|path| path.exists() || path == Path::new(STANDARD)) => {

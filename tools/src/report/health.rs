@@ -34,8 +34,7 @@ fn what_moved(health: &Health) -> Section {
             words(c.name).to_owned(),
             number(c.first, 5),
             number(c.last, 5),
-            number(c.change, 3),
-            optional(c.sd.map(|sd| 2.0 * sd), 2),
+            c.sd.map_or_else(|| number(c.change, 3), |sd| plus_minus(c.change, 2.0 * sd)),
             c.unit.clone(),
             format!("{} %", number(100.0 * c.relative, 3)),
             optional(c.detectable.map(|d| 100.0 * d / c.first.abs()), 2),
@@ -51,7 +50,7 @@ fn what_moved(health: &Health) -> Section {
     };
     let table = Table {
         caption: "From the first state to the last".into(),
-        head: ["", "first", "last", "change", "± 2 sd", "unit", "change", "visible from, %", "p-value", ""]
+        head: ["", "first", "last", "change ± 2 sd", "unit", "change", "visible from, %", "p-value", ""]
             .map(Into::into)
             .into(),
         rows: health.changes.iter().map(row).collect(),
@@ -119,13 +118,11 @@ fn conditions(health: &Health) -> Section {
 fn beside(health: &Health, against: &Against) -> Section {
     let name = &against.property.property;
     let row = |r: &crate::health::against::Regression| {
-        let optional = |value: Option<f64>, digits| value.map_or("–".to_owned(), |v| number(v, digits));
         TableRow::new([
             words(r.name).to_owned(),
             number(r.at_mean, 5),
             r.unit.clone(),
-            number(r.slope, 3),
-            optional(r.sd.map(|sd| 2.0 * sd), 2),
+            r.sd.map_or_else(|| number(r.slope, 3), |sd| plus_minus(r.slope, 2.0 * sd)),
             format!("{} %", number(100.0 * r.relative_slope, 3)),
             number(r.scatter, 3),
             r.p_value.map_or("–".to_owned(), probability),
@@ -137,8 +134,7 @@ fn beside(health: &Health, against: &Against) -> Section {
         String::new(),
         format!("value at the mean of {name}"),
         "unit".to_owned(),
-        format!("slope per {}", against.property.unit()),
-        "± 2 sd".to_owned(),
+        format!("slope per {} ± 2 sd", against.property.unit()),
         "relative slope".to_owned(),
         "scatter beside the standard deviations".to_owned(),
         "p-value".to_owned(),
