@@ -11,6 +11,7 @@ use gmhm::link::server::{DEFAULT_BOUND, FADE_MS, SESSION_MS, TRIAL_MS};
 use gmhm::link::{Answer, LineCounts, LinkDiagnostics, Origin, Refusal, Request, Tag};
 use gmhm::memory::masing::Masing;
 use gmhm::scalar::Fixed;
+use gmhm::terms::{KeyInfo, Source, Value};
 use gmhm::{Elastic, Gear, Params};
 
 /// The published gear with its torques scaled, and its deflections.
@@ -71,6 +72,53 @@ fn parameters_far_from_those_in_force_do_not_come_on_trial_while_enabled() {
                 assert_eq!(tried, expected, "{torques} and {deflections} times, enabled: {enabled}");
                 let in_force = if tried.is_ok() { &new } else { &old };
                 assert_eq!(drive.in_force.as_ref(), Some(in_force));
+            }
+        }
+    }
+}
+
+/// The numbers of Coulomb friction of a torque, N·m.
+struct Friction(f32);
+
+impl Source<f32> for Friction {
+    fn get(&self, key: &'static KeyInfo) -> Option<Value<'_, f32>> {
+        Some(Value::Number(if key.name == "torque_nm" { self.0 } else { 0.01 }))
+    }
+}
+
+/// A block with Coulomb friction of a torque, N·m, and of a gear where one is wanted.
+fn block_with_friction(torque_nm: f32, with_gear: bool, sequence: u32) -> Vec<u8> {
+    let params = gear(1.0, 1.0);
+    let mut buffer = [0; 1024];
+    let mut writer = Writer::new(&mut buffer, Header { sequence, ..Header::new(Identity::NONE, ScalarKind::F32) });
+    if with_gear {
+        writer.gear(&Gear::<f32>::new(&params), &params).expect("a gear");
+    }
+    writer.joint(&Joint::default()).expect("a joint");
+    writer.term("coulomb_friction", &Friction(torque_nm)).expect("a term");
+    let length = writer.finish().expect("room");
+    buffer[..length].to_vec()
+}
+
+#[test]
+fn other_terms_do_not_come_on_trial_while_enabled() {
+    for with_gear in [true, false] {
+        let old = block_with_friction(2.0, with_gear, 1);
+        for (torque_nm, gear, fits) in [(2.0, with_gear, true), (2000.0, with_gear, false), (2.0, !with_gear, false)] {
+            let new = block_with_friction(torque_nm, gear, 2);
+            for (enabled, bound) in [(false, DEFAULT_BOUND), (true, DEFAULT_BOUND), (true, f32::INFINITY)] {
+                let (mut port, mut drive) = bench(&[&old]);
+                let mut session = Session::open(&mut port, &mut drive);
+                session.ask(&mut port, &mut drive, Request::Bound { share: bound }).expect("a bound");
+                drive.enabled = enabled;
+                session.stage(&mut port, &mut drive, &new).expect("staged");
+                let tried = session.ask(&mut port, &mut drive, Request::Try);
+                let is_free = !enabled || bound == f32::INFINITY;
+                let expected = if fits || is_free { Ok(Answer::Done) } else { Err(Refusal::Bound.into()) };
+                assert_eq!(
+                    tried, expected,
+                    "{torque_nm} N·m, gear {with_gear} and {gear}, enabled: {enabled}, {bound}"
+                );
             }
         }
     }

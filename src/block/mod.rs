@@ -73,5 +73,7 @@ pub use prepared::{Prepared, PreparedLaw};
 pub use record::{Block, FieldValues, MOST_BYTES, Record, Records, verify, verify_first};
 pub use scales::{Scales, ScalesRecord};
 pub use term::TermRecord;
+#[cfg(feature = "link")]
+pub(crate) use term::digest_of_terms;
 pub use word::{ScalarKind, Word};
 pub use write::{Writer, stamp};

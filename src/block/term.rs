@@ -14,6 +14,8 @@ use heapless::Vec;
 use super::error::BlockError;
 use super::layout::FIRST_TERM;
 use super::record::Record;
+#[cfg(feature = "link")]
+use super::{Block, crc32};
 use crate::terms::{Form, KeyInfo, KindInfo, Setting, Source, Term, TermError, Value, kind, kind_of_tag, tag_of_kind};
 
 /// The most keys of a kind.
@@ -44,6 +46,13 @@ fn ordered(info: &'static KindInfo) -> impl Iterator<Item = &'static KeyInfo> {
 
 fn is_shape(key: &KeyInfo) -> bool {
     key.name == "shape"
+}
+
+/// A digest of the records of a block's terms: the same where the terms are.
+#[cfg(feature = "link")]
+pub(crate) fn digest_of_terms(block: &Block<'_>) -> u32 {
+    let terms = block.records().filter(|record| TermRecord::kind(record).is_some());
+    terms.fold(0, |digest, record| digest.rotate_left(7) ^ u32::from(record.tag) ^ crc32(record.payload))
 }
 
 impl TermRecord {

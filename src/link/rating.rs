@@ -1,4 +1,4 @@
-//! How far the torques of two blocks can be apart: what parameters on trial are bounded by while the drive is enabled.
+//! How far the torques of two blocks can be apart: what parameters on trial are bounded by while the drive is enabled. Their terms are the same.
 //!
 //! With f the elastic torque, A the rated deflection in force and Δz the largest difference of the hysteresis torques, whatever the path ([`Hysteresis`]), other parameters
 //! are within a share s where for all deflections up to 1.5·A, which no gear bears for long,
@@ -12,12 +12,36 @@
 use super::hysteresis::Hysteresis;
 use crate::block::prepared::words;
 use crate::block::record::double;
-use crate::block::{Block, GEAR};
+use crate::block::{Block, GEAR, digest_of_terms};
 use crate::elastic::{ElasticTorque, LARGEST_KNEE, Polynomial};
+
+/// What a block in force allows others to be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Bounds {
+    rating: Option<Rating>,
+    terms: u32,
+}
+
+impl Bounds {
+    /// Those of a block.
+    pub(super) fn of(block: &Block<'_>) -> Self {
+        Self { rating: Rating::of(block), terms: digest_of_terms(block) }
+    }
+
+    /// Whether another block gives the torques of this one within a share of them, by the same terms; an infinite share allows every block.
+    pub(super) fn allow(&self, block: &Block<'_>, share: f32) -> bool {
+        let other = Self::of(block);
+        let is_within = match (&self.rating, &other.rating) {
+            (Some(rating), Some(other)) => rating.bounds(other, share),
+            (rating, other) => rating.is_none() && other.is_none(),
+        };
+        share == f32::INFINITY || (other.terms == self.terms && is_within)
+    }
+}
 
 /// What a gear transmits, of a block.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Rating {
+struct Rating {
     rated_deflection_rad: f64,
     torque_scale_nm: f64,
     elastic: ElasticTorque<f64>,
@@ -26,7 +50,7 @@ pub(super) struct Rating {
 
 impl Rating {
     /// That of a block; `None` where it has no gear or not one law.
-    pub(super) fn of(block: &Block<'_>) -> Option<Self> {
+    fn of(block: &Block<'_>) -> Option<Self> {
         let kind = block.header().scalar;
         let [a0, a1, t0, t1, coefficients @ ..] = words::<7>(block, GEAR.tag).ok()?;
         let [k1, k3, k5] = coefficients.map(|word| kind.number(word));
@@ -42,7 +66,7 @@ impl Rating {
     }
 
     /// Whether another gear gives the torques of this one within a share of them.
-    pub(super) fn bounds(&self, other: &Self, share: f32) -> bool {
+    fn bounds(&self, other: &Self, share: f32) -> bool {
         let share = f64::from(share);
         // Deflections as fractions of A: one of the other gear is `ratio` times as many of its own.
         let ratio = self.rated_deflection_rad / other.rated_deflection_rad;

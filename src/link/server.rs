@@ -9,7 +9,7 @@ use super::message::{
     Answer, Asked, ERASE, Identified, LOAD, LinkDiagnostics, MOST_BYTES, Origin, PROOF_BYTES, Request, SAVE, Status,
     Tag,
 };
-use super::rating::Rating;
+use super::rating::Bounds;
 use super::refusal::{Refusal, Refused};
 use crate::block::{BlockError, FORMAT_VERSION, Header, Identity, check_set_up, verify};
 use crate::store::{Entry, Store, StoreError, copy_bytes, is_newer};
@@ -68,7 +68,7 @@ pub struct Server<F, const ROOM: usize> {
     reverts_after_ms: u32,
     bound: f32,
     /// Of the stored block in force.
-    rating: Option<Rating>,
+    bounds: Option<Bounds>,
     refused_requests: u32,
     expired_trials: u32,
     #[cfg(feature = "lock")]
@@ -98,7 +98,7 @@ impl<F: NorFlash, const ROOM: usize> Server<F, ROOM> {
             session_silent_ms: 0,
             reverts_after_ms: TRIAL_MS,
             bound: DEFAULT_BOUND,
-            rating: None,
+            bounds: None,
             refused_requests: 0,
             expired_trials: 0,
             #[cfg(feature = "lock")]
@@ -423,8 +423,8 @@ impl<F: NorFlash, const ROOM: usize> Server<F, ROOM> {
             return Err(Refusal::Sequence.into());
         }
         if drive.is_enabled()
-            && let Some(rating) = self.rating
-            && !Rating::of(&block).is_some_and(|other| rating.bounds(&other, self.bound))
+            && let Some(bounds) = &self.bounds
+            && !bounds.allow(&block, self.bound)
         {
             return Err(Refusal::Bound.into());
         }
@@ -464,7 +464,7 @@ impl<F: NorFlash, const ROOM: usize> Server<F, ROOM> {
         if self.store.newest() != Some(entry) {
             return Err(Refusal::ReadBack.into());
         }
-        self.rating = Rating::of(&block);
+        self.bounds = Some(Bounds::of(&block));
         self.in_force = InForce::Stored(entry);
         self.staged = None;
         self.boot_error = 0;
@@ -502,7 +502,7 @@ impl<F: NorFlash, const ROOM: usize> Server<F, ROOM> {
         self.staged = None;
         self.boot_error = 0;
         self.in_force = InForce::Nothing;
-        self.rating = None;
+        self.bounds = None;
         for entry in self.store.entries().into_iter().flatten() {
             match self.adopt_entry(&entry, drive) {
                 Ok(()) => {
@@ -523,7 +523,7 @@ impl<F: NorFlash, const ROOM: usize> Server<F, ROOM> {
         self.store.read_whole(entry, bytes).map_err(refusal)?;
         let block = verify(bytes).map_err(refused_block)?;
         check_set_up(&block).and_then(|()| drive.adopt(Some(&block))).map_err(refused_block)?;
-        self.rating = Rating::of(&block);
+        self.bounds = Some(Bounds::of(&block));
         Ok(())
     }
 
