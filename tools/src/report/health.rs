@@ -50,7 +50,7 @@ fn what_moved(health: &Health) -> Section {
     };
     let table = Table {
         caption: "From the first state to the last".into(),
-        head: ["", "first", "last", "change ± 2 sd", "unit", "change", "visible from, %", "p-value", ""]
+        head: ["", "first", "last", "change ± 2 sd", "unit", "relative change", "visible from, %", "p-value", ""]
             .map(Into::into)
             .into(),
         rows: health.changes.iter().map(row).collect(),
