@@ -1,4 +1,4 @@
-//! Long work shows on a terminal what is done and the time left; Ctrl-C then leaves nothing behind.
+//! Commands that take long show their progress and the time left on a terminal, and write no file when Ctrl-C ends them.
 #![cfg(unix)]
 
 mod common;

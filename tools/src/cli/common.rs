@@ -10,7 +10,7 @@ use super::failure::Failure;
 use super::progress::Progress;
 use crate::jobs::ready::ready;
 use crate::model::{Model, TorqueSide};
-use crate::recording::{self, ColumnMap, Mapping, Needs, Reading, Recording, RecordingFile};
+use crate::recording::{self, ColumnMap, Format, Mapping, Needs, Reading, Recording, RecordingFile};
 use crate::report::page::{Input, Provenance};
 
 /// Which recordings.
@@ -148,16 +148,16 @@ pub fn page(text: &str) -> Result<PathBuf, String> {
     }
 }
 
-/// Endings of recordings.
-const OF_RECORDINGS: [&str; 8] = ["csv", "tsv", "gz", "zst", "parquet", "mat", "mf4", "mcap"];
-
-fn ending(text: &str) -> String {
-    Path::new(text).extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default()
+/// The ending of a file's name in lower case; empty where there is none.
+pub fn ending(path: &Path) -> String {
+    path.extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default()
 }
 
 /// A file for a model, not named as a recording.
 pub fn model_file(text: &str) -> Result<PathBuf, String> {
-    match OF_RECORDINGS.contains(&&*ending(text)) {
+    let ending = ending(Path::new(text));
+    // A text file may hold anything.
+    match ending != "txt" && Format::ENDINGS.contains(&&*ending) {
         true => Err("must end in .toml: a model file is written, and that is the name of a recording".to_owned()),
         false => Ok(text.into()),
     }
@@ -165,7 +165,7 @@ pub fn model_file(text: &str) -> Result<PathBuf, String> {
 
 /// A file for rows, not named as a model.
 pub fn rows_file(text: &str) -> Result<PathBuf, String> {
-    match ending(text) == "toml" {
+    match ending(Path::new(text)) == "toml" {
         true => Err("must end in .csv: rows are written, and that is the name of a model file".to_owned()),
         false => Ok(text.into()),
     }
@@ -174,7 +174,7 @@ pub fn rows_file(text: &str) -> Result<PathBuf, String> {
 /// A file for a drawing, not named as a picture of another format or a page.
 pub fn drawing(text: &str) -> Result<PathBuf, String> {
     const OTHERS: [&str; 8] = ["png", "jpg", "jpeg", "gif", "pdf", "eps", "html", "htm"];
-    match OTHERS.contains(&&*ending(text)) {
+    match OTHERS.contains(&&*ending(Path::new(text))) {
         true => Err("must end in .svg: the picture is an SVG drawing".to_owned()),
         false => Ok(text.into()),
     }

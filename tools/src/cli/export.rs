@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use super::Session;
-use super::common::{depth, positive};
+use super::common::{depth, ending, positive};
 use super::failure::Failure;
 use crate::export::fmu::{DeflectionInput, Fmu, fmu};
 use crate::export::{self, ExportOptions, Exported, Origin, Precision};
@@ -75,7 +75,7 @@ enum Scalar {
 
 impl ExportArgs {
     pub(super) fn run(&self, session: &Session) -> Result<(), Failure> {
-        let ending = self.output.extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default();
+        let ending = ending(&self.output);
         match self.to {
             Form::C if ["c", "h", "fmu"].contains(&&*ending) => {
                 super::wrong_usage("--to c writes a header and a source into a folder: -o names the folder")

@@ -49,7 +49,7 @@ impl InvertArgs {
             &model,
             self.reading.rated_deflection,
             &recording,
-            &mut |note| working.aside(|| session.note(note)),
+            &mut working.notes(session),
             &working,
         )?;
         let saturated: Vec<f64> = found.saturated.iter().map(|&saturated| f64::from(u8::from(saturated))).collect();

@@ -45,7 +45,7 @@ impl PredictArgs {
             &model,
             self.reading.rated_deflection,
             &recording,
-            &mut |note| working.aside(|| session.note(note)),
+            &mut working.notes(session),
             &working,
         )?;
         let suffix = model.torque_unit.suffix();

@@ -6,6 +6,8 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
+use super::Session;
+
 /// A bar that shows itself after a second, with the time left; never into a pipe, never with `-q`.
 pub struct Progress {
     bar: ProgressBar,
@@ -77,6 +79,11 @@ impl Working {
     /// Prints something while the line of the work is away.
     pub fn aside(&self, print: impl FnOnce()) {
         self.bar.suspend(print);
+    }
+
+    /// Prints notes while the line of the work is away.
+    pub fn notes(&self, session: &Session) -> impl FnMut(&str) {
+        |note| self.aside(|| session.note(note))
     }
 }
 

@@ -179,11 +179,10 @@ fn is_missed(recording: &Recording, left: &[f64]) -> bool {
 /// Recordings whose largest deflections differ by more than this factor are perhaps in different units.
 const OTHER_SIZE: f64 = 10.0;
 
-/// Whether the largest deflections of recordings differ so much that their units may.
-pub fn differ_in_size(recordings: &[Recording]) -> bool {
-    let seen = || recordings.iter().filter_map(|recording| largest_deflection_rad(recording).ok());
-    let largest = seen().fold(0.0, f64::max);
-    seen().any(|own| OTHER_SIZE * own < largest)
+/// Whether the largest deflections of recordings, rad, differ so much that their units may.
+pub fn differ_in_size(largest_rad: &[f64]) -> bool {
+    let largest = largest_rad.iter().copied().fold(0.0, f64::max);
+    largest_rad.iter().any(|own| OTHER_SIZE * own < largest)
 }
 
 /// Fits the base model to recordings of one gear. Joint logs, which know no deflection, have the base model of [`joint`].
@@ -195,7 +194,8 @@ pub fn fit(recordings: &[Recording], options: &FitOptions, progress: &dyn Progre
     // Recordings that do not go together: perhaps one is in another unit or of another sign than the first.
     let (first, others) = recordings.split_at(1);
     let missed = || recordings.iter().zip(&fit.residuals).any(|(recording, left)| is_missed(recording, left));
-    if !others.is_empty() && fit.model.elastic.is_some() && (missed() || differ_in_size(recordings)) {
+    let sizes = || recordings.iter().flat_map(largest_deflection_rad).collect::<Vec<f64>>();
+    if !others.is_empty() && fit.model.elastic.is_some() && (missed() || differ_in_size(&sizes())) {
         let alone = fit_together(first, options, progress)?;
         others.iter().try_for_each(|other| plausible::units(other, &alone.model))?;
     }

@@ -175,7 +175,7 @@ fn structure(recordings: &[Recording], options: &HealthOptions, progress: &dyn P
         None => {
             let seen = recordings.iter().map(fit::largest_deflection_rad).collect::<Result<Vec<_>, _>>()?;
             let largest = seen.iter().copied().fold(0.0, f64::max);
-            if fit::differ_in_size(recordings) {
+            if fit::differ_in_size(&seen) {
                 one_unit(recordings, options)?;
             }
             largest

@@ -7,6 +7,7 @@ use gmhm::Law;
 
 use crate::kinds;
 use crate::model::{Model, Term};
+use crate::numerics::extremes;
 use crate::numerics::mark::Mark;
 use crate::physics::{Evaluation, PredictError, Signals};
 use crate::recording::{Recording, TorqueUnit};
@@ -75,7 +76,7 @@ impl<'a> Dataset<'a> {
     #[must_use]
     pub fn with_base(mut self, model: &Model) -> Self {
         let velocities = self.recordings.iter().filter_map(|r| Signals::new(r, &model.gear).velocity_rad_per_s);
-        let fastest = velocities.flat_map(|v| v.iter().map(|v| v.abs()).reduce(f64::max)).fold(0.0, f64::max);
+        let fastest = velocities.map(|v| extremes::largest(&v)).fold(0.0, f64::max);
         let given = model.terms.iter().enumerate().filter(|(_, term)| term.values.contains_key(kinds::SMOOTHING));
         let highest = |(at, term): (usize, &Term)| (at, kinds::highest_base_smoothing(term, fastest));
         self.highest_smoothings = given.map(highest).collect();

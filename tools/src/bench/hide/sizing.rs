@@ -28,7 +28,7 @@ const ZERO_STEPS: usize = 4;
 
 /// Scales the effect of a draft in a gear.
 ///
-/// `tried` is told the trials that are done.
+/// Before each trial, `tried` is called with the number of trials done.
 pub(super) fn size(
     model: &Model,
     draft: &Draft,
