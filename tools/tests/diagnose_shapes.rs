@@ -4,9 +4,12 @@ mod gears;
 
 use gears::{Path, published, record, walk};
 use gmhm_tools::diagnose::explain::Search;
+use gmhm_tools::diagnose::{Options, diagnose};
 use gmhm_tools::kinds::{LARGEST_BASE_SMOOTHING, coulomb_friction};
 use gmhm_tools::model::{Model, Term, TermValue, TorqueSide};
 use gmhm_tools::physics::predict;
+use gmhm_tools::prove::generator::{case, case_seed};
+use gmhm_tools::prove::mix;
 use gmhm_tools::recording::Recording;
 use gmhm_tools::regression::dataset::Dataset;
 
@@ -96,4 +99,52 @@ fn coulomb_friction_of_the_base_does_not_stand_in_for_viscous_friction() {
     let wide = Model { terms: vec![coulomb_friction(0.5, 0.2)], ..base };
     let given = Dataset::new(&recordings, &wide).unwrap().with_base(&wide);
     assert!((smoothing(&given, &wide) - 0.2).abs() < 0.01, "{}", smoothing(&given, &wide));
+}
+
+/// A joint under gravity whose friction saturates at `share` of its largest velocity, and the model without friction.
+fn joint_with_soft_friction(share: f64) -> (Recording, Model) {
+    let time_s: Vec<f64> = (0..4000).map(|k| 0.005 * f64::from(k)).collect();
+    let angle: Vec<f64> = time_s.iter().map(|t| 0.1 * t.sin() + 0.03 * (2.3 * t).sin()).collect();
+    let velocity: Vec<f64> = time_s.iter().map(|t| 0.1 * t.cos() + 0.069 * (2.3 * t).cos()).collect();
+    let noise = (0..4000).map(|k| 0.1 * (f64::from(k) * 12.9898).sin() * (f64::from(k * k % 997) * 0.7).cos());
+    let friction = velocity.iter().map(|v| 4.0 * (v / (0.169 * share)).tanh());
+    let torque: Vec<f64> =
+        angle.iter().zip(friction).zip(noise).map(|((q, friction), noise)| 5.0 * q.sin() + friction + noise).collect();
+    let recording = Recording {
+        name: "joint".into(),
+        torque: Some(torque),
+        theta_out_rad: Some(angle),
+        velocity_out_rad_per_s: Some(velocity),
+        time_s,
+        ..Recording::default()
+    };
+    let values = [("cos_nm", 0.0), ("sin_nm", 5.0)].map(|(key, value)| (key.to_owned(), TermValue::Number(value)));
+    let terms = vec![Term { kind: "gravity_load".to_owned(), values: values.into_iter().collect() }];
+    let mut base = Model { terms, ..Model::default() };
+    base.gear.torque_side = TorqueSide::Motor;
+    (recording, base)
+}
+
+#[test]
+fn friction_that_saturates_beyond_the_speeds_recorded_is_viscous() {
+    for (share, kind) in
+        [(0.3, "coulomb_friction"), (0.5, "coulomb_friction"), (0.9, "viscous_friction"), (1.2, "viscous_friction")]
+    {
+        let (recording, base) = joint_with_soft_friction(share);
+        let found = diagnose(&[recording], &base, &[], &Options::default(), &()).unwrap();
+        let names: Vec<&str> = found.diagnosis.effects.iter().map(|e| e.name.as_str()).collect();
+        assert_eq!(names, [kind], "saturates at {share} of the largest velocity");
+    }
+}
+
+/// A running gear of `gmhm prove` whose handed base is of nonsense numbers: with c1 of the wrong sign, seven times the error of the base refitted.
+#[test]
+fn a_base_far_from_its_recordings_is_not_kept() {
+    let specs = mix::only(&["loud"], 7002, 24, &[]);
+    let (_, spec) = specs.iter().find(|(index, _)| *index == 100_031).unwrap();
+    let case = case(case_seed(7002, 100_031), spec);
+    let found = diagnose(&case.recordings, &case.base, &[], &Options::default(), &()).unwrap();
+    let rms = found.diagnosis.rms;
+    assert!(rms.given > 5.0 * rms.refitted, "{rms:?}");
+    assert!(rms.extended < 1.05 * rms.refitted, "{rms:?}");
 }

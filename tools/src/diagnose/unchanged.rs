@@ -5,7 +5,7 @@ use crate::diagnose::DiagnoseError;
 use crate::diagnose::explain::Search;
 use crate::model::Model;
 use crate::numerics::block_gram::{BLOCKS, BlockGram, Chosen, t_of_blocks};
-use crate::numerics::vector::axpy;
+use crate::numerics::vector::{axpy, dot};
 use crate::regression::dataset::Dataset;
 use crate::regression::fit::Fitted;
 use crate::regression::parameters::{self, FreeParameter};
@@ -14,6 +14,8 @@ use crate::regression::parameters::{self, FreeParameter};
 const AS_WELL: f64 = 1.02;
 /// and the losses of the blocks add up to at most so many of their scatters.
 const ASKED: f64 = 2.0;
+/// and the model fitted so leaves at most so many times the squares of the rows fitted.
+const LEFT_AS_WELL: f64 = 1.3;
 /// A number moves far by more than this part of its size; by less it was only known less exactly.
 const FAR: f64 = 0.3;
 /// Steps of the fit of what remains free.
@@ -82,7 +84,10 @@ impl Dataset<'_> {
         } else {
             self.fit(&start, &places, Some(&extended.noise), STEPS)?
         };
-        if self.mean_square_of_blocks(&unchanged) > AS_WELL * self.mean_square_of_blocks(&extended) {
+        // Blocks are refitted with every free number; the model itself may be left far off by a likelihood that takes the difference for slow noise.
+        let squares = |fit: &Fitted| dot(&fit.residual, &fit.residual);
+        let worse = squares(&unchanged) > LEFT_AS_WELL * squares(&extended);
+        if worse || self.mean_square_of_blocks(&unchanged) > AS_WELL * self.mean_square_of_blocks(&extended) {
             return Ok(extended);
         }
         let Fitted { places, columns, noise, plain, .. } = extended;

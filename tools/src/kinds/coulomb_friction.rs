@@ -7,7 +7,8 @@ use super::draft::Draft;
 use super::experiment::Experiment;
 use super::measures::Measures;
 use super::ranges::Ranges;
-use super::{Family, Kind};
+use super::viscous_friction::viscous_friction;
+use super::{Family, Kind, SMOOTHING, WIDER_THAN_SPEEDS, number_of};
 use crate::model::{Model, Term};
 
 /// Kind `coulomb_friction`.
@@ -37,6 +38,12 @@ impl Kind for CoulombFriction {
             return Vec::new();
         }
         smoothings(ranges).map(|s| term(self.name(), &[("smoothing_rad_per_s", number(s))])).to_vec()
+    }
+
+    fn degenerates_to(&self, term: &Term, fastest_rad_per_s: f64) -> Option<Term> {
+        let smoothing = number_of(term, SMOOTHING);
+        let is_wide = smoothing > WIDER_THAN_SPEEDS * fastest_rad_per_s;
+        is_wide.then(|| viscous_friction(number_of(term, "torque_nm") / smoothing))
     }
 
     fn price(&self) -> f64 {

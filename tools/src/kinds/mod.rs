@@ -192,6 +192,11 @@ pub trait Kind: Sync {
         saturates(term, extent)
     }
 
+    /// The term of another kind that a fitted term is within the speeds recorded, where nothing is left of what makes it its kind.
+    fn degenerates_to(&self, _term: &Term, _fastest_rad_per_s: f64) -> Option<Term> {
+        None
+    }
+
     /// The kinds that this one contains as special cases.
     fn contains(&self) -> &'static [&'static str] {
         &[]
@@ -379,6 +384,8 @@ pub const LARGEST_SMOOTHING: f64 = 0.25;
 /// In the base model of a diagnosis it is at most this share where less is given. Friction of a wider smoothing is viscous over much of the speed and hides
 /// that viscous friction is missing: with 0.25 the refitted bases of EMPS and KUKA logs without viscous friction are named `unknown`, from 0.05 to 0.1 `viscous_friction`.
 pub const LARGEST_BASE_SMOOTHING: f64 = 0.05;
+/// Friction whose smoothing exceeds this share of the largest velocity does not come near its torque: within the recordings it is viscous.
+pub const WIDER_THAN_SPEEDS: f64 = 0.75;
 
 /// The highest smoothing of a friction of a base model, rad/s.
 pub fn highest_base_smoothing(term: &Term, fastest_rad_per_s: f64) -> f64 {

@@ -13,6 +13,11 @@ use crate::model::{Model, Term};
 /// Kind `viscous_friction`.
 pub struct ViscousFriction;
 
+/// A term of this kind: its damping, N·m·s/rad, exponent 1.
+pub fn viscous_friction(damping_nms_per_rad: f64) -> Term {
+    term(ViscousFriction.name(), &[("damping_nms_per_rad", number(damping_nms_per_rad))])
+}
+
 impl Kind for ViscousFriction {
     fn name(&self) -> &'static str {
         "viscous_friction"

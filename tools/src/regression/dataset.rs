@@ -35,6 +35,8 @@ pub struct Dataset<'a> {
     pub nuisances: Vec<Vec<f64>>,
     /// Smoothings of the friction of a base model, each of a term by its number, and their highest values, rad/s.
     highest_smoothings: Vec<(usize, f64)>,
+    /// The largest velocity, rad/s; infinite where none is recorded or asked for.
+    pub fastest_rad_per_s: f64,
 }
 
 impl<'a> Dataset<'a> {
@@ -67,8 +69,17 @@ impl<'a> Dataset<'a> {
         let accelerations = recordings.iter().map(|r| acceleration(r, &model.gear)).collect();
         let recordings: Vec<Cow<'a, Recording>> = recordings.iter().map(|r| denoised(r, model.gear.ratio)).collect();
         let nuisances = nuisances(&recordings, &spans, model)?;
-        let highest_smoothings = Vec::new();
-        Ok(Self { recordings, accelerations, stride: 1, spans, marks, target, nuisances, highest_smoothings })
+        Ok(Self {
+            recordings,
+            accelerations,
+            stride: 1,
+            spans,
+            marks,
+            target,
+            nuisances,
+            highest_smoothings: Vec::new(),
+            fastest_rad_per_s: f64::INFINITY,
+        })
     }
 
     /// The same with an upper bound of the smoothing of each friction in a base model: [`LARGEST_BASE_SMOOTHING`](kinds::LARGEST_BASE_SMOOTHING) of the
@@ -80,6 +91,9 @@ impl<'a> Dataset<'a> {
         let given = model.terms.iter().enumerate().filter(|(_, term)| term.values.contains_key(kinds::SMOOTHING));
         let highest = |(at, term): (usize, &Term)| (at, kinds::highest_base_smoothing(term, fastest));
         self.highest_smoothings = given.map(highest).collect();
+        if fastest > 0.0 {
+            self.fastest_rad_per_s = fastest;
+        }
         self
     }
 
@@ -123,6 +137,7 @@ impl<'a> Dataset<'a> {
             target: thin(&target),
             nuisances: self.nuisances.iter().map(|n| thin(n)).collect(),
             highest_smoothings: self.highest_smoothings.clone(),
+            fastest_rad_per_s: self.fastest_rad_per_s,
         }
     }
 

@@ -173,8 +173,15 @@ impl Dataset<'_> {
             let weights = finder.weights(&set);
             let model = dictionary.applied(&fit.model, &set, &weights);
             let refitted = self.plain_fit(&model, &self.places(&model, search), STEPS)?;
-            let (refitted, lost) = self.without_unlawful(refitted, search)?;
+            let (refitted, renamed) = self.without_degenerate(refitted, search)?;
+            let (refitted, mut lost) = self.without_unlawful(refitted, search)?;
             if let (true, Some(result)) = (last, result.as_mut()) {
+                for (was, is) in renamed {
+                    match is {
+                        Some(is) => result.selected.iter_mut().filter(|s| s.kind == was).for_each(|s| s.kind = is),
+                        None => lost.push(was.to_owned()),
+                    }
+                }
                 if lost.is_empty() {
                     result.fit = refitted.clone();
                 } else {
@@ -185,6 +192,37 @@ impl Dataset<'_> {
             fit = refitted;
         }
         result.ok_or_else(|| DatasetError::NoRecording.into())
+    }
+
+    /// A fit in which the found terms that are of another kind within the recordings are of that kind, or part of a term of it that is there; with the kind that
+    /// each was and, where it became a term of its own, the kind that it is.
+    fn without_degenerate(
+        &self,
+        fit: Fitted,
+        search: explain::Search<'_>,
+    ) -> Result<(Fitted, Vec<(&'static str, Option<&'static str>)>), DiagnoseError> {
+        let mut model = fit.model.clone();
+        let mut renamed = Vec::new();
+        for at in (search.base_terms..model.terms.len()).rev() {
+            let term = &model.terms[at];
+            let Some(kind) = kinds::of_term(term) else { continue };
+            let Some(other) = kind.degenerates_to(term, self.fastest_rad_per_s) else { continue };
+            let Some(is) = kinds::of_term(&other) else { continue };
+            if search.removed.iter().any(|removed| removed == is.name()) {
+                continue;
+            }
+            let is_there = model.terms.iter().any(|t| t.kind == other.kind);
+            renamed.push((kind.name(), (!is_there).then(|| is.name())));
+            if is_there {
+                model.terms.remove(at);
+            } else {
+                model.terms[at] = other;
+            }
+        }
+        if renamed.is_empty() {
+            return Ok((fit, renamed));
+        }
+        Ok((self.plain_fit(&model, &self.places(&model, search), STEPS)?, renamed))
     }
 
     /// A fit without the found terms whose refitted numbers are not of their kind, and those kinds. What refines such a term goes before the term itself.
