@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`free_functions`] | functions without physics over every coordinate |
 //! | [`dictionary`] | base, kinds and free functions as columns beside a fitted model |
+//! | `lawful` | found terms whose refitted numbers make them no term of their kind |
 //! | [`remainder`] | a second selection, of what stays unexplained beside a memory |
 //! | [`mod@fidelity`] | how much of what a free function predicts a kind predicts |
 //! | [`criterion`] | what a set of kinds is judged by: held-out error and prices |
@@ -14,6 +15,7 @@ pub mod criterion;
 pub mod dictionary;
 pub mod fidelity;
 pub mod free_functions;
+mod lawful;
 pub mod remainder;
 pub mod search;
 pub mod significance;
@@ -23,7 +25,6 @@ use statrs::distribution::{ContinuousCDF, Normal};
 
 use crate::kinds;
 use crate::kinds::free_coordinate::FreeCoordinate;
-use crate::model::Term;
 use crate::numerics::block_gram::{BLOCKS, BlockGram, Chosen, Targets, t_of_blocks};
 use criterion::{Search, Set};
 use dictionary::{Dictionary, Origin};
@@ -192,72 +193,6 @@ impl Dataset<'_> {
             fit = refitted;
         }
         result.ok_or_else(|| DatasetError::NoRecording.into())
-    }
-
-    /// A fit in which the found terms that are of another kind within the recordings are of that kind, or part of a term of it that is there; with the kind that
-    /// each was and, where it became a term of its own, the kind that it is.
-    fn without_degenerate(
-        &self,
-        fit: Fitted,
-        search: explain::Search<'_>,
-    ) -> Result<(Fitted, Vec<(&'static str, Option<&'static str>)>), DiagnoseError> {
-        let mut model = fit.model.clone();
-        let mut renamed = Vec::new();
-        for at in (search.base_terms..model.terms.len()).rev() {
-            let term = &model.terms[at];
-            let Some(kind) = kinds::of_term(term) else { continue };
-            let Some(other) = kind.degenerates_to(term, self.fastest_rad_per_s) else { continue };
-            let Some(is) = kinds::of_term(&other) else { continue };
-            if search.removed.iter().any(|removed| removed == is.name()) {
-                continue;
-            }
-            let is_there = model.terms.iter().any(|t| t.kind == other.kind);
-            renamed.push((kind.name(), (!is_there).then(|| is.name())));
-            if is_there {
-                model.terms.remove(at);
-            } else {
-                model.terms[at] = other;
-            }
-        }
-        if renamed.is_empty() {
-            return Ok((fit, renamed));
-        }
-        Ok((self.plain_fit(&model, &self.places(&model, search), STEPS)?, renamed))
-    }
-
-    /// A fit without the found terms whose refitted numbers are not of their kind, and those kinds. What refines such a term goes before the term itself.
-    fn without_unlawful(
-        &self,
-        mut fit: Fitted,
-        search: explain::Search<'_>,
-    ) -> Result<(Fitted, Vec<String>), DiagnoseError> {
-        let mut lost = Vec::new();
-        loop {
-            let found = &fit.model.terms[search.base_terms..];
-            let may_be_reversed = |term: &Term| {
-                kinds::of_term(term).is_some_and(|k| kinds::may_be_reversed(k, fit.model.is_simulation()))
-            };
-            let smooths = self.only_smooths(&fit);
-            let unlawful = found
-                .iter()
-                .find(|t| (!may_be_reversed(t) && kinds::is_reversed(t)) || (smooths && explain::is_delay(t)));
-            let Some(unlawful) = unlawful else { return Ok((fit, lost)) };
-            if let Some(fewer) = kinds::without_negative_elements(unlawful) {
-                let mut model = fit.model.clone();
-                let own = model.terms.iter_mut().skip(search.base_terms).find(|t| t.kind == fewer.kind);
-                own.into_iter().for_each(|term| *term = fewer.clone());
-                fit = self.plain_fit(&model, &self.places(&model, search), STEPS)?;
-                continue;
-            }
-            let refines = |t: &Term| kinds::of_term(t).is_some_and(|k| k.refines().contains(&unlawful.kind.as_str()));
-            let refined = found.iter().any(refines);
-            let gone = |t: &Term| if refined { refines(t) } else { t.kind == unlawful.kind };
-            let mut model = fit.model.clone();
-            let mut at = 0..model.terms.len();
-            model.terms.retain(|t| at.next().is_some_and(|at| at < search.base_terms) || !gone(t));
-            lost.extend(found.iter().filter(|t| gone(t)).map(|t| t.kind.clone()));
-            fit = self.plain_fit(&model, &self.places(&model, search), STEPS)?;
-        }
     }
 
     fn summed_up(
