@@ -71,6 +71,9 @@ const RICH: f64 = 0.2;
 /// A gain of the deviance that is always near.
 const NEAR: f64 = 60.0;
 
+/// Interpolation between rows smooths noise with delays of so many rows; with longer ones the mean of early and late turns ripples.
+const SMOOTHS_WITHIN: f64 = 2.0;
+
 /// Whether a term shifts the torque in time.
 pub fn is_delay(term: &Term) -> bool {
     term.info().is_some_and(|info| info.domain == Domain::Delay)
@@ -160,9 +163,12 @@ impl Dataset<'_> {
         smoothed > 0.5 * (without - squares(&|i| late[i]))
     }
 
-    /// The torque of a model without its delay, with it, and with its opposite.
+    /// The torque of a model without its delay, with it, and with its opposite; `None` where that is too long to smooth neighbouring rows.
     fn about_delay(&self, model: &Model, at: usize) -> Option<[Vec<f64>; 3]> {
         let TermValue::Number(delay) = *model.terms[at].values.get("delay_s")? else { return None };
+        if delay.abs() > SMOOTHS_WITHIN * self.period_s() {
+            return None;
+        }
         let with = |delay: f64| {
             let mut model = model.clone();
             model.terms[at].values.insert("delay_s".to_owned(), TermValue::Number(delay));

@@ -97,13 +97,13 @@ pub fn diagnose(
     let stride = dataset.len().div_ceil(SEARCH_ROWS);
     let thin = dataset.thinned(stride, &plain.residual);
     let mut base = thin.plain_fit(&plain.model, &thin.places(&plain.model, search), PLAIN_STEPS)?;
-    let mut selection = thin.select(&base, search, 1.0)?;
+    let mut selection = thin.select_beside_delays(&base, search)?;
     check()?;
     if selection.friction_of_wrong_sign > WRONG_SIGN {
         let mut other = plain.model.clone();
         other.gear.torque_side = model.gear.torque_side.other();
         let fit = thin.plain_fit(&other, &thin.places(&other, search), PLAIN_STEPS)?;
-        let turned = thin.select(&fit, search, 1.0)?;
+        let turned = thin.select_beside_delays(&fit, search)?;
         if turned.objective < selection.objective - LEAST_BETTER {
             suggestions.push(Suggestion::TorqueSide(other.gear.torque_side));
             (base, selection) = (fit, turned);

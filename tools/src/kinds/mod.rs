@@ -11,7 +11,7 @@
 //! | [`measures`], [`draft`] | how `gmhm simulate --hide` draws an effect of a kind |
 //! | `build` | terms, waves and drafts as several kinds make them |
 
-mod build;
+pub(crate) mod build;
 pub mod draft;
 pub mod experiment;
 pub mod free_coordinate;

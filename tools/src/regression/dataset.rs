@@ -245,6 +245,20 @@ impl<'a> Dataset<'a> {
         self.recordings.iter().flat_map(|r| self.looked_at(&r.time_s)).collect()
     }
 
+    /// Largest less smallest torque of the rows that count.
+    pub fn torque_span(&self) -> f64 {
+        let own = (0..self.len()).filter(|row| self.counts(*row)).map(|row| self.target[row]);
+        let (least, most) = own.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
+        (most - least).max(0.0)
+    }
+
+    /// The mean period of the first recording's rows as looked at, s.
+    pub fn period_s(&self) -> f64 {
+        let (time, rows) = (&self.recordings[0].time_s, self.spans[0].len());
+        let lasts = time.last().zip(time.first()).map_or(0.0, |(last, first)| last - first);
+        (lasts / rows.saturating_sub(1).max(1) as f64).max(f64::MIN_POSITIVE)
+    }
+
     /// Whether a row is one of those that a fit explains.
     pub fn counts(&self, row: usize) -> bool {
         let index = self.spans.partition_point(|span| span.end <= row);

@@ -17,6 +17,8 @@ pub struct Candidate {
     pub columns: Vec<usize>,
     /// Which weights have to be positive for the kind to be of its kind.
     pub positive: Vec<bool>,
+    /// The largest value of each column, before what is each recording's own was taken out of it.
+    pub largest: Vec<f64>,
     /// What it costs, as a share of what is predictable.
     pub price: f64,
     /// A kind that this shape needs beside it.
@@ -48,6 +50,8 @@ pub struct Search<'a> {
     pub in_base: Vec<&'static str>,
     /// What may be chosen.
     pub candidates: &'a [Candidate],
+    /// The span of the torque.
+    pub torque_span: f64,
     /// The columns and the ridge of the best free description.
     pub free: (Vec<usize>, f64),
     /// The squares that prices are shares of.
@@ -75,12 +79,28 @@ impl<'a> Search<'a> {
         base: Vec<usize>,
         in_base: Vec<&'static str>,
         candidates: &'a [Candidate],
+        torque_span: f64,
         free: (Vec<usize>, f64),
         scale: f64,
         seed: u64,
     ) -> Self {
         let cache = RefCell::default();
-        Self { gram, columns, counts, spans, y, targets, base, in_base, candidates, free, scale, seed, cache }
+        Self {
+            gram,
+            columns,
+            counts,
+            spans,
+            y,
+            targets,
+            base,
+            in_base,
+            candidates,
+            torque_span,
+            free,
+            scale,
+            seed,
+            cache,
+        }
     }
 
     /// The columns of the base and a set.
@@ -144,7 +164,8 @@ impl<'a> Search<'a> {
         set.values().flatten().map(|c| (*c, self.candidates[*c].columns.iter().map(at).collect())).collect()
     }
 
-    /// Whether every weight that has to be positive is, and no refinement is larger than what it refines.
+    /// Whether every weight that has to be positive is, no refinement is larger than what it refines, and nothing is larger than the torque spans: within a
+    /// small part of a turn an offset of the recording hides any gravity.
     pub fn is_lawful(&self, set: &Set) -> bool {
         let weights = self.weights(set);
         let signs = weights.iter().all(|(c, weights)| {
@@ -160,7 +181,10 @@ impl<'a> Search<'a> {
                 refined.zip(size(kind.name())).is_none_or(|(refined, own)| own <= kind.most_of_refined() * refined)
             })
         };
-        signs && sizes()
+        let spans = |(c, weights): (&usize, &Vec<f64>)| {
+            weights.iter().zip(&self.candidates[*c].largest).all(|(w, largest)| (w * largest).abs() <= self.torque_span)
+        };
+        signs && sizes() && weights.iter().all(spans)
     }
 
     /// Whether every kind has those beside it that it refines.
@@ -170,5 +194,51 @@ impl<'a> Search<'a> {
             let refined = kinds::of(kind).map_or(&[][..], |k| k.refines());
             refined.is_empty() || refined.iter().any(|n| there(n))
         }) && set.iter().all(|(_, own)| own.iter().all(|c| self.candidates[*c].refines.is_none_or(there)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_term_larger_than_the_torque_spans_is_not_lawful() {
+        let rows = 800;
+        let mean = |x: &[f64]| x.iter().sum::<f64>() / x.len() as f64;
+        let gravity: Vec<f64> = (0..rows).map(|row| (0.05 * (0.03 * f64::from(row)).sin()).cos()).collect();
+        let column: Vec<f64> = gravity.iter().map(|x| x - mean(&gravity)).collect();
+        let columns = [column];
+        let (spans, counts) = ([0..rows as usize], vec![true; rows as usize]);
+        let gram = BlockGram::new(&columns, &spans, &counts);
+        let candidates = [Candidate {
+            kind: "gravity_load",
+            columns: vec![0],
+            positive: vec![false],
+            largest: vec![1.0],
+            price: 0.01,
+            refines: None,
+            additive: false,
+        }];
+        for (amplitude, is_lawful) in [(0.5, true), (-0.5, true), (170.0, false), (-170.0, false)] {
+            let y: Vec<f64> = columns[0].iter().map(|x| amplitude * x).collect();
+            let targets = gram.targets(&columns, std::slice::from_ref(&y), &counts);
+            let none = (Vec::new(), 0.1);
+            let search = Search::new(
+                &gram,
+                &columns,
+                &counts,
+                &spans,
+                &y,
+                &targets,
+                Vec::new(),
+                Vec::new(),
+                &candidates,
+                1.0,
+                none,
+                1.0,
+                1,
+            );
+            assert_eq!(search.is_lawful(&Set::from([("gravity_load", vec![0])])), is_lawful, "{amplitude} N·m");
+        }
     }
 }

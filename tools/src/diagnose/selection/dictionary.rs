@@ -14,6 +14,7 @@ use crate::kinds::free_coordinate::FreeCoordinate;
 use crate::kinds::{self, FURTHER_ELEMENT_PRICE, Kind};
 use crate::model::{Model, TermValue};
 use crate::numerics::block_gram::{BlockGram, Chosen, Targets};
+use crate::numerics::extremes;
 use crate::numerics::vector::dot;
 use crate::regression::dataset::Dataset;
 use crate::regression::fit::Fitted;
@@ -170,6 +171,7 @@ impl Dictionary {
             let price = kind.price() * (1.0 + FURTHER_ELEMENT_PRICE * further as f64) + kind.shape_price(own);
             self.candidates.push(Candidate {
                 kind: info.name,
+                largest: self.largest_of(&columns),
                 columns,
                 positive,
                 price,
@@ -185,6 +187,10 @@ impl Dictionary {
         kind.has_to_be_positive(key) && !kinds::may_be_reversed(kind, self.simulation)
     }
 
+    fn largest_of(&self, columns: &[usize]) -> Vec<f64> {
+        columns.iter().map(|c| extremes::largest(&self.columns[*c])).collect()
+    }
+
     fn add_proposal(&mut self, proposal: &Proposal, index: usize) {
         let kind = proposal.info.name;
         let own = self.push_all(proposal.columns.clone());
@@ -195,6 +201,7 @@ impl Dictionary {
         let of = proposal.kind;
         self.candidates.push(Candidate {
             kind,
+            largest: self.largest_of(&own),
             columns: own,
             positive: proposal.keys.iter().map(|(key, _)| self.has_to_be_positive(of, key)).collect(),
             price: of.price() + of.shape_price(&proposal.term),
@@ -206,7 +213,7 @@ impl Dictionary {
 
     /// Takes what is each recording's own (its offset, what the gear remembers from before the first row) out of a line, over all of its rows: no prediction
     /// claims to know it, and part of it shows in one block only.
-    fn without_own(dataset: &Dataset<'_>, counts: &[bool], lines: &mut [Vec<f64>]) {
+    pub(super) fn without_own(dataset: &Dataset<'_>, counts: &[bool], lines: &mut [Vec<f64>]) {
         for span in &dataset.spans {
             let mut basis: Vec<Vec<f64>> = Vec::new();
             for nuisance in &dataset.nuisances {
@@ -260,6 +267,7 @@ impl Dictionary {
             let candidate = &mut self.candidates[c];
             candidate.columns = kept.iter().map(|k| candidate.columns[*k]).collect();
             candidate.positive = kept.iter().map(|k| candidate.positive[*k]).collect();
+            candidate.largest = kept.iter().map(|k| candidate.largest[*k]).collect();
             if let Origin::Proposed(_, numbers) = &mut self.origins[c] {
                 *numbers = kept;
             }
@@ -297,7 +305,7 @@ impl Dictionary {
         };
         // Within a few periods a free function of the angle takes a wave for its own.
         let (left, with_angle) = (left(&[]), left(&[FreeCoordinate::OutputAngle]));
-        let rate = sampling_rate(dataset);
+        let rate = dataset.period_s().recip();
         let mut wanted: Vec<(bool, f64)> = Vec::new();
         for (motor, q) in [(true, &see.motor), (false, &see.output)] {
             let Some(q) = q.as_deref() else { continue };
@@ -403,12 +411,6 @@ fn merged(mut model: Model) -> Model {
         }
     }
     model
-}
-
-fn sampling_rate(dataset: &Dataset<'_>) -> f64 {
-    let time = dataset.time_s();
-    let span = &dataset.spans[0];
-    (span.len() - 1) as f64 / (time[span.end - 1] - time[span.start]).max(f64::MIN_POSITIVE)
 }
 
 /// The speed of an angle that a quarter of the rows exceed, rad a row.

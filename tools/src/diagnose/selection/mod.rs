@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`free_functions`] | functions without physics over every coordinate |
 //! | [`dictionary`] | base, kinds and free functions as columns beside a fitted model |
+//! | `delay` | a delay of the torque that its derivative does not show |
 //! | `lawful` | found terms whose refitted numbers make them no term of their kind |
 //! | [`remainder`] | a second selection, of what stays unexplained beside a memory |
 //! | [`mod@fidelity`] | how much of what a free function predicts a kind predicts |
@@ -12,6 +13,7 @@
 //! | [`surrogates`] | series with the spectrum of the noise and no structure |
 
 pub mod criterion;
+mod delay;
 pub mod dictionary;
 pub mod fidelity;
 pub mod free_functions;
@@ -79,11 +81,33 @@ pub struct Selection {
     pub friction_of_wrong_sign: f64,
     /// What the search minimises: held-out error and prices, as a share of what is predictable.
     pub objective: f64,
+    /// A delay of the torque, s, beside which free functions leave much less.
+    pub likely_delay_s: Option<f64>,
     /// Rows that counted.
     pub rows: usize,
 }
 
+/// Held-out squares that a selection is measured by.
+#[derive(Clone, Copy)]
+struct Reference {
+    /// Of the refitted base.
+    base: f64,
+    /// Of the best free description.
+    free: f64,
+}
+
+impl Reference {
+    /// What is predictable.
+    fn scale(self) -> f64 {
+        (self.base - self.free).max(1e-12 * self.base).max(f64::MIN_POSITIVE)
+    }
+}
+
 impl Selection {
+    fn reference(&self) -> Reference {
+        Reference { base: self.base_squares, free: self.free_squares }
+    }
+
     /// The part of the base's squared error, held out, that any free description predicts, 0 to 1.
     pub fn predictable(&self) -> f64 {
         (1.0 - self.free_squares / self.base_squares.max(f64::MIN_POSITIVE)).clamp(0.0, 1.0)
@@ -120,8 +144,20 @@ impl Dataset<'_> {
     /// # Errors
     /// A model that cannot be evaluated.
     pub fn select(&self, base: &Fitted, search: explain::Search<'_>, prices: f64) -> Result<Selection, DiagnoseError> {
+        self.select_from(base, None, search, prices)
+    }
+
+    /// The same from a fit that holds found terms, measured by what another selection found of the base.
+    fn select_from(
+        &self,
+        base: &Fitted,
+        given: Option<Reference>,
+        search: explain::Search<'_>,
+        prices: f64,
+    ) -> Result<Selection, DiagnoseError> {
         let mut fit = base.clone();
-        let mut reference: Option<(f64, f64, f64)> = None;
+        let mut reference = given;
+        let mut likely_delay_s = None;
         let mut result = None;
         let mut beside_base = None;
         for round in 0..ROUNDS {
@@ -134,10 +170,16 @@ impl Dataset<'_> {
             let (free, ridge, free_squares) = ceiling(&dictionary, &gram, &targets);
             let is_quiet =
                 reference.is_none() && !is_predictable(self, &dictionary, &gram, &targets, (&free, ridge), search.seed);
-            let (base_squares, best_free, scale) = *reference.get_or_insert_with(|| {
-                let best_free = if is_quiet { plain } else { free_squares.min(plain) };
-                (plain, best_free, (plain - best_free).max(1e-12 * plain).max(f64::MIN_POSITIVE))
+            if reference.is_none() && !is_quiet {
+                likely_delay_s = self.likely_delay(&dictionary, &gram, (&free, ridge), &fit);
+            }
+            let measure = *reference.get_or_insert_with(|| Reference {
+                base: plain,
+                free: if is_quiet { plain } else { free_squares.min(plain) },
             });
+            // A delay that was found is given back by its derivative alone: too much of it.
+            let plain = given.map_or(plain, |given| given.base);
+            let scale = measure.scale();
             let in_base =
                 fit.model.terms[..search.base_terms].iter().filter_map(|t| t.info()).map(|i| i.name).collect();
             let mut finder = Search::new(
@@ -150,6 +192,7 @@ impl Dataset<'_> {
                 dictionary.base.clone(),
                 in_base,
                 &dictionary.candidates,
+                self.torque_span(),
                 (free, ridge),
                 scale,
                 search.seed,
@@ -160,13 +203,21 @@ impl Dataset<'_> {
                     start.entry(dictionary.candidates[c].kind).or_default().push(c);
                 }
             }
-            finder.scale = prices * scale.max(plain - finder.squares(&start)).max(finder.largest_gain());
-            let set = finder.run(start.clone());
+            let largest = if given.is_some() { 0.0 } else { finder.largest_gain() };
+            finder.scale = prices * scale.max(plain - finder.squares(&start)).max(largest);
+            let mut set = finder.run(start.clone());
+            if given.is_some() && round == 0 {
+                // What a delay is worth beside what was found just now only a refit shows.
+                for (kind, own) in &start {
+                    set.entry(kind).or_insert_with(|| own.clone());
+                }
+            }
             let squares = finder.squares(&set);
             let last = round + 1 == ROUNDS || set == start;
             if last {
-                let squares = (base_squares, best_free, squares);
-                result = Some(self.summed_up(&dictionary, &finder, &set, squares, beside_base, &fit));
+                let mut found = self.summed_up(&dictionary, &finder, &set, (measure, squares), beside_base, &fit);
+                found.likely_delay_s = likely_delay_s;
+                result = Some(found);
                 if set == start {
                     break;
                 }
@@ -200,11 +251,12 @@ impl Dataset<'_> {
         dictionary: &Dictionary,
         finder: &Search<'_>,
         set: &Set,
-        (base_squares, free_squares, selected_squares): (f64, f64, f64),
+        (reference, selected_squares): (Reference, f64),
         beside_base: &BesideBase,
         fit: &Fitted,
     ) -> Selection {
-        let free_squares = free_squares.min(selected_squares);
+        let base_squares = reference.base;
+        let free_squares = reference.free.min(selected_squares);
         let scale = (base_squares - free_squares).max(f64::MIN_POSITIVE);
         let mut selected: Vec<Selected> = set
             .keys()
@@ -255,6 +307,7 @@ impl Dataset<'_> {
                 .into_iter()
                 .fold(0.0, f64::max),
             objective: finder.objective(set),
+            likely_delay_s: None,
             rows: finder.gram.rows(),
         }
     }

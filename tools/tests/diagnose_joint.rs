@@ -1,0 +1,59 @@
+//! A joint whose torque is recorded late. Synthetic recordings.
+
+use gmhm_tools::diagnose::{Finding, Options, diagnose};
+use gmhm_tools::model::{GearSection, Model, Term, TermValue, TorqueSide};
+use gmhm_tools::recording::Recording;
+
+const PERIOD_S: f64 = 0.002;
+const ROWS: u32 = 8000;
+
+/// Noise without structure, the same in every run, of some 0.6 of its amplitude rms.
+fn noise(row: u32) -> f64 {
+    let row = f64::from(row);
+    (row * 12.9898).sin() * (row * row * 0.078_233).cos()
+}
+
+/// A joint of ratio 100 that moves by `angle_and_velocity`, its torque, and a base model of gravity alone.
+fn joint(angle_and_velocity: impl Fn(f64) -> (f64, f64), torque: impl Fn(f64) -> f64) -> (Recording, Model) {
+    let time_s: Vec<f64> = (0..ROWS).map(|row| PERIOD_S * f64::from(row)).collect();
+    let (angle, velocity): (Vec<f64>, Vec<f64>) = time_s.iter().map(|t| angle_and_velocity(*t)).unzip();
+    let recording = Recording {
+        name: "joint".into(),
+        torque: Some(time_s.iter().zip(0..).map(|(t, row)| torque(*t) + 0.05 * noise(row)).collect()),
+        theta_out_rad: Some(angle),
+        velocity_out_rad_per_s: Some(velocity),
+        time_s,
+        ..Recording::default()
+    };
+    let values = [("cos_nm", 0.0), ("sin_nm", 5.0)].map(|(key, value)| (key.to_owned(), TermValue::Number(value)));
+    let terms = vec![Term { kind: "gravity_load".to_owned(), values: values.into_iter().collect() }];
+    let gear = GearSection { ratio: Some(100.0), torque_side: TorqueSide::Motor, ..GearSection::default() };
+    (recording, Model { gear, terms, ..Model::default() })
+}
+
+fn diagnosed((recording, base): (Recording, Model)) -> Finding {
+    diagnose(&[recording], &base, &[], &Options::default(), &()).unwrap()
+}
+
+/// Two sines of the output: angle and velocity.
+fn two_sines(t: f64) -> (f64, f64) {
+    (0.3 * t.sin() + 0.1 * (2.3 * t).sin(), 0.3 * t.cos() + 0.23 * (2.3 * t).cos())
+}
+
+#[test]
+fn a_ripple_is_found_behind_a_delay_that_turns_its_phase() {
+    for delay_s in [0.012, -0.008] {
+        let torque = |t: f64| {
+            let (angle, velocity) = two_sines(t - delay_s);
+            5.0 * angle.sin() + 2.0 * (velocity / 0.02).tanh() + 1.5 * (400.0 * angle + 0.3).sin()
+        };
+        let found = diagnosed(joint(two_sines, torque));
+        let names: Vec<&str> = found.diagnosis.effects.iter().map(|e| e.name.as_str()).collect();
+        for kind in ["time_skew", "torque_ripple", "coulomb_friction"] {
+            assert!(names.contains(&kind), "{kind} is not in {names:?}");
+        }
+        let delay = found.model.terms.iter().find_map(|term| term.values.get("delay_s"));
+        let Some(TermValue::Number(delay)) = delay else { panic!("no delay in {:?}", found.model.terms) };
+        assert!((delay - delay_s).abs() < 2e-4, "{delay} s is not {delay_s} s");
+    }
+}
