@@ -75,7 +75,7 @@ fn case(rows: usize) -> Result<(Model, Recording), Box<dyn std::error::Error>> {
         theta_out_rad: Some(time_s.iter().map(|t| input(*t) - deflection(*t)).collect()),
         deflection_rad: Some(time_s.iter().map(|t| deflection(*t)).collect()),
         temperature_c: Some(time_s.iter().map(|t| 22.0 + 8.0 * (1.0 - (-3.0 * t / end).exp())).collect()),
-        time_s,
+        time_s: time_s.into(),
         ..Recording::default()
     };
     let list = |x: f64| TermValue::List(vec![x]);
@@ -91,7 +91,7 @@ fn case(rows: usize) -> Result<(Model, Recording), Box<dyn std::error::Error>> {
         noise = carried * noise + 0.05 * (1.0 - carried * carried).sqrt() * normal;
         *torque += noise;
     }
-    recording.torque = Some(torque);
+    recording.torque = Some(torque.into());
     Ok((model, recording))
 }
 

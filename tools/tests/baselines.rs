@@ -37,7 +37,7 @@ fn each_yardstick_fits_its_own_nature() {
             name: "another nature".to_owned(),
             time_s: (0..theta.len()).map(|k| 1e-2 * k as f64).collect(),
             torque: Some(theta.iter().map(|theta| model(*theta)).collect()),
-            deflection_rad: Some(theta.clone()),
+            deflection_rad: Some(theta.clone().into()),
             ..Recording::default()
         }
     };

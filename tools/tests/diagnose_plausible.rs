@@ -138,7 +138,7 @@ fn what_does_not_move_or_never_changes_is_refused() {
     let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(5);
     let mut noise =
         |size: f64| -> Vec<f64> { StandardNormal.sample_iter(&mut random).take(2000).map(|x: f64| size * x).collect() };
-    (resting.deflection_rad, resting.torque) = (Some(noise(1e-6)), Some(noise(0.09)));
+    (resting.deflection_rad, resting.torque) = (Some(noise(1e-6).into()), Some(noise(0.09).into()));
     assert!(matches!(examine(&[resting], &[], &published()), Err(Implausible::Still { .. })));
     let dead = with(same, |_| 2e-4);
     assert!(matches!(examine(std::slice::from_ref(&dead), &[], &published()), Err(Implausible::Still { .. })));

@@ -70,8 +70,8 @@ fn joint_without_viscous_friction() -> (Recording, Model) {
         name: "joint".into(),
         torque: Some(velocity.iter().map(|v| 0.5 * (v / 0.01).tanh() + 2.0 * v).collect()),
         theta_out_rad: Some(time_s.iter().map(|t| t.sin()).collect()),
-        velocity_out_rad_per_s: Some(velocity),
-        time_s,
+        velocity_out_rad_per_s: Some(velocity.into()),
+        time_s: time_s.into(),
         ..Recording::default()
     };
     let mut base = Model { terms: vec![coulomb_friction(0.5, 0.01)], ..Model::default() };
@@ -112,10 +112,10 @@ fn joint_with_soft_friction(share: f64) -> (Recording, Model) {
         angle.iter().zip(friction).zip(noise).map(|((q, friction), noise)| 5.0 * q.sin() + friction + noise).collect();
     let recording = Recording {
         name: "joint".into(),
-        torque: Some(torque),
-        theta_out_rad: Some(angle),
-        velocity_out_rad_per_s: Some(velocity),
-        time_s,
+        torque: Some(torque.into()),
+        theta_out_rad: Some(angle.into()),
+        velocity_out_rad_per_s: Some(velocity.into()),
+        time_s: time_s.into(),
         ..Recording::default()
     };
     let values = [("cos_nm", 0.0), ("sin_nm", 5.0)].map(|(key, value)| (key.to_owned(), TermValue::Number(value)));

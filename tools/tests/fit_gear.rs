@@ -85,8 +85,8 @@ fn a_recording_that_begins_within_the_loop_is_not_biased_by_its_start() {
     let all = record(A, elastic, memory, &Path { theta: whole, period_s: 1e-2 }, 0.0, 0);
     let from = 1130;
     let recording = Recording {
-        time_s: all.time_s[from..].to_vec(),
-        deflection_rad: all.deflection_rad.map(|d| d[from..].to_vec()),
+        time_s: all.time_s[from..].to_vec().into(),
+        deflection_rad: all.deflection_rad.map(|d| d[from..].to_vec().into()),
         torque: all.torque.map(|t| t[from..].iter().map(|t| t + 0.7).collect()),
         ..all
     };
@@ -109,9 +109,9 @@ fn rows_that_no_usual_past_explains_are_left_out_until_the_loop_has_settled() {
     // The recording begins inside the innermost loop.
     let from = 900;
     let recording = Recording {
-        time_s: all.time_s[from..].to_vec(),
-        deflection_rad: all.deflection_rad.map(|d| d[from..].to_vec()),
-        torque: all.torque.map(|t| t[from..].to_vec()),
+        time_s: all.time_s[from..].to_vec().into(),
+        deflection_rad: all.deflection_rad.map(|d| d[from..].to_vec().into()),
+        torque: all.torque.map(|t| t[from..].to_vec().into()),
         ..all
     };
     let found = fit(&[recording], &given(elastic, memory), &()).unwrap();
@@ -127,9 +127,9 @@ fn one_turn_of_the_steady_loop_is_enough_wherever_it_begins() {
         let all = record(A, elastic, memory, &Path { theta: cycle(A, 1600, 4.0), period_s: 1e-2 }, 0.0, 0);
         let turn = 800 + begin..1200 + begin;
         let recording = Recording {
-            time_s: all.time_s[turn.clone()].to_vec(),
-            deflection_rad: all.deflection_rad.map(|d| d[turn.clone()].to_vec()),
-            torque: all.torque.map(|t| t[turn].to_vec()),
+            time_s: all.time_s[turn.clone()].to_vec().into(),
+            deflection_rad: all.deflection_rad.map(|d| d[turn.clone()].to_vec().into()),
+            torque: all.torque.map(|t| t[turn].to_vec().into()),
             ..all
         };
         for method in [Method::Auto, Method::Pso] {

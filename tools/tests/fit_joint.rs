@@ -10,7 +10,7 @@ use gmhm_tools::fit::FitOptions;
 use gmhm_tools::fit::verdict::{Assessment, Cause, Grade};
 use gmhm_tools::fit::{Fit, fit};
 use gmhm_tools::model::TorqueSide;
-use gmhm_tools::recording::{Recording, TorqueUnit};
+use gmhm_tools::recording::{Recording, Samples, TorqueUnit};
 use gmhm_tools::regression::error::EstimateError;
 use gmhm_tools::regression::note::Remedy;
 use gmhm_tools::signal::recorded;
@@ -46,7 +46,7 @@ fn joint(seconds: f64, noise_a: f64, seed: u64, motion: impl Fn(f64) -> [f64; 3]
         torque_unit: TorqueUnit::Ampere,
         theta_out_rad: Some(moved.iter().map(|m| m[0]).collect()),
         velocity_out_rad_per_s: Some(moved.iter().map(|m| m[1]).collect()),
-        time_s,
+        time_s: time_s.into(),
         ..Recording::default()
     }
 }
@@ -81,7 +81,7 @@ fn gravity_inertia_and_friction_come_back_within_their_uncertainty() {
 }
 
 /// With white noise on an angle or a velocity.
-fn blurred(channel: &mut Option<Vec<f64>>, size: f64, seed: u64) {
+fn blurred(channel: &mut Option<Samples>, size: f64, seed: u64) {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     for value in channel.iter_mut().flatten() {
         let normal: f64 = StandardNormal.sample(&mut random);

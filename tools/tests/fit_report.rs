@@ -11,7 +11,7 @@ use gmhm::Elastic;
 use gmhm_tools::fit::FitOptions;
 use gmhm_tools::fit::verdict::{Assessment, Grade, structure};
 use gmhm_tools::fit::{Fit, fit};
-use gmhm_tools::recording::{Recording, TorqueUnit};
+use gmhm_tools::recording::{Recording, Samples, TorqueUnit};
 use gmhm_tools::report::fit::{loop_figure, page};
 use gmhm_tools::report::fit_words::worded;
 use gmhm_tools::report::page::Provenance;
@@ -96,7 +96,7 @@ fn short_strokes_a_spring_and_noise_are_told() {
 #[test]
 fn a_sensor_at_its_end_a_single_stroke_and_a_flipped_sign_are_told() {
     let whole = gear(4000, 2.0, 0.1);
-    let limit = |values: &mut Option<Vec<f64>>, most: f64| {
+    let limit = |values: &mut Option<Samples>, most: f64| {
         values.iter_mut().flatten().for_each(|x| *x = x.clamp(-most, most));
     };
     let (mut torque, mut deflection) = (whole.clone(), whole.clone());
@@ -153,9 +153,7 @@ fn no_line_leads_from_one_recording_to_the_next() {
 fn what_is_left_is_what_the_fit_leaves_whatever_the_gear_went_through_before() {
     // The second begins on the rated cycle, which a prediction from rest cannot know.
     let whole = gear(4000, 2.0, 0.1);
-    let mut later = whole.clone();
-    later.time_s.drain(..2000);
-    [&mut later.torque, &mut later.deflection_rad].into_iter().flatten().for_each(|column| drop(column.drain(..2000)));
+    let later = whole.part(2000..4000);
     let recordings = [whole, later];
     let (fit, assessment) = assessed(&recordings, A);
     assert_eq!((&fit.known_start[..], &fit.unsettled_rows[..]), (&[true, false][..], &[0, 0][..]));

@@ -145,7 +145,7 @@ fn without_a_noise_model_the_scatter_of_blocks_gives_standard_deviations() {
     let count = 4800;
     let quiet = Recording {
         time_s: (0..count).map(|k| k as f64).collect(),
-        torque: Some(vec![0.0; count]),
+        torque: Some(vec![0.0; count].into()),
         ..Recording::default()
     };
     let found: Vec<Vec<(f64, f64)>> = (0..400)

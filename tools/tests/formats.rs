@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use gmhm_tools::recording::{Needs, Reading, Recording, RecordingError, read};
+use gmhm_tools::recording::{Needs, Reading, Recording, RecordingError, Samples, read};
 
 fn fixture(name: &str) -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/recordings").join(name)
@@ -77,9 +77,9 @@ fn every_kind_of_number_of_parquet_is_read() {
         assert_same(column, &found);
         assert_eq!(found.temperature_c.as_deref(), Some(temperature), "{column}");
     }
-    let flags: Vec<f64> = temperature.iter().map(|kelvin| f64::from(u8::from(*kelvin > 22.0))).collect();
+    let flags: Samples = temperature.iter().map(|kelvin| f64::from(u8::from(*kelvin > 22.0))).collect();
     assert_eq!(mapped("pyarrow_types.parquet", "temperature_c=flag").temperature_c, Some(flags));
-    let single: Vec<f64> = whole.torque.unwrap().iter().map(|torque| f64::from(*torque as f32)).collect();
+    let single: Samples = whole.torque.unwrap().iter().map(|torque| f64::from(*torque as f32)).collect();
     assert_eq!(mapped("pyarrow_types.parquet", "torque_nm=f32").torque, Some(single));
     let error = try_mapped("pyarrow_types.parquet", "torque_nm=label").unwrap_err().to_string();
     assert!(error.contains("has no column for `--map torque_nm=label`"), "{error}");

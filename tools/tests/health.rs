@@ -179,7 +179,7 @@ fn a_stiffness_that_falls_with_the_temperature_is_regressed() {
         .map(|k| {
             let temperature = 20.0 + 5.0 * f64::from(k);
             let mut recording = state(1.0 - 1e-3 * (temperature - 20.0), 0.1, 40 + u64::from(k as u32));
-            recording.temperature_c = Some(vec![temperature; recording.len()]);
+            recording.temperature_c = Some(vec![temperature; recording.len()].into());
             recording
         })
         .collect();

@@ -49,8 +49,8 @@ fn swinging(phase: f64, velocity_noise: f64, torque_noise: f64) -> Recording {
         name: "swinging.csv".into(),
         torque: Some(torque),
         velocity_out_rad_per_s: Some(velocity.iter().map(|v| v + noise(velocity_noise)).collect()),
-        theta_out_rad: Some(angle),
-        time_s,
+        theta_out_rad: Some(angle.into()),
+        time_s: time_s.into(),
         ..Recording::default()
     }
 }

@@ -9,7 +9,7 @@ use gmhm_tools::model::{Model, Term, TermValue};
 use gmhm_tools::physics::Evaluation;
 use gmhm_tools::prove::generator::{Case, CaseSpec, Colour, PlantKind, case};
 use gmhm_tools::prove::key::INDISTINGUISHABLE;
-use gmhm_tools::recording::Recording;
+use gmhm_tools::recording::{Recording, Samples};
 use nalgebra::{DMatrix, DVector};
 
 fn hidden(seed: u64, plant_model: PlantKind, kind: &str) -> Case {
@@ -268,7 +268,7 @@ fn what_a_kind_leaves_unexplained_is_what_brute_force_finds() {
         // The noise as the base model sees it: of the torque, and of the deflection through the stiffness.
         let (noisy, clean) = (&case.recordings[0], &case.noise_free[0]);
         let stiffness = case.base.elastic.unwrap().c1_nm_per_rad;
-        let difference = |a: &Option<Vec<f64>>, b: &Option<Vec<f64>>| -> Vec<f64> {
+        let difference = |a: &Option<Samples>, b: &Option<Samples>| -> Vec<f64> {
             a.as_ref().unwrap().iter().zip(b.as_ref().unwrap()).map(|(a, b)| a - b).collect()
         };
         let torque = difference(&noisy.torque, &clean.torque);

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use gmhm_tools::recording::{
-    ColumnMap, Needs, Reading, Recording, RecordingError, TorqueUnit, copy_with_columns, read,
+    ColumnMap, Needs, Reading, Recording, RecordingError, Samples, TorqueUnit, copy_with_columns, read,
 };
 use proptest::prelude::*;
 
@@ -82,7 +82,7 @@ fn current_stands_in_and_torque_wins() {
     let both = "time_s,deflection_rad,current_a,torque_nm\n0,0,1,10\n1,0,2,20\n";
     assert_eq!(good(both).torque.unwrap(), [10.0, 20.0]);
     let rec = read_bytes(both.as_bytes(), "current_a=current_a").unwrap();
-    assert_eq!((rec.torque_unit, rec.torque.unwrap()), (TorqueUnit::Ampere, vec![1.0, 2.0]));
+    assert_eq!((rec.torque_unit, rec.torque.unwrap()), (TorqueUnit::Ampere, vec![1.0, 2.0].into()));
 }
 
 #[test]
@@ -189,16 +189,16 @@ fn copied_rows_keep_their_text_and_their_decimal_mark() {
 fn written_recordings_read_back_exactly() {
     let awkward = vec![0.1 + 0.2, -0.0, f64::MIN_POSITIVE, 1e300, std::f64::consts::PI];
     let rec = Recording {
-        time_s: vec![-1.0, 0.0, 1e-9, 1.0 / 3.0, 1.7e9],
-        torque: Some(awkward.clone()),
-        deflection_rad: Some(awkward.clone()),
-        temperature_c: Some(awkward),
+        time_s: vec![-1.0, 0.0, 1e-9, 1.0 / 3.0, 1.7e9].into(),
+        torque: Some(awkward.clone().into()),
+        deflection_rad: Some(awkward.clone().into()),
+        temperature_c: Some(awkward.into()),
         ..Recording::default()
     };
     let mut bytes = Vec::new();
     rec.write(&mut bytes).unwrap();
     let back = read_bytes(&bytes, "").unwrap();
-    let bits = |values: &Option<Vec<f64>>| values.as_ref().unwrap().iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+    let bits = |values: &Option<Samples>| values.as_ref().unwrap().iter().map(|x| x.to_bits()).collect::<Vec<_>>();
     assert_eq!(bits(&back.torque), bits(&rec.torque));
     assert_eq!(bits(&back.temperature_c), bits(&rec.temperature_c));
     assert_eq!(back.time_s, rec.time_s);

@@ -28,7 +28,7 @@ fn recording() -> Recording {
         velocity_out_rad_per_s: of_time(&|t| 1.05 * (0.7 * t).cos()),
         temperature_c: of_time(&|t| 25.0 + 0.4 * t + 0.1 * (TAU * t).sin()),
         torque_sim_nm: of_time(&|t| 25.0 * (1.3 * t).sin()),
-        time_s,
+        time_s: time_s.into(),
         ..Recording::default()
     }
 }
@@ -260,7 +260,7 @@ fn a_fit_leaves_nothing_that_the_eliminated_numbers_could_take() {
     let mut recording = Recording { torque_sim_nm: None, ..recording() };
     let mut truth = model();
     truth.terms.push(term("viscous_friction", 0));
-    recording.torque = Some(Evaluation::new(&truth, None, &recording).unwrap().total().to_vec());
+    recording.torque = Some(Evaluation::new(&truth, None, &recording).unwrap().total().to_vec().into());
     let recordings = [recording];
     let mut model = truth.clone();
     let elastic = model.elastic.as_mut().unwrap();

@@ -182,12 +182,12 @@ const SIMULATED: [Row; 4] = [
 fn recording() -> Recording {
     Recording {
         name: "rec".into(),
-        time_s: TIME.to_vec(),
-        deflection_rad: Some(DEFLECTION_MRAD.map(|x| 1e-3 * x).to_vec()),
-        theta_out_rad: Some(OUTPUT.to_vec()),
-        velocity_out_rad_per_s: Some(VELOCITY.to_vec()),
-        temperature_c: Some(TEMPERATURE.to_vec()),
-        torque_sim_nm: Some(SIMULATED_TORQUE.to_vec()),
+        time_s: TIME.to_vec().into(),
+        deflection_rad: Some(DEFLECTION_MRAD.map(|x| 1e-3 * x).to_vec().into()),
+        theta_out_rad: Some(OUTPUT.to_vec().into()),
+        velocity_out_rad_per_s: Some(VELOCITY.to_vec().into()),
+        temperature_c: Some(TEMPERATURE.to_vec().into()),
+        torque_sim_nm: Some(SIMULATED_TORQUE.to_vec().into()),
         ..Recording::default()
     }
 }
@@ -348,7 +348,7 @@ fn a_term_without_its_column_is_refused() {
     let bare = || Recording {
         name: "rec".into(),
         deflection_rad: recording().deflection_rad,
-        time_s: TIME.to_vec(),
+        time_s: TIME.to_vec().into(),
         ..Recording::default()
     };
     for (kind, keys, _) in KINDS {

@@ -16,12 +16,12 @@ use serde::Serialize;
 
 use crate::errors::wrong_option;
 use crate::model::{Model, of_gear};
-use crate::recording::{Recording, owned};
+use crate::recording::{Recording, owned, unchanged};
 use crate::{job, options};
 
 type Arrays<'py> = Vec<Bound<'py, PyArray1<f64>>>;
 
-/// Copies of recordings, made ready to be identified from.
+/// The recordings, made ready to be identified from. A column is copied where it is changed.
 fn ready(
     recordings: &[Arc<Inner>],
     ratio: Option<f64>,
@@ -75,13 +75,14 @@ pub fn fit<'py>(
         own_zeros,
     };
     let stems: Vec<String> = recordings.iter().map(|recording| recording.get().stem.clone()).collect();
-    let recordings = owned(&recordings);
+    let given = owned(&recordings);
     let (json, found) = job::run(py, move |caller| {
         let notes = &mut caller.notes();
-        let ready = ready(&recordings, ratio, options.start.as_ref(), notes)?;
+        let ready = ready(&given, ratio, options.start.as_ref(), notes)?;
         let found = jobs::fit::identify(ready, &options, name, compare, caller, notes)?;
         Ok((json(&found.results())?, found))
     })?;
+    unchanged(py, &recordings)?;
     let recordings = found.recordings.into_iter().zip(stems).map(|(inner, stem)| Recording::new(inner, stem));
     let residuals = found.assessment.residuals.into_iter().map(|residual| residual.into_pyarray(py));
     let predictions = found.assessment.predictions.into_iter().map(|prediction| prediction.torque.into_pyarray(py));
@@ -114,15 +115,18 @@ pub fn diagnose(
     }
     let rated_deflection_rad = options::positive(py, "rated_deflection_rad", rated_deflection_rad)?;
     let options = Options { rated_deflection_rad, seed, ..Options::default() };
-    let (recordings, holdout) = (owned(&recordings), owned(&holdout));
-    job::run(py, move |caller| {
+    let (given, withheld) = (owned(&recordings), owned(&holdout));
+    let found = job::run(py, move |caller| {
         let notes = &mut caller.notes();
-        let recordings = ready(&recordings, ratio, Some(&base), notes)?;
-        let holdout = ready(&holdout, ratio, Some(&base), notes)?;
-        let found = jobs::diagnose::find(base, recordings, holdout, &options, own_zeros, caller, notes)?.finding;
+        let given = ready(&given, ratio, Some(&base), notes)?;
+        let withheld = ready(&withheld, ratio, Some(&base), notes)?;
+        let found = jobs::diagnose::find(base, given, withheld, &options, own_zeros, caller, notes)?.finding;
         found.remarks.iter().for_each(|remark| notes(&remark.to_string()));
         Ok((json(&found.diagnosis)?, found.model.into()))
-    })
+    })?;
+    unchanged(py, &recordings)?;
+    unchanged(py, &holdout)?;
+    Ok(found)
 }
 
 /// As `--json` of `gmhm health`.
@@ -151,11 +155,13 @@ pub fn health_of_recordings(
         rating: asked(py, rating)?,
         against,
     };
-    let recordings = owned(&recordings);
-    job::run(py, move |caller| {
-        let recordings = ready(&recordings, ratio, options.start.as_ref(), &mut caller.notes())?;
-        json(&health::of_recordings(&recordings, &options, caller)?)
-    })
+    let given = owned(&recordings);
+    let found = job::run(py, move |caller| {
+        let given = ready(&given, ratio, options.start.as_ref(), &mut caller.notes())?;
+        json(&health::of_recordings(&given, &options, caller)?)
+    })?;
+    unchanged(py, &recordings)?;
+    Ok(found)
 }
 
 /// The same of model files; with what `fit --json` wrote beside each they have uncertainty too.

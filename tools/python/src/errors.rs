@@ -84,6 +84,13 @@ pub fn wrong_option(py: Python<'_>, option: &str, problem: &str) -> PyErr {
     raised(py, "OptionError", (format!("{option}: {problem}"),))
 }
 
+/// The exception of a recording whose array was written to.
+pub fn changed_array(py: Python<'_>, recording: &str, column: &str) -> PyErr {
+    let message = format!("{recording}: the array of `{column}` was written to after the recording was read");
+    let help = "read the recording again, or give read copy=True: it then has rows of its own";
+    raised(py, "RecordingError", (message, help, recording, None::<u64>, None::<u64>, column))
+}
+
 fn raised<'py>(py: Python<'py>, class: &str, arguments: impl pyo3::call::PyCallArgs<'py>) -> PyErr {
     let made = py.import(MODULE).and_then(|module| module.getattr(class)).and_then(|class| class.call1(arguments));
     made.map_or_else(|error| error, PyErr::from_value)

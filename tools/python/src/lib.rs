@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `job` | work on the tools' threads, without the interpreter's lock; Ctrl-C |
 //! | `errors` | failures as exceptions, in the same words |
+//! | `lent` | arrays of Python that recordings read where they lie |
 //! | `options` | words of options as the types of the library |
 //! | `recording`, `model` | the two classes |
 //! | `commands` | `fit`, `diagnose`, `health` |
@@ -13,6 +14,7 @@
 mod commands;
 mod errors;
 mod job;
+mod lent;
 mod model;
 mod options;
 mod recording;

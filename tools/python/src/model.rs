@@ -130,9 +130,10 @@ impl Model {
     ) -> PyResult<(Array<'py>, Array<'py>, Array<'py>, Vec<(String, Array<'py>)>, usize, u32)> {
         let rated = options::positive(py, "rated_deflection_rad", rated_deflection_rad)?;
         let model = of_gear(py, Some(self), ratio, torque_side)?.unwrap_or_default();
-        let recording = Arc::clone(&recording.inner);
+        let inner = Arc::clone(&recording.inner);
         let found =
-            job::run(py, move |caller| jobs::predict::predict(&model, rated, &recording, &mut caller.notes(), caller))?;
+            job::run(py, move |caller| jobs::predict::predict(&model, rated, &inner, &mut caller.notes(), caller))?;
+        recording.unchanged(py)?;
         let terms = found.terms.into_iter().map(|(name, values)| (name, values.into_pyarray(py))).collect();
         Ok((
             found.torque.into_pyarray(py),
@@ -153,9 +154,10 @@ impl Model {
         rated_deflection_rad: Option<f64>,
     ) -> PyResult<(Array<'py>, Bound<'py, PyArray1<bool>>, f64, u32)> {
         let rated = options::positive(py, "rated_deflection_rad", rated_deflection_rad)?;
-        let (model, recording) = (Arc::clone(&self.inner), Arc::clone(&recording.inner));
+        let (model, inner) = (Arc::clone(&self.inner), Arc::clone(&recording.inner));
         let found =
-            job::run(py, move |caller| jobs::predict::invert(&model, rated, &recording, &mut caller.notes(), caller))?;
+            job::run(py, move |caller| jobs::predict::invert(&model, rated, &inner, &mut caller.notes(), caller))?;
+        recording.unchanged(py)?;
         let saturated = found.saturated.into_pyarray(py);
         Ok((found.deflection_rad.into_pyarray(py), saturated, found.range_rad, found.merged_pairs))
     }

@@ -4,12 +4,13 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use gmhm_tools::fit::EstimateError;
-use gmhm_tools::recording::{Columns, RecordingFile};
+use gmhm_tools::recording::{Columns, RecordingError, RecordingFile, Samples};
 use gmhm_tools::{demo as built_in, recording::Recording as Inner};
 use numpy::ndarray::ArrayView1;
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1};
 use pyo3::prelude::*;
 
+use crate::lent::{Prints, lent};
 use crate::model::Model;
 use crate::{errors, job, options};
 
@@ -19,11 +20,18 @@ pub struct Recording {
     pub inner: Arc<Inner>,
     /// The name of a model made from it.
     pub stem: String,
+    prints: Prints,
 }
 
 impl Recording {
     pub fn new(inner: Inner, stem: String) -> Self {
-        Self { inner: Arc::new(inner), stem }
+        Self { prints: Prints::of(&inner), inner: Arc::new(inner), stem }
+    }
+
+    /// Checks that the arrays that it reads were not written to since it was made.
+    pub fn unchanged(&self, py: Python<'_>) -> PyResult<()> {
+        let changed = py.detach(|| self.prints.changed(&self.inner));
+        changed.map_or(Ok(()), |column| Err(errors::changed_array(py, &self.inner.name, column)))
     }
 }
 
@@ -58,7 +66,7 @@ impl Recording {
         let columns = this.get().inner.columns();
         let (_, values) = columns.into_iter().find(|(other, _)| *other == name)?;
         // SAFETY: the object that owns the numbers is the array's base, is frozen, and never moves or writes them.
-        let array = unsafe { PyArray1::borrow_from_array(&ArrayView1::from(values), this.clone().into_any()) };
+        let array = unsafe { PyArray1::borrow_from_array(&ArrayView1::from(&**values), this.clone().into_any()) };
         array.readwrite().make_nonwriteable();
         Some(array)
     }
@@ -66,6 +74,7 @@ impl Recording {
     /// Checks that what a command needs is there.
     #[pyo3(signature = (purpose, model=None))]
     fn require(&self, py: Python<'_>, purpose: &str, model: Option<&Model>) -> PyResult<()> {
+        self.unchanged(py)?;
         let needs = options::needs(py, purpose, model)?;
         self.inner.require(&needs).map_err(|error| errors::exception(py, &error.into()))
     }
@@ -91,23 +100,23 @@ pub fn read_file(
 }
 
 /// Columns of Python, each asked for by its place.
-struct Asked<'py> {
+struct Asked {
     names: Vec<String>,
-    column: Bound<'py, PyAny>,
+    column: Py<PyAny>,
 }
 
-impl Columns for Asked<'_> {
+impl Columns for Asked {
     fn names(&self) -> Vec<String> {
         self.names.clone()
     }
 
-    fn numbers(&mut self, index: usize) -> Result<Vec<f64>, String> {
-        let py = self.column.py();
-        let said = |error: PyErr| error.value(py).to_string();
-        let array = self.column.call1((index,)).map_err(said)?;
-        let array: PyReadonlyArray1<'_, f64> = array.extract().map_err(said)?;
-        // The recording owns its numbers: those of Python may change while it is worked on.
-        Ok(array.as_slice().map_err(|error| error.to_string())?.to_vec())
+    fn numbers(&mut self, index: usize) -> Result<Samples, String> {
+        Python::attach(|py| {
+            let said = |error: PyErr| error.value(py).to_string();
+            let array = self.column.bind(py).call1((index,)).map_err(said)?;
+            let array: PyReadonlyArray1<'_, f64> = array.extract().map_err(said)?;
+            lent(&array).map_err(said)
+        })
     }
 }
 
@@ -119,7 +128,7 @@ pub fn read_columns(
     py: Python<'_>,
     name: String,
     names: Vec<String>,
-    column: Bound<'_, PyAny>,
+    column: Py<PyAny>,
     purpose: &str,
     model: Option<&Model>,
     map: Option<&str>,
@@ -127,9 +136,9 @@ pub fn read_columns(
     to_s: Option<f64>,
 ) -> PyResult<Recording> {
     let reading = options::reading(py, (purpose, model), map, from_s, to_s)?;
-    let read = reading.read_columns(&name, &mut Asked { names, column });
-    let read = read.map_err(|error| errors::exception(py, &error.into()))?;
-    Ok(Recording::new(read, name))
+    let mut columns = Asked { names, column };
+    let read = py.detach(|| Ok(Recording::new(reading.read_columns(&name, &mut columns)?, name)));
+    read.map_err(|error: RecordingError| errors::exception(py, &error.into()))
 }
 
 /// The built-in recording of `gmhm demo`.
@@ -139,6 +148,11 @@ pub fn demo(py: Python<'_>, seed: u64) -> PyResult<Recording> {
         let made = built_in::built_in(seed).map_err(EstimateError::from)?;
         Ok(Recording::new(made.recording, "demo".to_owned()))
     })
+}
+
+/// Checks that no array was written to while work went on.
+pub fn unchanged(py: Python<'_>, recordings: &[Py<Recording>]) -> PyResult<()> {
+    recordings.iter().try_for_each(|recording| recording.get().unchanged(py))
 }
 
 /// The recordings themselves.

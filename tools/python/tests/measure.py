@@ -27,8 +27,8 @@ def least(work: Callable[[], object]) -> float:
     return min(times)
 
 
-def copying(rows: int) -> None:
-    """Prints what the copy of arrays into a recording takes, beside the fit of it; in a process of its own, for the memory."""
+def from_arrays(rows: int) -> None:
+    """Prints what a recording of arrays takes, beside the fit of it; in a process of its own, for the memory."""
     import resource
 
     import numpy as np
@@ -78,7 +78,7 @@ def main(program: str) -> None:
     print(f"import gmhm: {1e3 * import_s:.0f} ms (at most {1e3 * LIMIT_IMPORT_S:.0f})")
     print(f"fit of {ROWS} rows: program {1e3 * program_s:.1f} ms, from its file {1e3 * file_s:.1f} ms, from arrays {1e3 * arrays_s:.1f} ms")
     for rows in (ROWS, MANY_ROWS):
-        words = [sys.executable, "-c", f"import measure; measure.copying({rows})"]
+        words = [sys.executable, "-c", f"import measure; measure.from_arrays({rows})"]
         print(subprocess.run(words, check=True, cwd=Path(__file__).parent, capture_output=True, text=True).stdout.strip())
     overhead_s = max(file_s, arrays_s) - program_s
     print(f"more than the program: {1e3 * overhead_s:.1f} ms (at most {1e3 * LIMIT_OVERHEAD_S:.0f})")

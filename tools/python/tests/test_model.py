@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pickle
 from pathlib import Path
+from typing import Any
 
 import gmhm
 import numpy as np
@@ -75,8 +76,24 @@ def test_no_array_that_is_handed_out_is_a_copy(gear: gmhm.Model, fitted: gmhm.Fi
     prediction, inversion = gear.predict(cycle), gear.invert(cycle.torque_nm[:100])
     arrays = [prediction.torque, prediction.elastic, prediction.hysteresis, inversion.deflection_rad, inversion.saturated]
     arrays += [*fitted.residuals, *fitted.predictions, *cycle.to_dict().values(), *fitted.recordings[0].to_dict().values()]
+    assert prediction.to_dict()["torque"] is prediction.torque
     # Of a copy NumPy owns the numbers; these the library made, and an array looks at them.
     assert not any(array.flags.owndata for array in arrays)
+
+
+def test_notebooks_show_every_result_as_a_table(gear: gmhm.Model, fitted: gmhm.Fit, cycle: gmhm.Recording) -> None:
+    prediction, inversion = gear.predict(cycle), gear.invert(cycle.torque_nm[:100])
+    simulation = gear.simulate("cycle")
+    results: list[tuple[Any, str]] = [
+        (prediction, f"{prediction.elastic.min():.6g}, {prediction.elastic.max():.6g}"),
+        (inversion, f"{inversion.range_rad:.6g}"),
+        (simulation, "recording: torque_nm"),
+        (fitted.parameters[0], fitted.parameters[0].unit),
+        (fitted.verdict, fitted.verdict.sentence),
+    ]
+    for result, shown in results:
+        page = result._repr_html_()
+        assert "<table>" in page and shown in page
 
 
 def test_torques_beyond_the_range_are_a_note(gear: gmhm.Model) -> None:
@@ -92,6 +109,8 @@ def test_the_bench_is_that_of_the_command_line(gear: gmhm.Model, tmp_path: Path,
     np.testing.assert_array_equal(simulation.recording.torque, gmhm.read(output).torque)
     assert [hidden["kind"] for hidden in simulation.key["hidden"]] == ["wear"]
     assert [term.kind for term in simulation.truth.terms] == ["wear"]
+    assert simulation.to_dict()["truth"] == simulation.truth.to_dict()
+    assert simulation.truth.terms[0].to_dict()["kind"] == "wear"
     with pytest.raises(gmhm.OptionError, match='experiment: "walk" is none of cycle'):
         gear.simulate("walk")
     with pytest.raises(gmhm.SimulateError, match="--duration"):

@@ -2,8 +2,14 @@
 
 from __future__ import annotations
 
+import gc
 import pickle
+import resource
+import threading
+import weakref
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import gmhm
 import numpy as np
@@ -11,6 +17,9 @@ import pandas as pd
 import polars as pl
 import pytest
 from conftest import BENCH, TOP
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
 
 TIME = np.linspace(0.0, 1.0, 5)
 COLUMNS = {"time_s": TIME, "torque_nmm": 1e3 * TIME, "deflection_mrad": TIME, "remark": np.array(list("abcde"))}
@@ -27,13 +36,126 @@ def test_columns_are_views_that_cannot_be_written() -> None:
     assert np.isfinite(column).all()
 
 
-def test_a_recording_owns_its_rows() -> None:
-    columns = {name: column.copy() for name, column in COLUMNS.items() if name != "remark"}
+def gear_arrays(rows: int = 4000) -> dict[str, Array]:
+    """A gear without hysteresis, with noise: columns in the units of a recording."""
+    time_s = 1e-2 * np.arange(rows)
+    deflection_rad = 1.168e-3 * np.sin(0.5 * time_s)
+    torque_nm = 2.5e4 * deflection_rad + np.random.default_rng(1).normal(0.0, 0.1, rows)
+    return {"time_s": time_s, "deflection_rad": deflection_rad, "torque_nm": torque_nm}
+
+
+@pytest.mark.parametrize("frame", [dict, pd.DataFrame, pl.DataFrame], ids=["dict", "pandas", "polars"])
+def test_contiguous_doubles_are_read_where_they_lie(frame: Callable[[dict[str, Array]], Any]) -> None:
+    source = frame(gear_arrays())
+    recording = gmhm.read(source, from_s=1.0)
+    for name in recording.columns:
+        column = source[name] if frame is dict else source[name].to_numpy()
+        assert np.shares_memory(recording[name], column), name
+        np.testing.assert_array_equal(recording[name], column[100:])
+    assert np.shares_memory(gmhm.read(recording, to_s=2.0).torque_nm, recording.torque_nm)
+
+
+def test_other_arrays_are_converted_and_copies_are_private() -> None:
+    columns = gear_arrays()
+    singles = {name: column.astype(np.float32) for name, column in columns.items()}
+    swapped = {name: column.astype(">f8") for name, column in columns.items()}
+    strided = {name: np.repeat(column, 2)[::2] for name, column in columns.items()}
+    for source in (singles, swapped, strided):
+        recording = gmhm.read(source)
+        assert not any(np.shares_memory(recording[name], source[name]) for name in source)
+        np.testing.assert_array_equal(recording.torque_nm, source["torque_nm"].astype(float))
+    # A unit of its own, or a map that scales, converts a column; the others stay where they are.
+    scaled = gmhm.read(columns, map={"torque_nm": "torque_nm*2"})
+    np.testing.assert_array_equal(scaled.torque_nm, 2 * columns["torque_nm"])
+    assert np.shares_memory(scaled.time_s, columns["time_s"])
+    shared = gmhm.read(columns)
+    for private in (gmhm.read(shared, copy=True), gmhm.read(columns, copy=True)):
+        assert not any(np.shares_memory(private[name], columns[name]) for name in columns)
+    expected = columns["torque_nm"].copy()
+    columns["torque_nm"][:] = np.nan
+    np.testing.assert_array_equal(private.torque_nm, expected)
+    assert gmhm.fit(private, rated_deflection_rad=1.168e-3, compare=False).rows == len(private)
+
+
+def test_work_leaves_arrays_as_they_are_and_copies_only_what_it_changes() -> None:
+    columns = gear_arrays()
+    columns["deflection_rad"][777] += 1e-3
+    before = {name: column.copy() for name, column in columns.items()}
     recording = gmhm.read(columns)
-    for column in columns.values():
-        column[:] = np.nan
-    np.testing.assert_array_equal(recording.time_s, TIME)
-    np.testing.assert_allclose(recording.torque_nm, TIME, rtol=1e-15)
+    with pytest.warns(gmhm.Note, match="dropouts"):
+        fit = gmhm.fit(recording, rated_deflection_rad=1.168e-3, compare=False)
+    with pytest.warns(gmhm.Note, match="dropouts"):
+        gmhm.diagnose(recording, fit.model)
+    with pytest.warns(gmhm.Note, match="dropouts"):
+        gmhm.health([recording, recording])
+    fit.model.predict(recording)
+    for name, column in columns.items():
+        assert column.flags.writeable
+        np.testing.assert_array_equal(column, before[name])
+        assert np.shares_memory(fit.recordings[0][name], column) == (name != "deflection_rad")
+    assert fit.recordings[0].deflection_rad[777] != columns["deflection_rad"][777]
+
+
+def test_arrays_live_as_long_as_their_recording() -> None:
+    columns = gear_arrays()
+    expected, ends = columns["torque_nm"].copy(), weakref.ref(columns["torque_nm"])
+    recording = gmhm.read(columns)
+    column = recording.torque_nm
+    del columns
+    gc.collect()
+    assert ends() is not None
+    del recording
+    gc.collect()
+    np.testing.assert_array_equal(column, expected)
+    del column
+    gc.collect()
+    assert ends() is None
+
+
+def test_an_array_that_was_written_to_is_found_out() -> None:
+    columns = gear_arrays()
+    recording = gmhm.read(columns, name="bench")
+    model = gmhm.fit(recording, rated_deflection_rad=1.168e-3, compare=False).model
+    columns["torque_nm"][[5, 9]] *= -1.0
+    uses: list[Callable[[], object]] = [
+        lambda: gmhm.fit(recording),
+        lambda: gmhm.diagnose(recording, model),
+        lambda: gmhm.health([recording, recording]),
+        lambda: model.predict(recording),
+        lambda: model.invert(recording),
+    ]
+    for use in uses:
+        with pytest.raises(gmhm.RecordingError, match="the array of `torque_nm` was written to") as caught:
+            use()
+        assert (caught.value.file, caught.value.field) == ("bench", "torque_nm")
+    columns["torque_nm"][[5, 9]] *= -1.0
+    assert gmhm.fit(recording, rated_deflection_rad=1.168e-3, compare=False).rows == len(recording)
+
+
+def test_an_array_that_is_written_to_during_a_fit_is_found_out() -> None:
+    columns, done = gear_arrays(40_000), threading.Event()
+
+    def write() -> None:
+        while not done.wait(0.01):
+            columns["torque_nm"][20_000] += 1e-9
+
+    thread = threading.Thread(target=write)
+    thread.start()
+    with pytest.raises(gmhm.RecordingError, match="the array of `torque_nm` was written to"):
+        gmhm.fit(columns, rated_deflection_rad=1.168e-3, compare=False)
+    done.set()
+    thread.join()
+
+
+@pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="memory is asked of Linux")
+def test_ten_million_rows_take_no_memory_of_their_own() -> None:
+    def held() -> int:
+        return int(Path("/proc/self/statm").read_text().split()[1]) * resource.getpagesize()
+
+    columns = gear_arrays(10_000_000)
+    before = held()
+    recording = gmhm.read(columns)
+    assert held() - before < recording.time_s.nbytes / 10
 
 
 @pytest.mark.parametrize(

@@ -77,7 +77,7 @@ pub fn simulate_under(
     let mut motion = random(seed, Stream::Motion);
     let (perfect, truth, hidden) = if experiment == Experiment::Joint {
         let mut recording = joint::record(model, options, seed)?;
-        recording.temperature_c = Some(machine::temperatures(options.warm_up_k, &recording.time_s));
+        recording.temperature_c = Some(machine::temperatures(options.warm_up_k, &recording.time_s).into());
         (recording, model.clone(), Vec::new())
     } else {
         let plan = Plan::new(experiment, options, &params, &mut motion)?;

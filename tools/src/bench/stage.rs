@@ -59,15 +59,15 @@ impl Stage {
         let deflection_rad: Vec<f64> = deflection_rad.iter().map(|theta| theta + zero_rad).collect();
         let output_rad: Vec<f64> = input_rad.iter().zip(&deflection_rad).map(|(q, theta)| q - theta).collect();
         let mut recording = Recording {
-            time_s: time_s.clone(),
+            time_s: time_s.clone().into(),
             theta_in_rad: model.gear.ratio.map(|ratio| input_rad.iter().map(|q| q * ratio).collect()),
-            velocity_out_rad_per_s: Some(machine::rate(&output_rad, time_s)),
-            theta_out_rad: Some(output_rad),
-            deflection_rad: Some(deflection_rad),
-            temperature_c: Some(machine::temperatures(self.warm_up_k, time_s)),
+            velocity_out_rad_per_s: Some(machine::rate(&output_rad, time_s).into()),
+            theta_out_rad: Some(output_rad.into()),
+            deflection_rad: Some(deflection_rad.into()),
+            temperature_c: Some(machine::temperatures(self.warm_up_k, time_s).into()),
             ..Recording::default()
         };
-        recording.torque = Some(physics::predict(model, None, &recording)?.torque);
+        recording.torque = Some(physics::predict(model, None, &recording)?.torque.into());
         Ok(recording)
     }
 }

@@ -53,9 +53,9 @@ pub fn built_in(seed: u64) -> Result<BuiltIn, ParamError> {
     };
     let recording = Recording {
         name: format!("built-in recording (synthetic, seed {seed})"),
-        time_s,
-        torque: Some(torque),
-        deflection_rad: Some(deflection_rad),
+        time_s: time_s.into(),
+        torque: Some(torque.into()),
+        deflection_rad: Some(deflection_rad.into()),
         ..Recording::default()
     };
     Ok(BuiltIn { recording, noise_free_nm })
@@ -146,8 +146,8 @@ fn two_lines_on_the_cycle(params: &Params, points: usize, seed: u64) -> Result<T
     let cycle = Recording {
         name: "the published cycle".to_owned(),
         time_s: (0..points).map(|k| k as f64).collect(),
-        torque: Some(torque.clone()),
-        deflection_rad: Some(deflection),
+        torque: Some(torque.clone().into()),
+        deflection_rad: Some(deflection.into()),
         ..Recording::default()
     };
     let lines = fitted(&two_lines(), &cycle, seed)?;

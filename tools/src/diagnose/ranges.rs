@@ -129,7 +129,7 @@ mod tests {
             name: format!("{sd}.csv"),
             theta_out_rad: Some(time_s.iter().map(|t| (0.5 * t).sin()).collect()),
             torque: Some(time_s.iter().map(|_| normal.sample(&mut random)).collect()),
-            time_s,
+            time_s: time_s.into(),
             ..Recording::default()
         }
     }

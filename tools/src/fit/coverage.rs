@@ -1,6 +1,6 @@
 //! What the recordings exercise: how far, how fast, how often turned. A model is good where it was exercised.
 
-use crate::recording::Recording;
+use crate::recording::{Recording, Samples};
 
 /// What a set of recordings exercises of a gear.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -27,7 +27,7 @@ impl Coverage {
     /// What recordings with a deflection exercise; those without add nothing.
     pub fn of(recordings: &[Recording], zero_rad: f64, rated_deflection_rad: f64) -> Self {
         let moving = |r: &Recording| r.deflection_rad.as_ref().map(|theta| (r.time_s.clone(), theta.clone()));
-        let paths: Vec<(Vec<f64>, Vec<f64>)> = recordings.iter().filter_map(moving).collect();
+        let paths: Vec<(Samples, Samples)> = recordings.iter().filter_map(moving).collect();
         let all = || paths.iter().flat_map(|(_, theta)| theta.iter().map(|x| x - zero_rad));
         let (low, high) = all().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
         let (low, high) = if low <= high { (low, high) } else { (0.0, 0.0) };
@@ -152,7 +152,7 @@ mod tests {
         let minor = (0..2000).map(|k| 0.2e-3 - 0.2e-3 * (k as f64 * std::f64::consts::TAU / 2000.0).cos());
         let theta: Vec<f64> = theta.into_iter().chain(minor).collect();
         let time_s: Vec<f64> = (0..theta.len()).map(|k| k as f64 * 1e-2).collect();
-        let recording = Recording { time_s, deflection_rad: Some(theta), ..Recording::default() };
+        let recording = Recording { time_s: time_s.into(), deflection_rad: Some(theta.into()), ..Recording::default() };
         let coverage = Coverage::of(&[recording], 0.0, 1.25e-3);
         assert!((coverage.reach() - 0.8).abs() < 1e-3, "{}", coverage.reach());
         // Turns: 1, −1, 1, −1 mrad, then 0.4 mrad.
@@ -168,7 +168,7 @@ mod tests {
     fn a_joint_that_moves_one_way_shows_in_one_half() {
         let time_s: Vec<f64> = (0..1000).map(|k| k as f64 * 1e-2).collect();
         let angle = time_s.iter().map(|t| 2.0 + 0.1 * t).collect();
-        let recording = Recording { time_s, theta_out_rad: Some(angle), ..Recording::default() };
+        let recording = Recording { time_s: time_s.into(), theta_out_rad: Some(angle), ..Recording::default() };
         let coverage = JointCoverage::of(&[recording]);
         assert!((coverage.angle_rad.0 - 2.0).abs() < 1e-9 && (coverage.angle_rad.1 - 2.999).abs() < 1e-9);
         assert!(coverage.velocity_rad_per_s.0 == 0.0 && (coverage.velocity_rad_per_s.1 - 0.1).abs() < 1e-9);

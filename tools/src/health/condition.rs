@@ -80,9 +80,9 @@ impl Gear {
             correlated: fit.uncertainty.correlated.iter().map(ToString::to_string).collect(),
             correlation: fit.uncertainty.correlation.clone(),
         };
-        let mean = |column: &Vec<f64>| column.iter().sum::<f64>() / column.len() as f64;
+        let mean = |column: &[f64]| column.iter().sum::<f64>() / column.len() as f64;
         let mut gear = Self::new(recording.name.clone(), fit.model.clone(), Some(&stated));
-        gear.temperature_c = recording.temperature_c.as_ref().map(mean);
+        gear.temperature_c = recording.temperature_c.as_deref().map(mean);
         gear.rms = Some(fit.rms);
         gear
     }

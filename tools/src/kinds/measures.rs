@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use crate::physics::signals::rate;
-use crate::recording::Recording;
+use crate::recording::{Recording, Samples};
 
 /// Measures of a noise-free recording.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,7 +37,7 @@ pub struct Measures {
 impl Measures {
     /// The measures of a recording.
     pub fn of(recording: &Recording) -> Self {
-        let column = |values: &Option<Vec<f64>>| values.clone().unwrap_or_else(|| vec![0.0; recording.len()]);
+        let column = |values: &Option<Samples>| values.clone().unwrap_or_else(|| vec![0.0; recording.len()].into());
         let time = &recording.time_s;
         let theta = column(&recording.deflection_rad);
         let torque = column(&recording.torque);

@@ -48,7 +48,7 @@ pub struct Signals<'a> {
 impl<'a> Signals<'a> {
     /// The signals of a recording of this gear.
     pub fn new(recording: &'a Recording, gear: &GearSection) -> Self {
-        let time_s = recording.time_s.as_slice();
+        let time_s = &*recording.time_s;
         let (input, output) = (recording.theta_in_rad.as_deref(), recording.theta_out_rad.as_deref());
         let recorded = recording.deflection_rad.as_deref();
         let ratio = gear.ratio;
@@ -75,13 +75,13 @@ impl<'a> Signals<'a> {
         let motion = match (gear.torque_side, input, ratio) {
             (TorqueSide::Motor, Some(q_m), Some(n)) => Some(of_angle(&q_m.iter().map(|q| q / n).collect::<Vec<f64>>())),
             _ => match &recording.velocity_out_rad_per_s {
-                Some(v) => Some((Cow::Borrowed(v.as_slice()), rate(v, time_s))),
+                Some(v) => Some((Cow::Borrowed(&**v), rate(v, time_s))),
                 None => output_angle_rad.as_deref().map(of_angle),
             },
         };
         let (velocity_rad_per_s, acceleration_rad_per_s2) = motion.unzip();
         let output_velocity_rad_per_s = match &recording.velocity_out_rad_per_s {
-            Some(v) => Some(Cow::Borrowed(v.as_slice())),
+            Some(v) => Some(Cow::Borrowed(&**v)),
             None => output_angle_rad.as_deref().map(|q| Cow::Owned(rate(q, time_s))),
         };
         let zero = gear.deflection_zero_rad;

@@ -6,6 +6,7 @@ use super::header;
 use super::map::ColumnMap;
 use super::needs::{Need, Needs};
 use super::read::Reading;
+use super::samples::Samples;
 use super::table::{ColumnHead, Table};
 
 /// Arrays of one length under names.
@@ -17,7 +18,7 @@ pub trait Columns {
     ///
     /// # Errors
     /// What it holds instead of numbers, in words.
-    fn numbers(&mut self, index: usize) -> Result<Vec<f64>, String>;
+    fn numbers(&mut self, index: usize) -> Result<Samples, String>;
 }
 
 struct Memory<'a> {
@@ -31,8 +32,8 @@ impl Table for Memory<'_> {
         &self.heads
     }
 
-    fn read(&mut self, columns: &[usize]) -> Result<Vec<Vec<f64>>, RecordingError> {
-        let mut read: Vec<Vec<f64>> = Vec::with_capacity(columns.len());
+    fn read(&mut self, columns: &[usize]) -> Result<Vec<Samples>, RecordingError> {
+        let mut read: Vec<Samples> = Vec::with_capacity(columns.len());
         for &index in columns {
             let refuse = |problem| RecordingError {
                 column: Some(ColumnPlace { name: self.heads[index].name.clone(), number: index + 1 }),
@@ -63,8 +64,8 @@ impl Reading {
 
 impl Recording {
     /// The columns that are there, under the names that a file would have for them.
-    pub fn columns(&self) -> Vec<(&'static str, &[f64])> {
-        std::iter::once(("time_s", self.time_s.as_slice())).chain(self.channels()).collect()
+    pub fn columns(&self) -> Vec<(&'static str, &Samples)> {
+        std::iter::once(("time_s", &self.time_s)).chain(self.channels()).collect()
     }
 
     /// Checks that a recording that was read for something else has what is needed.
@@ -72,7 +73,7 @@ impl Recording {
     /// # Errors
     /// [`RecordingProblem::MissingColumns`].
     pub fn require(&self, needs: &Needs) -> Result<(), RecordingError> {
-        let head = |(name, _): (&str, &[f64])| ColumnHead { name: name.to_owned(), ..ColumnHead::default() };
+        let head = |(name, _): (&str, &Samples)| ColumnHead { name: name.to_owned(), ..ColumnHead::default() };
         let heads: Vec<ColumnHead> = self.columns().into_iter().map(head).collect();
         header::resolve(&heads, &ColumnMap::default(), needs)
             .map(drop)
@@ -97,9 +98,9 @@ mod tests {
             self.0.iter().map(|(name, _)| (*name).to_owned()).collect()
         }
 
-        fn numbers(&mut self, index: usize) -> Result<Vec<f64>, String> {
+        fn numbers(&mut self, index: usize) -> Result<Samples, String> {
             let (name, numbers) = &self.0[index];
-            if *name == "remark" { Err("text".to_owned()) } else { Ok(numbers.clone()) }
+            if *name == "remark" { Err("text".to_owned()) } else { Ok(numbers.clone().into()) }
         }
     }
 
@@ -113,9 +114,10 @@ mod tests {
         let columns =
             vec![("t_ms", vec![0.0, 1.0]), ("torque_nm", vec![1.0, 2.0]), ("deflection_mrad", vec![0.1, 0.2])];
         let recording = read("time_ms=t_ms", columns).unwrap();
-        let expected: [(&str, &[f64]); 3] =
-            [("time_s", &[0.0, 1e-3]), ("deflection_rad", &[1e-4, 2e-4]), ("torque_nm", &[1.0, 2.0])];
-        assert_eq!(recording.columns(), expected);
+        let expected = [("time_s", [0.0, 1e-3]), ("deflection_rad", [1e-4, 2e-4]), ("torque_nm", [1.0, 2.0])];
+        let found: Vec<(&str, Vec<f64>)> =
+            recording.columns().into_iter().map(|(name, numbers)| (name, numbers.to_vec())).collect();
+        assert_eq!(found, expected.map(|(name, numbers)| (name, numbers.to_vec())));
         assert_eq!(recording.require(&Needs::FIT), Ok(()));
     }
 

@@ -8,6 +8,7 @@ use super::dialect::{Dialect, Numbers, is_number};
 use super::error::{ColumnPlace, RecordingError, RecordingProblem};
 use super::header::Source;
 use super::name::is_unit;
+use super::samples::Samples;
 use super::table::{ColumnHead, Place, Table};
 use super::unit_text;
 
@@ -170,7 +171,7 @@ impl<'a> CsvTable<'a> {
 
     /// One quantity of the row in SI.
     pub(super) fn value(&mut self, source: &Source) -> Result<f64, RecordingError> {
-        Ok(source.unit.to_si(source.linear.apply(self.number(source.index)?)))
+        Ok(source.to_si(self.number(source.index)?))
     }
 
     /// True once a decimal comma was read.
@@ -201,7 +202,7 @@ impl Table for CsvTable<'_> {
         Some(Place::Line(self.header_line))
     }
 
-    fn read(&mut self, columns: &[usize]) -> Result<Vec<Vec<f64>>, RecordingError> {
+    fn read(&mut self, columns: &[usize]) -> Result<Vec<Samples>, RecordingError> {
         let mut values = vec![Vec::new(); columns.len()];
         let mut row = 0;
         while self.next_row()? {
@@ -214,7 +215,7 @@ impl Table for CsvTable<'_> {
             }
             row += 1;
         }
-        Ok(values)
+        Ok(values.into_iter().map(Samples::from).collect())
     }
 
     fn place(&self, row: usize) -> Place {

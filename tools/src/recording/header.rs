@@ -5,6 +5,7 @@ use super::map::{ColumnMap, Linear};
 use super::name::{Named, parse_head, split};
 use super::needs::{Need, Needs};
 use super::quantity::{Quantity, Unit};
+use super::samples::Samples;
 use super::table::ColumnHead;
 use super::unit_text;
 
@@ -16,6 +17,20 @@ pub(super) struct Source {
     pub index: usize,
     pub linear: Linear,
     pub unit: Unit,
+}
+
+impl Source {
+    /// A number of the column in SI.
+    pub(super) fn to_si(self, number: f64) -> f64 {
+        self.unit.to_si(self.linear.apply(number))
+    }
+
+    /// Numbers of the column in SI. What is in SI stays where it is.
+    pub(super) fn convert(self, numbers: &mut Samples) {
+        if self.linear != Linear::IDENTITY || !self.unit.is_si() {
+            numbers.iter_mut().for_each(|number| *number = self.to_si(*number));
+        }
+    }
 }
 
 /// What is wrong with a header, and with which of its columns.

@@ -8,6 +8,7 @@ use std::io::Read;
 use super::bytes::{Cursor, Damage, Number};
 use super::error::RecordingError;
 use super::format::Format;
+use super::samples::Samples;
 use super::table::{Arrays, ColumnHead, Table};
 
 /// The arrays of a MAT file.
@@ -33,7 +34,7 @@ impl Table for Mat5Table {
         self.0.heads()
     }
 
-    fn read(&mut self, columns: &[usize]) -> Result<Vec<Vec<f64>>, RecordingError> {
+    fn read(&mut self, columns: &[usize]) -> Result<Vec<Samples>, RecordingError> {
         Ok(self.0.read(columns))
     }
 }

@@ -6,6 +6,7 @@ use super::bytes::Damage;
 use super::error::RecordingError;
 use super::format::Format;
 use super::guard::guarded;
+use super::samples::Samples;
 use super::table::{Arrays, ColumnHead, Table};
 
 /// The arrays of a MAT file.
@@ -31,7 +32,7 @@ impl Table for Mat73Table {
         self.0.heads()
     }
 
-    fn read(&mut self, columns: &[usize]) -> Result<Vec<Vec<f64>>, RecordingError> {
+    fn read(&mut self, columns: &[usize]) -> Result<Vec<Samples>, RecordingError> {
         Ok(self.0.read(columns))
     }
 }

@@ -11,6 +11,7 @@ use super::bytes::{Cursor, Damage};
 use super::error::RecordingError;
 use super::format::Format;
 use super::ros::{Schema, Value};
+use super::samples::Samples;
 use super::table::{ColumnHead, Table};
 
 /// The topics of an MCAP file.
@@ -181,8 +182,9 @@ impl Table for McapTable {
         &self.heads
     }
 
-    fn read(&mut self, columns: &[usize]) -> Result<Vec<Vec<f64>>, RecordingError> {
-        self.values(columns).map_err(|damage| damage.of(&self.file, Format::Mcap))
+    fn read(&mut self, columns: &[usize]) -> Result<Vec<Samples>, RecordingError> {
+        let values = self.values(columns).map_err(|damage| damage.of(&self.file, Format::Mcap))?;
+        Ok(values.into_iter().map(Samples::from).collect())
     }
 }
 

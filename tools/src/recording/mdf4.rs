@@ -9,6 +9,7 @@ use std::io::Read;
 use super::bytes::{Cursor, Damage, Number};
 use super::error::RecordingError;
 use super::format::Format;
+use super::samples::Samples;
 use super::table::{ColumnHead, Table, tell_apart};
 
 /// The channels of an MDF file.
@@ -199,8 +200,9 @@ impl Table for Mdf4Table {
         &self.heads
     }
 
-    fn read(&mut self, columns: &[usize]) -> Result<Vec<Vec<f64>>, RecordingError> {
-        self.values(columns).map_err(|damage| damage.of(&self.file, Format::Mdf4))
+    fn read(&mut self, columns: &[usize]) -> Result<Vec<Samples>, RecordingError> {
+        let values = self.values(columns).map_err(|damage| damage.of(&self.file, Format::Mdf4))?;
+        Ok(values.into_iter().map(Samples::from).collect())
     }
 }
 

@@ -24,6 +24,7 @@ mod quantity;
 pub mod ratio;
 mod read;
 mod ros;
+mod samples;
 mod survey;
 mod table;
 pub mod turns;
@@ -41,6 +42,7 @@ pub use needs::{Need, Needs};
 pub use open::{Progress, RecordingFile};
 pub use quantity::{Quantity, Unit};
 pub use read::{Reading, read};
+pub use samples::{Lender, Samples};
 pub use survey::{Pace, Survey, SurveyedColumn};
 pub use table::Place;
 pub use write::{Column, CopyError, copy_with_columns, write_columns};
@@ -97,23 +99,23 @@ pub struct Recording {
     /// SHA-256 of the file's bytes in hexadecimal; empty for a recording made in memory.
     pub sha256: String,
     /// Time, s, strictly increasing.
-    pub time_s: Vec<f64>,
+    pub time_s: Samples,
     /// Transmitted torque, N·m (or A, see [`torque_unit`](Self::torque_unit)); absent where only a prediction is wanted.
-    pub torque: Option<Vec<f64>>,
+    pub torque: Option<Samples>,
     /// What `torque` is measured in.
     pub torque_unit: TorqueUnit,
     /// Torsional deflection θ = q_m/N − q_o, rad.
-    pub deflection_rad: Option<Vec<f64>>,
+    pub deflection_rad: Option<Samples>,
     /// Motor-side (wave generator) angle q_m, rad.
-    pub theta_in_rad: Option<Vec<f64>>,
+    pub theta_in_rad: Option<Samples>,
     /// Output-side angle q_o, rad.
-    pub theta_out_rad: Option<Vec<f64>>,
+    pub theta_out_rad: Option<Samples>,
     /// Output velocity, rad/s.
-    pub velocity_out_rad_per_s: Option<Vec<f64>>,
+    pub velocity_out_rad_per_s: Option<Samples>,
     /// Gear temperature, °C.
-    pub temperature_c: Option<Vec<f64>>,
+    pub temperature_c: Option<Samples>,
     /// Another simulator's torque for the same rows, N·m.
-    pub torque_sim_nm: Option<Vec<f64>>,
+    pub torque_sim_nm: Option<Samples>,
 }
 
 impl Recording {
@@ -146,8 +148,8 @@ impl Recording {
     /// If it has no such row.
     #[must_use]
     pub fn picked(&self, rows: &[usize]) -> Self {
-        let pick = |values: &[f64]| rows.iter().map(|&row| values[row]).collect::<Vec<f64>>();
-        let cut = |column: &Option<Vec<f64>>| column.as_deref().map(pick);
+        let pick = |values: &[f64]| rows.iter().map(|&row| values[row]).collect::<Samples>();
+        let cut = |column: &Option<Samples>| column.as_deref().map(pick);
         Self {
             name: self.name.clone(),
             sha256: self.sha256.clone(),
@@ -166,8 +168,8 @@ impl Recording {
     /// The recording in means of so many rows each; of the torque without what stands out of its rows, lest an outlier spoil a mean.
     #[must_use]
     pub fn in_means(&self, rows: usize) -> Self {
-        let means = |values: &[f64]| values.chunks(rows).map(mean).collect::<Vec<f64>>();
-        let thin = |column: &Option<Vec<f64>>| column.as_deref().map(means);
+        let means = |values: &[f64]| values.chunks(rows).map(mean).collect::<Samples>();
+        let thin = |column: &Option<Samples>| column.as_deref().map(means);
         Self {
             name: self.name.clone(),
             sha256: self.sha256.clone(),
@@ -242,7 +244,7 @@ mod tests {
         let line: Vec<f64> = (0..100).map(f64::from).collect();
         let mut torque = line.clone();
         torque[37] = 1e4;
-        let recording = Recording { time_s: line, torque: Some(torque), ..Recording::default() };
+        let recording = Recording { time_s: line.into(), torque: Some(torque.into()), ..Recording::default() };
         let means = recording.in_means(10);
         assert_eq!(means.time_s, (0..10).map(|k| 4.5 + 10.0 * f64::from(k)).collect::<Vec<f64>>());
         let torque = means.torque.unwrap();

@@ -11,6 +11,7 @@ use parquet::schema::types::ColumnDescriptor;
 use super::error::RecordingError;
 use super::format::Format;
 use super::guard::guarded;
+use super::samples::Samples;
 use super::table::{ColumnHead, Table};
 
 /// The columns of a Parquet file.
@@ -87,10 +88,10 @@ impl Table for ParquetTable {
         &self.heads
     }
 
-    fn read(&mut self, columns: &[usize]) -> Result<Vec<Vec<f64>>, RecordingError> {
+    fn read(&mut self, columns: &[usize]) -> Result<Vec<Samples>, RecordingError> {
         let read = |index: &usize| {
             let (leaf, kind) = self.leaves[*index];
-            guarded(|| Ok(self.column(leaf, kind)?)).map_err(|damage| damage.of(&self.file, Format::Parquet))
+            guarded(|| Ok(self.column(leaf, kind)?.into())).map_err(|damage| damage.of(&self.file, Format::Parquet))
         };
         columns.iter().map(read).collect()
     }

@@ -40,6 +40,11 @@ impl Unit {
     pub fn to_si(self, number: f64) -> f64 {
         (number - self.zero) * self.numerator / self.denominator
     }
+
+    /// Whether it is the unit of SI itself, or °C: [`to_si`](Self::to_si) leaves numbers as they are.
+    pub(super) fn is_si(self) -> bool {
+        self.zero == 0.0 && self.numerator == self.denominator
+    }
 }
 
 const fn unit(spellings: &'static [&'static str], numerator: f64, denominator: f64) -> Unit {

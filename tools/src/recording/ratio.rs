@@ -98,7 +98,12 @@ mod tests {
         let twist = output.iter().map(|q| 1e-3 * q.sin());
         let input = output.iter().zip(twist).map(|(q, twist)| scale_in * 100.0 * (q + twist)).collect();
         let output = output.iter().map(|q| scale_out * q).collect();
-        Recording { time_s, theta_in_rad: Some(input), theta_out_rad: Some(output), ..Recording::default() }
+        Recording {
+            time_s: time_s.into(),
+            theta_in_rad: Some(input),
+            theta_out_rad: Some(output),
+            ..Recording::default()
+        }
     }
 
     fn problem(recording: &Recording, ratio: Option<f64>) -> Option<RecordingProblem> {

@@ -6,6 +6,7 @@ use super::map::ColumnMap;
 use super::needs::{Need, Needs};
 use super::open::{Progress, RecordingFile, open};
 use super::quantity::Quantity;
+use super::samples::Samples;
 use super::table::Table;
 use super::{Recording, TorqueUnit};
 
@@ -67,24 +68,14 @@ impl Reading {
         indices.sort_unstable();
         indices.dedup();
         let numbers = table.read(&indices)?;
-        let rows = numbers.first().map_or(0, Vec::len);
-        let mut left: Vec<usize> =
-            indices.iter().map(|index| sources.iter().filter(|s| s.index == *index).count()).collect();
-        let mut numbers: Vec<Option<Vec<f64>>> = numbers.into_iter().map(Some).collect();
-        let mut columns = Vec::new();
-        for source in &sources {
-            let at = indices.binary_search(&source.index).unwrap_or(0);
-            left[at] -= 1;
-            let taken = if left[at] == 0 { numbers[at].take() } else { numbers[at].clone() };
-            let mut values = taken.unwrap_or_default();
-            values.iter_mut().for_each(|value| *value = source.unit.to_si(source.linear.apply(*value)));
-            columns.push(values);
-        }
+        let rows = numbers.first().map_or(0, |column| column.len());
+        let column = |source: &Source| numbers[indices.binary_search(&source.index).unwrap_or(0)].clone();
+        let mut columns: Vec<Samples> = sources.iter().map(column).collect();
+        // A column that no other source shares is converted where it lies.
+        drop(numbers);
+        sources.iter().zip(&mut columns).for_each(|(source, values)| source.convert(values));
         let kept = self.kept(name, &sources, &columns, rows)?;
-        for values in &mut columns {
-            values.truncate(kept.end);
-            values.drain(..kept.start);
-        }
+        columns.iter_mut().for_each(|values| values.crop(&kept));
         check(name, table, &sources, &columns, kept.start)?;
         Ok(recording(name, &sources, columns, kept.len()))
     }
@@ -94,7 +85,7 @@ impl Reading {
         &self,
         name: &str,
         sources: &[Source],
-        columns: &[Vec<f64>],
+        columns: &[Samples],
         rows: usize,
     ) -> Result<std::ops::Range<usize>, RecordingError> {
         const SOME: [&str; 2] = ["no row", "a single row"];
@@ -136,7 +127,7 @@ fn check(
     name: &str,
     table: &dyn Table,
     sources: &[Source],
-    columns: &[Vec<f64>],
+    columns: &[Samples],
     begin: usize,
 ) -> Result<(), RecordingError> {
     let mut first: Option<(usize, usize, RecordingProblem)> = None;
@@ -164,7 +155,7 @@ fn check(
     })
 }
 
-fn recording(name: &str, sources: &[Source], columns: Vec<Vec<f64>>, rows: usize) -> Recording {
+fn recording(name: &str, sources: &[Source], columns: Vec<Samples>, rows: usize) -> Recording {
     let mut recording = Recording { name: name.to_owned(), ..Recording::default() };
     for (source, column) in sources.iter().zip(columns) {
         match source.quantity {

@@ -7,6 +7,7 @@ use super::needs::{Need, Needs};
 use super::open::{Progress, RecordingFile, open};
 use super::quantity::Quantity;
 use super::read::Reading;
+use super::samples::Samples;
 use super::table::Place;
 
 /// What is in a file.
@@ -105,7 +106,7 @@ impl Survey {
             return Ok(survey);
         }
         for (source, mut values) in sources.iter().zip(opened.table().read(&indices)?) {
-            values.iter_mut().for_each(|value| *value = source.unit.to_si(source.linear.apply(*value)));
+            source.convert(&mut values);
             let column = &mut survey.columns[source.index];
             column.quantity = Some(source.quantity);
             column.not_finite = values.iter().filter(|value| !value.is_finite()).count();
@@ -141,7 +142,7 @@ impl Pace {
 
 impl Recording {
     /// The columns that it has, by their names in SI.
-    pub fn channels(&self) -> Vec<(&'static str, &[f64])> {
+    pub fn channels(&self) -> Vec<(&'static str, &Samples)> {
         let torque = match self.torque_unit {
             super::TorqueUnit::NewtonMetre => "torque_nm",
             super::TorqueUnit::Ampere => "current_a",
@@ -156,7 +157,7 @@ impl Recording {
             ("torque_sim_nm", &self.torque_sim_nm),
         ]
         .into_iter()
-        .filter_map(|(name, values)| Some((name, values.as_deref()?)))
+        .filter_map(|(name, values)| Some((name, values.as_ref()?)))
         .collect()
     }
 }

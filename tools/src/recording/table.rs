@@ -1,6 +1,7 @@
 //! What every format of recordings comes down to: named columns of numbers.
 
 use super::error::RecordingError;
+use super::samples::Samples;
 
 /// A column of a file, before it is known what it holds.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -26,7 +27,7 @@ pub(super) trait Table {
     }
 
     /// The numbers of some columns of one group, as the file states them: neither scaled nor checked to be finite.
-    fn read(&mut self, columns: &[usize]) -> Result<Vec<Vec<f64>>, RecordingError>;
+    fn read(&mut self, columns: &[usize]) -> Result<Vec<Samples>, RecordingError>;
 
     /// Where a row stands, counted from 0.
     fn place(&self, row: usize) -> Place {
@@ -56,7 +57,7 @@ impl std::fmt::Display for Place {
 #[derive(Debug, Default)]
 pub(super) struct Arrays {
     heads: Vec<ColumnHead>,
-    columns: Vec<Vec<f64>>,
+    columns: Vec<Samples>,
     lengths: Vec<usize>,
 }
 
@@ -68,7 +69,7 @@ impl Arrays {
         &self.heads
     }
 
-    pub(super) fn read(&self, columns: &[usize]) -> Vec<Vec<f64>> {
+    pub(super) fn read(&self, columns: &[usize]) -> Vec<Samples> {
         columns.iter().map(|index| self.columns[*index].clone()).collect()
     }
 
@@ -97,7 +98,7 @@ impl Arrays {
             self.lengths.len() - 1
         });
         self.heads.push(ColumnHead { name, group, ..ColumnHead::default() });
-        self.columns.push(column);
+        self.columns.push(column.into());
     }
 }
 

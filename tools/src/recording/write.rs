@@ -53,12 +53,13 @@ fn write_columns_under(
 impl Recording {
     /// Writes the recording as CSV under the contract's names.
     pub fn write(&self, out: &mut dyn Write) -> io::Result<()> {
-        write_columns(out, &self.columns())
+        self.write_under(out, &())
     }
 
     /// [`write`](Self::write) with its progress.
     pub fn write_under(&self, out: &mut dyn Write, progress: &dyn progress::Progress) -> io::Result<()> {
-        write_columns_under(out, &self.columns(), progress)
+        let columns: Vec<Column<'_>> = self.columns().into_iter().map(|(name, values)| (name, &**values)).collect();
+        write_columns_under(out, &columns, progress)
     }
 }
 
@@ -174,16 +175,15 @@ fn copy_numbers(
     let mut columns = table.read(&kept)?;
     if let Some(source) = sources.iter().find(|source| source.quantity == Quantity::Time) {
         let time = table.read(&[source.index])?.pop().unwrap_or_default();
-        let keeps: Vec<bool> = time.iter().map(|t| reading.keeps(source.unit.to_si(source.linear.apply(*t)))).collect();
+        let keeps: Vec<bool> = time.iter().map(|t| reading.keeps(source.to_si(*t))).collect();
         for values in &mut columns {
-            let mut keep = keeps.iter();
-            values.retain(|_| *keep.next().unwrap_or(&false));
+            *values = values.iter().zip(&keeps).filter(|(_, keep)| **keep).map(|(value, _)| *value).collect();
         }
     }
     let names: Vec<Cow<'_, str>> = kept.iter().map(|i| with_its_unit(&table.heads()[*i])).collect();
-    let copied = names.iter().map(|name| &**name).zip(columns.iter().map(Vec::as_slice));
+    let copied = names.iter().map(|name| &**name).zip(columns.iter().map(|values| &**values));
     let all: Vec<Column<'_>> = copied.chain(added.iter().copied()).collect();
-    let rows = columns.first().map_or(0, Vec::len);
+    let rows = columns.first().map_or(0, |values| values.len());
     if all.iter().all(|(_, values)| values.len() == rows) {
         write_columns(out, &all)?;
     }

@@ -7,7 +7,7 @@ use super::page::{Page, Provenance, Section, Tone, Verdict};
 use super::plot::{Curve, Drawing, Figure, Role, Style};
 use crate::model::Model;
 use crate::physics::{PredictError, predict};
-use crate::recording::{Recording, TorqueUnit};
+use crate::recording::{Recording, Samples, TorqueUnit};
 
 /// What is drawn: a recording, or the rated loop of a model.
 #[derive(Debug, Clone)]
@@ -37,11 +37,12 @@ impl Shown {
         let mut recording = Recording {
             name: path.display().to_string(),
             deflection_rad: Some(time_s.iter().map(sine).collect()),
-            time_s,
+            time_s: time_s.into(),
             torque_unit: model.torque_unit,
             ..Recording::default()
         };
-        recording.torque = Some(predict(&base, Some(rated_rad).filter(|rated| *rated > 0.0), &recording)?.torque);
+        recording.torque =
+            Some(predict(&base, Some(rated_rad).filter(|rated| *rated > 0.0), &recording)?.torque.into());
         Ok(Shown { recording, is_model: true })
     }
 }
@@ -82,7 +83,7 @@ fn over_time(
     what: &str,
     unit: &str,
     scale: f64,
-    channel: impl Fn(&Shown) -> Option<Vec<f64>>,
+    channel: impl Fn(&Shown) -> Option<Samples>,
 ) -> Drawing {
     let curves = shown.iter().filter(|shown| !shown.is_model).enumerate().filter_map(|(at, shown)| {
         let values: Vec<f64> = channel(shown)?.iter().map(|x| scale * x).collect();
@@ -109,7 +110,7 @@ pub fn page(shown: &[Shown], provenance: Provenance) -> Page {
             Section::new("Loop").figure(drawing, "Recordings as dots, models as lines at their rated deflection."),
         );
     }
-    type Channel = fn(&Recording) -> &Option<Vec<f64>>;
+    type Channel = fn(&Recording) -> &Option<Samples>;
     let torque_unit = shown.first().map_or(TorqueUnit::NewtonMetre, |shown| shown.recording.torque_unit);
     let channels: [(&str, &str, f64, Channel); 7] = [
         ("torque", torque_unit.symbol(), 1.0, |r| &r.torque),

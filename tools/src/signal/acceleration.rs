@@ -33,7 +33,7 @@ const COHERENT: f64 = 0.3;
 ///
 /// A record without noise is differentiated as it stands.
 pub fn acceleration(recording: &Recording, gear: &GearSection) -> Option<Vec<f64>> {
-    let time_s = recording.time_s.as_slice();
+    let time_s = &*recording.time_s;
     let of_angle = |q: &[f64], other: Option<&[f64]>| {
         // A difference of two samples has the weights 1, −2, 1 over the period squared.
         let gain = |w: f64, period_s: f64| (2.0 * (0.5 * w).sin() / period_s).powi(4);
@@ -156,7 +156,7 @@ mod tests {
     fn motion(rows: usize, period_s: f64) -> Recording {
         let time_s: Vec<f64> = (0..rows).map(|k| period_s * k as f64).collect();
         let angle = time_s.iter().map(|t| (0.98 * (3.0 * t).sin()).asin()).collect();
-        Recording { time_s, theta_out_rad: Some(angle), ..Recording::default() }
+        Recording { time_s: time_s.into(), theta_out_rad: Some(angle), ..Recording::default() }
     }
 
     #[test]

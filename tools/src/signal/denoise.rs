@@ -10,7 +10,7 @@ use std::ops::Range;
 use crate::numerics::autoregression::quantisation_step;
 use crate::numerics::smoothing::{Graduation, unround};
 use crate::physics::signals::rate;
-use crate::recording::Recording;
+use crate::recording::{Recording, Samples};
 
 /// Half-widths of the windows, samples.
 const HALF_WIDTHS: [usize; 7] = [2, 3, 4, 6, 8, 11, 15];
@@ -26,9 +26,9 @@ pub fn denoised(recording: &Recording, ratio: Option<f64>) -> Cow<'_, Recording>
         }
         (deflection, ..) => deflection.clone(),
     };
-    let deflection = derived.as_deref().and_then(|x| smoothed(x, &recording.time_s));
+    let deflection = derived.as_deref().and_then(|x| smoothed(x, &recording.time_s)).map(Samples::from);
     let deflection = deflection.or(derived.filter(|_| recording.deflection_rad.is_none()));
-    let smooth = |channel: &Option<Vec<f64>>| channel.as_deref().and_then(|x| whittaker(x, &recording.time_s));
+    let smooth = |channel: &Option<Samples>| channel.as_deref().and_then(|x| whittaker(x, &recording.time_s));
     let (input, output, mut velocity) =
         (smooth(&recording.theta_in_rad), smooth(&recording.theta_out_rad), smooth(&recording.velocity_out_rad_per_s));
     let temperature = smooth(&recording.temperature_c);
@@ -42,15 +42,15 @@ pub fn denoised(recording: &Recording, ratio: Option<f64>) -> Cow<'_, Recording>
             velocity = Some(derived);
         }
     }
-    if [&deflection, &input, &output, &velocity, &temperature].iter().all(|channel| channel.is_none()) {
+    if deflection.is_none() && [&input, &output, &velocity, &temperature].iter().all(|channel| channel.is_none()) {
         return Cow::Borrowed(recording);
     }
     let mut clean = recording.clone();
     clean.deflection_rad = deflection.or(clean.deflection_rad);
-    clean.theta_in_rad = input.or(clean.theta_in_rad);
-    clean.theta_out_rad = output.or(clean.theta_out_rad);
-    clean.velocity_out_rad_per_s = velocity.or(clean.velocity_out_rad_per_s);
-    clean.temperature_c = temperature.or(clean.temperature_c);
+    clean.theta_in_rad = input.map(Samples::from).or(clean.theta_in_rad);
+    clean.theta_out_rad = output.map(Samples::from).or(clean.theta_out_rad);
+    clean.velocity_out_rad_per_s = velocity.map(Samples::from).or(clean.velocity_out_rad_per_s);
+    clean.temperature_c = temperature.map(Samples::from).or(clean.temperature_c);
     Cow::Owned(clean)
 }
 

@@ -128,10 +128,16 @@ fn spread(values: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::recording::Samples;
 
     fn moving(angle: Vec<f64>, torque: Option<Vec<f64>>) -> Recording {
         let time_s = (0..angle.len()).map(|k| 0.01 * k as f64).collect();
-        Recording { time_s, torque, deflection_rad: Some(angle), ..Recording::default() }
+        Recording {
+            time_s,
+            torque: torque.map(Samples::from),
+            deflection_rad: Some(angle.into()),
+            ..Recording::default()
+        }
     }
 
     fn sine(rows: usize) -> Vec<f64> {

@@ -5,7 +5,7 @@ use gmhm::{Elastic, Gate, Gear, Kernel, Law, Memory, Params};
 use gmhm_tools::fit::FitOptions;
 use gmhm_tools::fit::{Fit, fit};
 use gmhm_tools::model::Model;
-use gmhm_tools::recording::Recording;
+use gmhm_tools::recording::{Recording, Samples};
 use gmhm_tools::regression::error::EstimateError;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -86,8 +86,8 @@ pub fn record(a: f64, elastic: Elastic, memory: Memory, path: &Path, noise_nm: f
     Recording {
         name: "synthetic".to_owned(),
         time_s: (0..torque.len()).map(|k| k as f64 * path.period_s).collect(),
-        torque: Some(torque),
-        deflection_rad: Some(path.theta.clone()),
+        torque: Some(torque.into()),
+        deflection_rad: Some(path.theta.clone().into()),
         ..Recording::default()
     }
 }
@@ -119,7 +119,7 @@ pub fn foreign(a: f64, size: f64, seed: u64) -> Recording {
         name: format!("24 slip elements, {size} of the rated deflection"),
         time_s: (0..theta.len()).map(|k| 1e-2 * k as f64).collect(),
         torque: Some(torque),
-        deflection_rad: Some(theta),
+        deflection_rad: Some(theta.into()),
         ..Recording::default()
     }
 }
@@ -262,12 +262,12 @@ pub fn refits(a: f64, case: &ScatterCase, count: usize) -> Result<Vec<Fit>, Esti
         };
         theta.extend(motion);
         let mut clean = record(a, published().0, case.memory, &Path { theta, period_s: 1e-2 }, 0.0, 0);
-        clean.time_s.truncate(case.rows);
+        clean.time_s.crop(&(0..case.rows));
         let columns = [&mut clean.torque, &mut clean.deflection_rad];
-        columns.into_iter().flatten().for_each(|column| drop(column.drain(..before)));
+        columns.into_iter().flatten().for_each(|column| column.crop(&(before..column.len())));
         clean
     };
-    let quantised = |column: &mut Option<Vec<f64>>, step: f64, zero: f64| {
+    let quantised = |column: &mut Option<Samples>, step: f64, zero: f64| {
         let to_count = |x: &mut f64| *x = ((*x / step - zero).round() + zero) * step;
         column.iter_mut().flatten().filter(|_| step > 0.0).for_each(to_count);
     };

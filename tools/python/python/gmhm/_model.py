@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 from . import _gmhm, _html
 from ._recording import Array, Recording, Source, as_recording
+from ._results import Result, Series
 
 if TYPE_CHECKING:
     import numpy as np
@@ -19,8 +20,8 @@ Path: TypeAlias = str | os.PathLike[str]
 TorqueSide: TypeAlias = Literal["motor", "output"]
 
 
-@dataclasses.dataclass(frozen=True)
-class Prediction:
+@dataclasses.dataclass(frozen=True, eq=False)
+class Prediction(Series):
     """The torque of every row, in the unit of the model: N·m, or A."""
 
     #: Elastic plus hysteresis torque plus terms; shape `(rows,)`.
@@ -37,8 +38,8 @@ class Prediction:
     merged_pairs: int
 
 
-@dataclasses.dataclass(frozen=True)
-class Inversion:
+@dataclasses.dataclass(frozen=True, eq=False)
+class Inversion(Series):
     """The deflection for every torque."""
 
     #: The deflection as the encoders show it, rad; shape `(rows,)`.
@@ -52,7 +53,7 @@ class Inversion:
 
 
 @dataclasses.dataclass(frozen=True)
-class Term:
+class Term(Result):
     """A `[[term]]` of a model: a kind of physics and its parameters."""
 
     #: Its kind, such as `kinematic_error`.
@@ -61,8 +62,8 @@ class Term:
     values: dict[str, float | list[float] | str]
 
 
-@dataclasses.dataclass(frozen=True)
-class Simulation:
+@dataclasses.dataclass(frozen=True, eq=False)
+class Simulation(Series):
     """What the sensors of the virtual test bench recorded, and what was true."""
 
     #: The recording.

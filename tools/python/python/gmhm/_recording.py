@@ -30,7 +30,7 @@ Map: TypeAlias = str | Mapping[str, str] | None
 class Recording:
     """Rows of one recording in SI units, every number finite, time increasing.
 
-    The columns are attributes, each an array of shape `(rows,)` that cannot be written to and is not copied:
+    The columns are attributes, each a view of shape `(rows,)` that cannot be written to:
     `time_s` (s), `torque_nm` (N·m) or `current_a` (A), `deflection_rad`, `theta_in_rad`, `theta_out_rad` (rad),
     `velocity_out_rad_per_s` (rad/s), `temperature_c` (°C), `torque_sim_nm` (N·m). A column that was not
     recorded raises `AttributeError`.
@@ -110,22 +110,26 @@ def read(
     from_s: float | None = None,
     to_s: float | None = None,
     name: str | None = None,
+    copy: bool = False,
 ) -> Recording:
     """Reads a recording.
 
     Args:
         source: a file (CSV, also `.gz` and `.zst`, Parquet, MAT, MDF4, MCAP), or columns in memory: a dict of
             arrays, a frame of pandas or polars, a table of PyArrow, a structured array. Columns are recognised by
-            their names, as those of files (`torque_nm`, `deflection_mrad`, `Time [s]`), and copied once: the recording
-            owns its rows, since work goes on without the interpreter's lock while other threads may write to arrays.
+            their names, as those of files (`torque_nm`, `deflection_mrad`, `Time [s]`).
         map: columns under other names, scaled, flipped or shifted: `"torque_nm=tau*0.001,deflection_rad=-x"`.
         from_s, to_s: rows before and after these times are left out, s of the time column.
         name: for messages and reports, of columns in memory.
+        copy: the recording gets rows of its own. Otherwise it reads columns that are contiguous arrays of float64 in SI
+            units, shape `(rows,)`, where they lie: do not write to them while the recording is in use. What is done with
+            a recording whose arrays were written to raises `RecordingError`. All other columns are converted, which
+            leaves the arrays as they are.
 
     Raises:
         RecordingError: the first fault, with file, line or row, and column.
     """
-    return as_recording(source, "any", map=map, from_s=from_s, to_s=to_s, name=name)
+    return as_recording(source, "any", map=map, from_s=from_s, to_s=to_s, name=name, copy=copy)
 
 
 def demo(seed: int = 1) -> Recording:
@@ -146,16 +150,19 @@ def as_recording(
     from_s: float | None = None,
     to_s: float | None = None,
     name: str | None = None,
+    copy: bool = False,
 ) -> Recording:
     """A source as a recording that has what is needed for a purpose, of which others are given by its name."""
     native = None if model is None else model._native
     text = ",".join(f"{key}={value}" for key, value in map.items()) if isinstance(map, Mapping) else map
     if isinstance(source, Recording):
         source._native.require(purpose, native)
-        return source
+        if not copy and all(option is None for option in (text, from_s, to_s, name)):
+            return source
+        source, name = source.to_dict(), name or source.name
     if isinstance(source, (str, os.PathLike)):
         return Recording(_gmhm.read_file(cast("str | os.PathLike[str]", source), purpose, native, text, from_s, to_s))
-    names, column = _columns(source)
+    names, column = _columns(source, copy)
     if name is None:
         name = "recording"
     return Recording(_gmhm.read_columns(name, names, column, purpose, native, text, from_s, to_s))
@@ -168,7 +175,7 @@ def as_recordings(sources: Source, purpose: str, model: Model | None = None) -> 
     return [as_recording(source, purpose, model)._native for source in listed]
 
 
-def _columns(source: Any) -> tuple[list[str], Callable[[int], Array]]:
+def _columns(source: Any, copy: bool) -> tuple[list[str], Callable[[int], Array]]:
     """The names of columns in memory, and the function that gives the numbers of each."""
     labels: list[Any]
     if _is_mapping(source):
@@ -184,15 +191,15 @@ def _columns(source: Any) -> tuple[list[str], Callable[[int], Array]]:
             f"{type(source).__name__} is no recording: give a path, a dict of arrays, a frame of pandas or polars, "
             "a table of PyArrow or a structured array"
         )
-    return [str(label) for label in labels], lambda index: _numbers(source[labels[index]])
+    return [str(label) for label in labels], lambda index: _numbers(source[labels[index]], copy)
 
 
 def _is_mapping(source: Any) -> TypeGuard[Mapping[Any, Any]]:
     return isinstance(source, Mapping)
 
 
-def _numbers(column: Any) -> Array:
-    """A column as floats; an exception says what it holds instead."""
+def _numbers(column: Any, copy: bool) -> Array:
+    """A column as contiguous floats, itself where it is that already; an exception says what it holds instead."""
     import numpy as np
 
     array = np.asarray(column.to_numpy() if hasattr(column, "to_numpy") else column)
@@ -205,5 +212,6 @@ def _numbers(column: Any) -> Array:
             array = array.astype(np.float64)
         except (TypeError, ValueError):
             raise TypeError("text or other objects") from None
-    # No copy of what lies as it should.
+    if copy:
+        return np.array(array, np.float64, order="C")
     return np.require(array, np.float64, ["C", "A"])

@@ -9,6 +9,8 @@ import types
 import typing
 from typing import Any, Self
 
+from . import _html
+
 
 @dataclasses.dataclass(frozen=True)
 class Result:
@@ -30,6 +32,34 @@ class Result:
             if field.metadata.get("json", True) and not (value is None and field.metadata.get("optional", False)):
                 values[field.name.removesuffix("_")] = _written(value)
         return values
+
+    def _repr_html_(self) -> str:
+        return _html.page(type(self).__name__, _html.table(("", "value"), self.to_dict().items()))
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Series:
+    """A result with arrays, of which `to_dict` makes no copies."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """The fields by name; arrays stay arrays, models and recordings become dicts."""
+        values = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
+        return {name: value.to_dict() if hasattr(value, "to_dict") else value for name, value in values.items()}
+
+    def _repr_html_(self) -> str:
+        values: dict[str, Any] = {}
+        for name, value in self.to_dict().items():
+            if isinstance(value, dict):
+                parts = typing.cast("dict[str, Any]", value)
+                values |= {f"{name}: {key}": part for key, part in parts.items()}
+            else:
+                values[name] = value
+        return _html.page(type(self).__name__, _html.table(("", "value, or lowest and highest"), map(_shown, values.items())))
+
+
+def _shown(item: tuple[str, Any]) -> tuple[str, object]:
+    name, value = item
+    return name, (float(value.min()), float(value.max())) if getattr(value, "size", 0) else value
 
 
 def beside_json() -> Any:

@@ -159,12 +159,12 @@ fn recorded(model: &Model, options: &Options, seed: u64, servo: Servo<'_>) -> Re
         }
     })?;
     let recording = Recording {
-        torque: Some(torque),
-        deflection_rad: Some(deflection),
-        theta_in_rad: Some(input),
-        theta_out_rad: Some(output),
-        velocity_out_rad_per_s: Some(velocity),
-        time_s: time,
+        torque: Some(torque.into()),
+        deflection_rad: Some(deflection.into()),
+        theta_in_rad: Some(input.into()),
+        theta_out_rad: Some(output.into()),
+        velocity_out_rad_per_s: Some(velocity.into()),
+        time_s: time.into(),
         ..Recording::default()
     };
     Ok((recording, rms(&errors)))
@@ -279,5 +279,10 @@ fn bench_recording(plant: Plant, params: &Params, seed: u64) -> Recording {
     let mut deflection_rad = theta;
     sensors::torque(&noise, &mut torque, &mut random(seed, Stream::Identification));
     sensors::encoder(&noise, &mut deflection_rad);
-    Recording { time_s, torque: Some(torque), deflection_rad: Some(deflection_rad), ..Recording::default() }
+    Recording {
+        time_s: time_s.into(),
+        torque: Some(torque.into()),
+        deflection_rad: Some(deflection_rad.into()),
+        ..Recording::default()
+    }
 }

@@ -279,8 +279,8 @@ fn measured(
         .collect();
     let mut recording = Recording {
         name: format!("concealed recording {}", index + 1),
-        time_s: world.time_s.clone(),
-        torque: Some(torque),
+        time_s: world.time_s.clone().into(),
+        torque: Some(torque.into()),
         temperature_c: world.temperature.as_ref().map(|t| {
             t.iter().map(|t| if noise.is_some() { quantise(t + 0.05 * rng.normal(), 0.01) } else { *t }).collect()
         }),
@@ -294,9 +294,9 @@ fn measured(
         let step = if noise.is_some() { 2e-6 * 10.0_f64.powf(rng.uniform(0.0, 1.0)) } else { 0.0 };
         recording.theta_out_rad = Some(output(&truth.measured).iter().map(|q| quantise(*q, step)).collect());
     } else {
-        recording.theta_in_rad = Some(world.motor.clone());
-        recording.theta_out_rad = Some(output(&deflection));
-        recording.deflection_rad = Some(deflection);
+        recording.theta_in_rad = Some(world.motor.clone().into());
+        recording.theta_out_rad = Some(output(&deflection).into());
+        recording.deflection_rad = Some(deflection.into());
     }
     if with_velocity || (noise.is_none() && joint) {
         let spread = if noise.is_some() { 1e-3 * fastest } else { 0.0 };

@@ -147,11 +147,11 @@ impl Channels {
         let velocity = || path.velocity.iter().map(|v| v + spread * rng.normal()).collect();
         Recording {
             name: format!("concealed recording {}", index + 1),
-            time_s: path.time_s.clone(),
+            time_s: path.time_s.clone().into(),
             torque: Some(torque),
             velocity_out_rad_per_s: (self.with_velocity || noise.is_none()).then(velocity),
             theta_out_rad: Some(path.angle.iter().map(|q| quantise(*q, step)).collect()),
-            torque_sim_nm: self.simulated.then(|| path.rigid_nm.clone()),
+            torque_sim_nm: self.simulated.then(|| path.rigid_nm.clone().into()),
             ..Recording::default()
         }
     }

@@ -12,7 +12,7 @@ use crate::model::{Base, GearSection, Model, Term, TermValue};
 use crate::physics::predict::predict;
 use crate::prove::generator::{PlantModel, Rng};
 use crate::prove::key::sha256;
-use crate::recording::Recording;
+use crate::recording::{Recording, Samples};
 
 /// A dropped term is asked for if it makes the squared error of the others so much larger.
 const WORTH_ASKING: f64 = 0.2;
@@ -109,7 +109,7 @@ type Kind = (String, Vec<f64>);
 
 impl Subject<'_> {
     /// The torque to be explained by terms.
-    fn torque(&self, recording: &Recording) -> Vec<f64> {
+    fn torque(&self, recording: &Recording) -> Samples {
         let torque = recording.torque.clone().unwrap_or_default();
         match &recording.torque_sim_nm {
             Some(simulated) => torque.iter().zip(simulated).map(|(t, s)| t - s).collect(),
@@ -251,7 +251,7 @@ impl Subject<'_> {
         let (fit, chosen) = before.fit(&before.torque(&before.recording), &kinds);
         let model = before.model(&kinds, &fit.weights(), &chosen);
         let simulated = predict(&model, None, &self.recording)?.torque;
-        let recording = Recording { torque_sim_nm: Some(simulated), ..self.recording.clone() };
+        let recording = Recording { torque_sim_nm: Some(simulated.into()), ..self.recording.clone() };
         let orders = |kind: &str| {
             let known = self.entry.answer.iter().find(|a| a.kinds.iter().any(|k| k == kind));
             known.map_or(Vec::new(), |a| a.orders.clone())
@@ -274,7 +274,7 @@ impl Subject<'_> {
     /// A kind that neither the base nor the answers hold, and its torque along the recording, of any size.
     fn addition(&self, rng: &mut Rng) -> Option<(Kind, Vec<f64>)> {
         if self.entry.gear() {
-            return Some((("sensor_drift".to_owned(), Vec::new()), self.recording.time_s.clone()));
+            return Some((("sensor_drift".to_owned(), Vec::new()), self.recording.time_s.to_vec()));
         }
         let angle = self.recording.theta_out_rad.as_ref()?;
         let (low, high) = angle.iter().fold((f64::MAX, f64::MIN), |(a, b), q| (a.min(*q), b.max(*q)));

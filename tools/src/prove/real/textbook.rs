@@ -7,7 +7,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::prove::generator::{Gear, Hysteresis};
-use crate::recording::Recording;
+use crate::recording::{Recording, Samples};
 
 /// Blocks that the held-out error is made of.
 const BLOCKS: usize = 8;
@@ -25,11 +25,11 @@ const RADII: [f64; 6] = [0.01, 0.03, 0.08, 0.2, 0.5, 1.0];
 pub struct Channels {
     rows: usize,
     period_s: f64,
-    time_s: Vec<f64>,
-    angle: Option<Vec<f64>>,
-    velocity: Option<Vec<f64>>,
-    deflection: Option<Vec<f64>>,
-    simulated: Option<Vec<f64>>,
+    time_s: Samples,
+    angle: Option<Samples>,
+    velocity: Option<Samples>,
+    deflection: Option<Samples>,
+    simulated: Option<Samples>,
     fast: f64,
 }
 
@@ -46,7 +46,7 @@ impl Channels {
         let angle = recording.theta_out_rad.clone();
         let velocity = recording.velocity_out_rad_per_s.clone().or_else(|| {
             let path = angle.as_ref()?;
-            Some(rate(&smoothed(path, (rows / 1500).max(3)), period_s))
+            Some(rate(&smoothed(path, (rows / 1500).max(3)), period_s).into())
         });
         let mut speeds: Vec<f64> = velocity.iter().flatten().map(|v| v.abs()).collect();
         speeds.sort_by(f64::total_cmp);
@@ -99,11 +99,12 @@ impl Channels {
         let wave = |k: f64| Some([self.of_angle(|q| (k * q).cos())?, self.of_angle(|q| (k * q).sin())?]);
         Some(match kind {
             "coulomb_friction" => corners().map(|c| vec![c]).collect(),
-            "viscous_friction" => vec![vec![self.velocity.clone()?]],
+            "viscous_friction" => vec![vec![self.velocity.as_ref()?.to_vec()]],
             "stribeck_friction" => {
                 let sign = self.sign(0.01)?;
                 let dip = |w: f64| self.of_velocity(|v| (-(v / (w * self.fast)).abs()).exp());
-                let shape = |w: &f64| Some(vec![sign.clone(), times(&sign, &dip(*w)?), self.velocity.clone()?]);
+                let shape =
+                    |w: &f64| Some(vec![sign.clone(), times(&sign, &dip(*w)?), self.velocity.as_ref()?.to_vec()]);
                 [0.02, 0.045, 0.1, 0.2, 0.4].iter().filter_map(shape).collect()
             }
             "inertia" => self.accelerations()?.into_iter().map(|a| vec![a]).collect(),
@@ -129,12 +130,12 @@ impl Channels {
                 let pairs: Option<Vec<_>> = orders.iter().map(|k| wave(*k)).collect();
                 vec![pairs?.into_iter().flatten().collect()]
             }
-            "torque_scale" => vec![vec![self.simulated.clone()?]],
+            "torque_scale" => vec![vec![self.simulated.as_ref()?.to_vec()]],
             "time_skew" => {
                 let simulated = self.simulated.as_ref()?;
                 [1, 5, 15].iter().map(|w| vec![rate(&smoothed(simulated, *w), self.period_s)]).collect()
             }
-            "sensor_drift" => vec![vec![self.time_s.clone()]],
+            "sensor_drift" => vec![vec![self.time_s.to_vec()]],
             "gear" => vec![self.gear()?.columns(&[], self.deflection.as_ref()?).to_vec()],
             "nonlocal_memory" => vec![self.sliders()?],
             "load_dependent_memory" => {
@@ -338,9 +339,9 @@ mod tests {
         let torque = (velocity.iter().zip(&angle)).map(|(v, q)| 3.0 * (v / 0.013).tanh() + 2.0 * v - 0.5 * 1.69 * q);
         Recording {
             torque: Some(torque.collect()),
-            theta_out_rad: Some(angle),
-            velocity_out_rad_per_s: Some(velocity),
-            time_s,
+            theta_out_rad: Some(angle.into()),
+            velocity_out_rad_per_s: Some(velocity.into()),
+            time_s: time_s.into(),
             ..Recording::default()
         }
     }
