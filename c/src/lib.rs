@@ -9,8 +9,10 @@
 #[cfg(not(target_os = "none"))]
 extern crate std;
 
+mod facts;
 mod feed_forward;
 mod flash;
+mod gear;
 mod joint;
 mod law;
 mod link;
@@ -25,15 +27,24 @@ use crate::joint::{LoadError, SetUp};
 use crate::types::Answer;
 
 pub use feed_forward::{
-    FEED_FORWARD_WORDS, FeedForwardC, gmhm_feed_forward_init, gmhm_feed_forward_load, gmhm_feed_forward_needs,
+    FEED_FORWARD_WORDS, FeedForwardC, gmhm_feed_forward_clear_diagnostics, gmhm_feed_forward_get_diagnostics,
+    gmhm_feed_forward_get_status, gmhm_feed_forward_init, gmhm_feed_forward_load, gmhm_feed_forward_needs,
     gmhm_feed_forward_restart, gmhm_feed_forward_step,
 };
 pub use flash::{
     FlashC, STORE_WORDS, StoreC, gmhm_stamp, gmhm_store_erase_unreadable, gmhm_store_init, gmhm_store_read,
     gmhm_store_roll_back, gmhm_store_write,
 };
+pub use gear::{
+    GEAR_WORDS, GearC, gmhm_gear_clear_diagnostics, gmhm_gear_get_diagnostics, gmhm_gear_get_status, gmhm_gear_init,
+    gmhm_gear_invert, gmhm_gear_load, gmhm_gear_load_amperes, gmhm_gear_restart, gmhm_gear_set_largest_step,
+    gmhm_gear_step,
+};
 pub use joint::Joint;
-pub use law::{LAW_WORDS, Law, gmhm_law_init, gmhm_law_load, gmhm_law_restart, gmhm_law_step};
+pub use law::{
+    LAW_WORDS, Law, gmhm_law_clear_diagnostics, gmhm_law_get_diagnostics, gmhm_law_init, gmhm_law_load,
+    gmhm_law_restart, gmhm_law_step,
+};
 pub use link::{
     DriveC, LINK_ROOM, LINK_WORDS, LinkC, gmhm_link_boot, gmhm_link_elapse, gmhm_link_init, gmhm_link_receive,
 };
