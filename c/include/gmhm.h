@@ -17,6 +17,8 @@
  *
  *     if (gmhm_init(&joint, block, sizeof block) != GMHM_OK) { ... }          // once, before anything else
  *
+ *     gmhm_set_largest_step(&joint, top_speed * period);                      // what moves faster is an outlier
+ *
  *     gmhm_sample sample = { .deflection_rad = q_motor / ratio - q_output };  // each control period
  *     gmhm_output now;
  *     gmhm_step(&joint, &sample, &now);                                       // now.torque_nm, N*m
@@ -326,7 +328,7 @@ uint32_t gmhm_pair_read(gmhm_pair *pair, uint32_t motor, uint32_t output, gmhm_s
  *
  *     static gmhm_law law;
  *     gmhm_limits limits = { .period_s = 1e-4f, .ramp_s = 0.5f, .offset_slew_rad_per_s = INFINITY,
- *                            .torque_slew_nm_per_s = INFINITY, .largest_rate_rad_per_s = INFINITY };
+ *                            .torque_slew_nm_per_s = INFINITY, .largest_rate_rad_per_s = top_speed };
  *     if (gmhm_law_init(&law, block, sizeof block, &limits) != GMHM_OK) { ... }
  *
  *     gmhm_demand demand = { .torque_nm = torque_reference, .gain_ratio = 1.0f, .on = 1 };   // each control period

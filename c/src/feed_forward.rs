@@ -2,7 +2,7 @@
 
 use core::mem::MaybeUninit;
 
-use gmhm::block::{Block, BlockError, CheckedTerms, INVERSE, Prepared, TorqueUnit, verify_first};
+use gmhm::block::{Block, BlockError, CheckedTerms, INVERSE, Prepared, verify_first};
 use gmhm::diagnostics::Diagnostics;
 use gmhm::feedforward::{Contribution, FeedForward, FeedForwardError};
 use gmhm::memory::AnyLaw;
@@ -12,7 +12,7 @@ use gmhm::terms::feedforward::{CompensatedFeedForward, CompensatedFeedForwardSta
 use crate::facts::Facts;
 use crate::joint::{DEPTH, NO_SETTING, TERMS, plant};
 use crate::types::{ContributionC, DemandC, DiagnosticsC, LimitsC, SampleC, StatusC, flag, need, status_flags, sum};
-use crate::{NO_INVERSE, NULL, OK, PERIOD, UNIT, VALUE, answer, bytes};
+use crate::{NO_INVERSE, NULL, OK, PERIOD, VALUE, answer, bytes, code_of};
 
 /// 64-bit words of `gmhm_feed_forward`.
 pub const FEED_FORWARD_WORDS: usize = 448;
@@ -68,11 +68,8 @@ impl FeedForwardC {
         }
         let checked = check(&block);
         self.diagnostics.see_load(checked.as_ref().map(|(prepared, _)| prepared.self_test));
-        let (prepared, terms) = checked.map_err(|error| error.code())?;
+        let (prepared, terms) = checked.map_err(|error| code_of(&error))?;
         let facts = Facts::of_block(&block).map_err(|error| error.code())?;
-        if prepared.header.torque_unit != TorqueUnit::NewtonMetre {
-            return Err(UNIT);
-        }
         let feed_forward = prepared.feed_forward(&limits.limits()).map_err(|error| match error {
             FeedForwardError::Period { .. } => PERIOD,
             _ => VALUE,

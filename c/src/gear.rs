@@ -10,7 +10,7 @@ use gmhm::{Gear, Inverse, State};
 use crate::facts::Facts;
 use crate::joint::{DEPTH, base_output, solution};
 use crate::types::{DiagnosticsC, OutputC, SolutionC, StatusC, flag};
-use crate::{NULL, OK, UNIT, VALUE, answer, bytes};
+use crate::{NULL, OK, VALUE, answer, bytes, code_of};
 
 /// 64-bit words of `gmhm_gear`.
 pub const GEAR_WORDS: usize = 64;
@@ -41,8 +41,8 @@ struct Force {
 
 /// The gear of a good block. A frame of its own: firmware has little stack.
 #[inline(never)]
-fn prepare(block: &Block<'_>) -> Result<Prepared<f32, AnyLaw<f32>>, BlockError> {
-    Prepared::of_block(block, DEPTH)
+fn prepare(block: &Block<'_>, unit: TorqueUnit) -> Result<Prepared<f32, AnyLaw<f32>>, BlockError> {
+    Prepared::of_block_in(block, DEPTH, unit)
 }
 
 impl GearC {
@@ -59,13 +59,10 @@ impl GearC {
 
     fn load(&mut self, block: &[u8], unit: TorqueUnit) -> Result<(), u16> {
         let block = verify_first(block).map_err(|error| error.code())?;
-        let prepared = prepare(&block);
+        let prepared = prepare(&block, unit);
         self.diagnostics.see_load(prepared.as_ref().map(|prepared| prepared.self_test));
-        let prepared = prepared.map_err(|error| error.code())?;
+        let prepared = prepared.map_err(|error| code_of(&error))?;
         let facts = Facts::of_block(&block).map_err(|error| error.code())?;
-        if block.header().torque_unit != unit {
-            return Err(UNIT);
-        }
         let inverse = prepared.inverse;
         if let (Some(before), Some(state)) = (&self.force, &mut self.path) {
             inverse.gear().take_over(before.inverse.gear(), state);

@@ -42,21 +42,6 @@ pub struct Joint {
     merged_pairs: u32,
 }
 
-/// Why a block was not put in force.
-#[derive(Debug)]
-pub(crate) enum LoadError {
-    /// It was refused.
-    Block(BlockError),
-    /// It counts torques in another unit.
-    Unit,
-}
-
-impl From<BlockError> for LoadError {
-    fn from(error: BlockError) -> Self {
-        Self::Block(error)
-    }
-}
-
 /// What is in force.
 #[derive(Debug)]
 struct Force {
@@ -147,20 +132,20 @@ enum Base {
 }
 
 /// How a block is set up.
-pub(crate) type SetUp = fn(&Block<'_>) -> Result<Loaded, BlockError>;
+pub(crate) type SetUp = fn(&Block<'_>, TorqueUnit) -> Result<Loaded, BlockError>;
 
 /// By the words that the host has computed, nothing of it in double precision. A frame of its own, gone before the terms are set up: firmware has little stack.
 #[inline(never)]
-pub(crate) fn prepared(block: &Block<'_>) -> Result<Loaded, BlockError> {
-    let prepared = Prepared::<f32, AnyLaw<f32>>::of_block(block, DEPTH)?;
+pub(crate) fn prepared(block: &Block<'_>, unit: TorqueUnit) -> Result<Loaded, BlockError> {
+    let prepared = Prepared::<f32, AnyLaw<f32>>::of_block_in(block, DEPTH, unit)?;
     let terms = prepared.terms(block)?;
     Ok(Loaded { self_test: prepared.self_test, base: Base::Inverse(prepared.inverse), terms })
 }
 
 /// From what the block says of gear and inverse, in double precision. A frame of its own, as above.
 #[inline(never)]
-pub(crate) fn any(block: &Block<'_>) -> Result<Loaded, BlockError> {
-    let parameters = Parameters::<f32, AnyLaw<f32>, CheckedTerms<TERMS>>::of_block(block, DEPTH)?;
+pub(crate) fn any(block: &Block<'_>, unit: TorqueUnit) -> Result<Loaded, BlockError> {
+    let parameters = Parameters::<f32, AnyLaw<f32>, CheckedTerms<TERMS>>::of_block_in(block, DEPTH, unit)?;
     let Parameters { self_test, gear, inverse, terms, .. } = parameters;
     let base = match (inverse, gear) {
         (Some(inverse), _) => Base::Inverse(inverse),
@@ -195,15 +180,12 @@ impl Joint {
     }
 
     /// Puts a block in force whose torques are counted in a unit.
-    pub(crate) fn load(&mut self, block: &[u8], unit: TorqueUnit, set_up: SetUp) -> Result<(), LoadError> {
+    pub(crate) fn load(&mut self, block: &[u8], unit: TorqueUnit, set_up: SetUp) -> Result<(), BlockError> {
         let block = verify_first(block)?;
-        let loaded = set_up(&block);
+        let loaded = set_up(&block, unit);
         self.diagnostics.see_load(loaded.as_ref().map(|loaded| loaded.self_test));
         let Loaded { base, terms, .. } = loaded?;
         let facts = Facts::of_block(&block)?;
-        if block.header().torque_unit != unit {
-            return Err(LoadError::Unit);
-        }
         let before = self.force.as_ref().map(|force| force.compensated.gear);
         self.adopt(facts, &base);
         if let Some(force) = &mut self.force {

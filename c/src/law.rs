@@ -2,7 +2,7 @@
 
 use core::mem::MaybeUninit;
 
-use gmhm::block::{BlockError, Prepared, TorqueUnit};
+use gmhm::block::{Prepared, TorqueUnit, verify_first};
 use gmhm::diagnostics::Diagnostics;
 use gmhm::feedforward::{FeedForward, FeedForwardState};
 use gmhm::memory::masing::Masing;
@@ -39,12 +39,14 @@ impl core::fmt::Debug for Law {
 
 /// The feed-forward of a block, its torques in newton metres.
 fn prepare(block: &[u8], limits: &LimitsC, diagnostics: &mut Diagnostics) -> Result<Feed, u16> {
-    let prepared = Prepared::<f32>::load(block, DEPTH);
-    diagnostics.see_load(prepared.as_ref().map(|prepared| prepared.self_test));
-    let prepared = prepared.map_err(|error: BlockError| error.code())?;
-    if prepared.header.torque_unit != TorqueUnit::NewtonMetre {
+    let block = verify_first(block).map_err(|error| error.code())?;
+    // Before the block is loaded, which refuses it as well: two ways to a code are less code than one with a choice.
+    if block.header().torque_unit != TorqueUnit::NewtonMetre {
         return Err(UNIT);
     }
+    let prepared = Prepared::<f32>::of_block(&block, DEPTH);
+    diagnostics.see_load(prepared.as_ref().map(|prepared| prepared.self_test));
+    let prepared = prepared.map_err(|error| error.code())?;
     FeedForward::of_inverse(&prepared.inverse, &limits.limits()).map_err(|_| VALUE)
 }
 

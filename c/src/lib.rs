@@ -21,9 +21,9 @@ mod types;
 
 use core::mem::MaybeUninit;
 
-use gmhm::block::{TorqueUnit, sdo_abort};
+use gmhm::block::{BlockError, TorqueUnit, sdo_abort};
 
-use crate::joint::{LoadError, SetUp};
+use crate::joint::SetUp;
 use crate::types::Answer;
 
 pub use feed_forward::{
@@ -99,6 +99,11 @@ unsafe fn bytes<'a>(pointer: *const u8, length: u32) -> Option<&'a [u8]> {
     (!pointer.is_null()).then(|| unsafe { core::slice::from_raw_parts(pointer, length) })
 }
 
+/// The code of a refused block; another unit has had one of its own from the beginning.
+fn code_of(error: &BlockError) -> u16 {
+    if let BlockError::Unit(_) = error { UNIT } else { error.code() }
+}
+
 /// Writes what a call answers, or that nothing is loaded, and returns its flags. Nothing is called where there is no place to write to.
 fn answer<T: Answer>(to: Option<&mut MaybeUninit<T>>, call: impl FnOnce() -> Option<T>) -> u32 {
     let Some(to) = to else { return flag::NOT_LOADED };
@@ -164,8 +169,7 @@ unsafe fn load(joint: Option<&mut Joint>, block: *const u8, length: u32, unit: T
     let (Some(joint), Some(block)) = (joint, unsafe { bytes(block, length) }) else { return NULL };
     match joint.load(block, unit, set_up) {
         Ok(()) => OK,
-        Err(LoadError::Block(error)) => error.code(),
-        Err(LoadError::Unit) => UNIT,
+        Err(error) => code_of(&error),
     }
 }
 

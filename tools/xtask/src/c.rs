@@ -33,6 +33,12 @@ const JOINT_CODE_LIMIT: u64 = 81_000;
 /// The same of `gmhm_gear`.
 const GEAR_CODE_LIMIT: u64 = 24_000;
 
+/// The same of `gmhm_store`.
+const STORE_CODE_LIMIT: u64 = 9_000;
+
+/// The same of `gmhm_link`, its store included.
+const LINK_CODE_LIMIT: u64 = 24_000;
+
 /// What a program calls that takes deflections and blocks with the words of their set-up.
 const JOINT: [&str; 9] = [
     "gmhm_init",
@@ -109,6 +115,8 @@ pub fn run(shell: &Shell) -> Result<()> {
         ("gmhm_gear", GEAR_CODE_LIMIT, of("gmhm_gear")),
         ("gmhm_feed_forward", FEED_FORWARD_CODE_LIMIT, of("gmhm_feed_forward")),
         ("gmhm_joint", JOINT_CODE_LIMIT, JOINT.to_vec()),
+        ("gmhm_store", STORE_CODE_LIMIT, of("gmhm_store")),
+        ("gmhm_link", LINK_CODE_LIMIT, of("gmhm_link")),
     ] {
         code_of(shell, kind, limit, &functions, &archive, &folder.path().join(kind))?;
     }
