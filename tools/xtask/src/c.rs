@@ -25,7 +25,7 @@ const CODE_LIMIT: u64 = 132_000;
 const LAW_CODE_LIMIT: u64 = 12_288;
 
 /// The same of `gmhm_feed_forward`.
-const FEED_FORWARD_CODE_LIMIT: u64 = 72_000;
+const FEED_FORWARD_CODE_LIMIT: u64 = 73_500;
 
 /// The same of `gmhm_joint`, but for the two functions of it that compute in double precision.
 const JOINT_CODE_LIMIT: u64 = 81_000;
