@@ -31,8 +31,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     let elastic = Elastic { c1_nm_per_rad: 2.4737e4, c2_nm_per_rad3: 1.0e9, c3_nm_per_rad5: -1.1774e14 };
     let memory = Memory { alpha: 2.6532e6, beta_per_s: 422.68, omega_per_s: 226.31, ..Memory::default() };
     let params = Params::new(1.168e-3, elastic, memory)?;
-    let feed_forward =
-        FeedForward::<f32>::new(&params, &Settings { period_s: PERIOD_S, ramp_s: 0.5, ..Settings::default() })?;
+    // The top speed of the deflection: what the encoders show beyond it is quarantined.
+    let settings = Settings { period_s: PERIOD_S, ramp_s: 0.5, largest_rate_rad_per_s: 2.0, ..Settings::default() };
+    let feed_forward = FeedForward::<f32>::new(&params, &settings)?;
     let mut joint = feed_forward.start::<16>(0.0);
     let controls = Controls { on: true, source: Source::Reference, ratio: 1.0 };
     for tick in 1..=1000 {

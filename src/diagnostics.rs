@@ -160,15 +160,14 @@ impl Diagnostics {
         self.count(status.restarted, Fault::Restarted);
     }
 
-    /// Counts what a period of the feed-forward was.
-    pub fn see_contribution<S>(&mut self, contribution: &Contribution<S>) {
-        self.count(contribution.refused, Fault::Refused);
-        self.count(contribution.saturated, Fault::Saturated);
-    }
-
-    /// Counts a torque beyond the invertible range.
-    pub fn see_saturated(&mut self, saturated: bool) {
-        self.count(saturated, Fault::Saturated);
+    /// Counts what a period of a feed-forward was, `status` that of [its gear](crate::feedforward::FeedForwardState::gear). A quarantined sample is not counted as a refused one, too.
+    pub fn see_contribution<S>(&mut self, contribution: &Contribution<S>, status: &Status) {
+        let accepted = !contribution.refused;
+        self.count(!accepted && !status.quarantined, Fault::Refused);
+        self.count(!accepted && status.quarantined, Fault::Quarantined);
+        self.count(accepted && status.out_of_range, Fault::OutOfRange);
+        self.count(accepted && status.restarted, Fault::Restarted);
+        self.count(accepted && contribution.saturated, Fault::Saturated);
     }
 
     /// Takes over how many pairs of turning points a state has given up ([`Gear::merged_pairs`](crate::Gear::merged_pairs)), `before` of them earlier.
@@ -194,7 +193,16 @@ impl Diagnostics {
         *self = Self { self_test: self.self_test, ..Self::default() };
     }
 
+    #[inline]
     fn count(&mut self, happened: bool, fault: Fault) {
+        if happened {
+            self.count_one(fault);
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn count_one(&mut self, fault: Fault) {
         let counter = match fault {
             Fault::Refused => &mut self.refused,
             Fault::OutOfRange => &mut self.out_of_range,
@@ -203,9 +211,7 @@ impl Diagnostics {
             Fault::Saturated => &mut self.saturated,
             Fault::None | Fault::Merged => return,
         };
-        if happened {
-            *counter = counter.saturating_add(1);
-            self.last = fault;
-        }
+        *counter = counter.saturating_add(1);
+        self.last = fault;
     }
 }

@@ -1,6 +1,6 @@
 //! Elastic torque f(θ) = c1·θ + c2·θ³ + c3·θ⁵, beyond κA continued by its tangent.
 
-use crate::scalar::Scalar;
+use crate::scalar::{Float, Scalar};
 
 /// The elastic coefficients in SI units (paper, Table 2).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -16,9 +16,12 @@ pub struct Elastic {
 }
 
 impl Elastic {
+    /// No spring: for `..Elastic::NONE` in constants.
+    pub const NONE: Self = Self { c1_nm_per_rad: 0.0, c2_nm_per_rad3: 0.0, c3_nm_per_rad5: 0.0 };
+
     /// The same polynomial in u = θ/A and τ = T/scale.
     #[must_use]
-    pub fn normalised(&self, rated_deflection_rad: f64, torque_scale_nm: f64) -> Polynomial<f64> {
+    pub const fn normalised(&self, rated_deflection_rad: f64, torque_scale_nm: f64) -> Polynomial<f64> {
         let a = rated_deflection_rad;
         let a3 = a * a * a;
         Polynomial {
@@ -30,8 +33,10 @@ impl Elastic {
 
     /// f(θ) in N·m at a deflection in rad, without the tangent that continues it beyond the calibrated range ([`ElasticTorque`]).
     #[must_use]
-    pub fn torque_nm(&self, theta_rad: f64) -> f64 {
-        self.normalised(1.0, 1.0).torque(theta_rad)
+    pub const fn torque_nm(&self, theta_rad: f64) -> f64 {
+        // As `Polynomial::torque`, which no constant can call.
+        let square = theta_rad * theta_rad;
+        theta_rad * (self.c1_nm_per_rad + square * (self.c2_nm_per_rad3 + square * self.c3_nm_per_rad5))
     }
 
     /// f′(θ) in N·m/rad at a deflection in rad.
@@ -172,21 +177,33 @@ impl<S: Scalar> ElasticTorque<S> {
     }
 }
 
-impl Polynomial<f64> {
+impl<S: Float> Polynomial<S> {
     /// The largest u with a derivative above zero everywhere below; infinite where it never vanishes, 0 where it is not above zero at 0.
-    fn rises_up_to(&self) -> f64 {
+    fn rises_up_to(&self) -> S {
         // k1 + 3·k3·w + 5·k5·w² with w = u²: the least root above zero, in the form that does not cancel.
-        if self.k1 <= 0.0 {
-            return 0.0;
+        let infinite = S::from_f64(f64::INFINITY);
+        if self.k1 <= S::ZERO {
+            return S::ZERO;
         }
-        let (half, square) = (1.5 * self.k3, 5.0 * self.k5);
+        let (half, square) = (S::from_f64(1.5) * self.k3, S::from_f64(5.0) * self.k5);
         let discriminant = half * half - square * self.k1;
-        if discriminant < 0.0 {
-            return f64::INFINITY;
+        if discriminant < S::ZERO {
+            return infinite;
         }
-        let divisor = libm::sqrt(discriminant) - half;
+        let divisor = discriminant.sqrt() - half;
         // Both roots are below zero where the divisor is: k1 > 0.
-        if divisor > 0.0 { libm::sqrt(self.k1 / divisor) } else { f64::INFINITY }
+        if divisor > S::ZERO { self.k1.over(divisor).sqrt() } else { infinite }
+    }
+}
+
+#[cfg(feature = "link")]
+impl<S: Float> ElasticTorque<S> {
+    /// As [`new`](Self::new), computed in the scalar alone: for bounds on a drive, not for its torques.
+    pub(crate) fn near(polynomial: Polynomial<S>) -> Self {
+        let knee = (S::from_f64(KNEE_SHARE) * polynomial.rises_up_to()).clamp(S::ONE, S::from_f64(LARGEST_KNEE));
+        let (knee_torque, knee_stiffness) =
+            (polynomial.torque(knee), polynomial.stiffness(knee).clamp(S::ZERO, S::from_f64(S::LARGEST)));
+        Self { polynomial, knee, knee_torque, knee_stiffness }
     }
 }
 

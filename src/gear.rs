@@ -61,9 +61,9 @@ impl PeriodError {
     ///
     /// # Errors
     /// It will not.
-    pub fn check(law: Law, period_s: f64) -> Result<(), Self> {
+    pub const fn check(law: Law, period_s: f64) -> Result<(), Self> {
         // A NaN compares false.
-        let least = if law == Law::Time { f64::MIN_POSITIVE } else { 0.0 };
+        let least = if matches!(law, Law::Time) { f64::MIN_POSITIVE } else { 0.0 };
         if period_s >= least && period_s <= LONGEST_PERIOD_S { Ok(()) } else { Err(Self { period_s }) }
     }
 }

@@ -3,6 +3,7 @@
  *
  * | type              | what                                                                  |
  * | gmhm_joint        | from deflection to torque and back, with terms                        |
+ * | gmhm_gear         | from deflection to torque and back, every law without terms: small    |
  * | gmhm_law          | feed-forward of law `masing` without terms: small                     |
  * | gmhm_feed_forward | feed-forward of every law, with terms                                 |
  * | gmhm_store        | two slots in flash for blocks: one is whole at any moment             |
@@ -15,6 +16,8 @@
  *     static gmhm_joint joint;
  *
  *     if (gmhm_init(&joint, block, sizeof block) != GMHM_OK) { ... }          // once, before anything else
+ *
+ *     gmhm_set_largest_step(&joint, top_speed * period);                      // what moves faster is an outlier
  *
  *     gmhm_sample sample = { .deflection_rad = q_motor / ratio - q_output };  // each control period
  *     gmhm_output now;
@@ -151,12 +154,13 @@ typedef struct gmhm_status {
     uint32_t torque_in_amperes;    /* 1: read A for N*m everywhere */
 } gmhm_status;
 
-/* What went wrong since gmhm_init or gmhm_clear_diagnostics. Counters stop at UINT32_MAX. */
+/* What went wrong since gmhm_init or gmhm_clear_diagnostics, or their like of another type. Counters stop at UINT32_MAX. */
 typedef struct gmhm_diagnostics {
     uint32_t refused;      /* samples that were NaN, infinite or absurd */
     uint32_t out_of_range; /* samples beyond the rated deflection */
     uint32_t quarantined;  /* samples further from the last one than gmhm_set_largest_step allows */
     uint32_t restarted;    /* new starts where quarantined samples agreed */
+    uint32_t saturated;    /* periods of a feed-forward with a torque beyond the invertible range */
     uint32_t merged_pairs; /* pairs of turning points given up because there was no room for more */
     uint32_t last_fault;   /* GMHM_FAULT_... */
     uint32_t self_test;    /* of the last block that was loaded: GMHM_SELF_TEST_...; gmhm_clear_diagnostics leaves it */
@@ -167,6 +171,7 @@ typedef struct gmhm_diagnostics {
 #define GMHM_FAULT_OUT_OF_RANGE 2u
 #define GMHM_FAULT_QUARANTINED 3u
 #define GMHM_FAULT_RESTARTED 4u
+#define GMHM_FAULT_SATURATED 5u
 #define GMHM_FAULT_MERGED 6u
 
 /* gmhm_init and gmhm_load compute the golden samples of a block anew. To repeat the test, load the block in force again: the path goes on. */
@@ -243,6 +248,34 @@ void gmhm_clear_diagnostics(gmhm_joint *joint);
 /* The abort code of a CANopen SDO transfer (CiA 301) nearest to a code of this file. */
 uint32_t gmhm_sdo_abort(uint16_t code);
 
+/*
+ * A gear of any law without terms: 512 bytes, and a fraction of the code of gmhm_joint. It takes blocks of single precision with the words of their set-up (others: GMHM_ERROR_MISSING),
+ * leaves their terms aside, and needs no double precision. Its calls are those of gmhm_joint. Raw counts come to it by gmhm_pair.
+ *
+ *     static gmhm_gear gear;
+ *     if (gmhm_gear_init(&gear, block, sizeof block) != GMHM_OK) { ... }
+ *     gmhm_gear_set_largest_step(&gear, top_speed * period);
+ *
+ *     gmhm_gear_step(&gear, q_motor / ratio - q_output, &now);   // each control period
+ *     gmhm_gear_invert(&gear, torque_reference, &aim);
+ */
+#define GMHM_GEAR_WORDS 64
+
+typedef struct gmhm_gear {
+    uint64_t opaque[GMHM_GEAR_WORDS];
+} gmhm_gear;
+
+uint16_t gmhm_gear_init(gmhm_gear *gear, const uint8_t *block, uint32_t length);
+uint16_t gmhm_gear_load(gmhm_gear *gear, const uint8_t *block, uint32_t length);
+uint16_t gmhm_gear_load_amperes(gmhm_gear *gear, const uint8_t *block, uint32_t length);
+uint16_t gmhm_gear_set_largest_step(gmhm_gear *gear, float largest_step_rad);
+void gmhm_gear_restart(gmhm_gear *gear);
+uint32_t gmhm_gear_step(gmhm_gear *gear, float deflection_rad, gmhm_output *to);
+uint32_t gmhm_gear_invert(const gmhm_gear *gear, float torque_nm, gmhm_solution *to);
+uint32_t gmhm_gear_get_status(const gmhm_gear *gear, gmhm_status *to);
+uint16_t gmhm_gear_get_diagnostics(const gmhm_gear *gear, gmhm_diagnostics *to);
+void gmhm_gear_clear_diagnostics(gmhm_gear *gear);
+
 /* What a block says of its gear and its joint. */
 typedef struct gmhm_block {
     uint32_t length;               /* of the block, bytes */
@@ -295,7 +328,7 @@ uint32_t gmhm_pair_read(gmhm_pair *pair, uint32_t motor, uint32_t output, gmhm_s
  *
  *     static gmhm_law law;
  *     gmhm_limits limits = { .period_s = 1e-4f, .ramp_s = 0.5f, .offset_slew_rad_per_s = INFINITY,
- *                            .torque_slew_nm_per_s = INFINITY, .largest_rate_rad_per_s = INFINITY };
+ *                            .torque_slew_nm_per_s = INFINITY, .largest_rate_rad_per_s = top_speed };
  *     if (gmhm_law_init(&law, block, sizeof block, &limits) != GMHM_OK) { ... }
  *
  *     gmhm_demand demand = { .torque_nm = torque_reference, .gain_ratio = 1.0f, .on = 1 };   // each control period
@@ -352,6 +385,10 @@ uint16_t gmhm_law_restart(gmhm_law *law, float deflection_rad);
 /* One control period: GMHM_FLAG_... REFUSED means that the input was none, and the last good contribution fades. */
 uint32_t gmhm_law_step(gmhm_law *law, const gmhm_demand *demand, gmhm_contribution *to);
 
+/* What went wrong so far: GMHM_OK, or GMHM_NULL. Ratio and zero of the block are told by gmhm_read_block and applied by gmhm_pair. */
+uint16_t gmhm_law_get_diagnostics(const gmhm_law *law, gmhm_diagnostics *to);
+void gmhm_law_clear_diagnostics(gmhm_law *law);
+
 /*
  * Feed-forward of every law with the terms of the block: friction, ripple, gravity and temperature act on what is fed forward. Blocks in newton metres, with an inverse.
  * In law `time` limits->period_s must be the period that the block was made for (GMHM_PERIOD). The block holds the words of its set-up, as `gmhm pack` writes them; one without is
@@ -383,6 +420,11 @@ uint32_t gmhm_feed_forward_needs(const gmhm_feed_forward *feed);
 
 /* One control period. The first sample is the start: its deflection is where the encoders show the gear. Later ones need none. Returns flags as gmhm_law_step. */
 uint32_t gmhm_feed_forward_step(gmhm_feed_forward *feed, const gmhm_demand *demand, const gmhm_sample *sample, gmhm_contribution *to);
+
+/* What is in force, ratio and zero of the block included; what went wrong so far. As those of gmhm_joint. */
+uint32_t gmhm_feed_forward_get_status(const gmhm_feed_forward *feed, gmhm_status *to);
+uint16_t gmhm_feed_forward_get_diagnostics(const gmhm_feed_forward *feed, gmhm_diagnostics *to);
+void gmhm_feed_forward_clear_diagnostics(gmhm_feed_forward *feed);
 
 /*
  * A flash and the two slots in it, each a run of whole erase sectors of its own. The functions return 0 when it is done; addresses count from the beginning of the flash. Reads are of any length;

@@ -7,6 +7,7 @@ use gmhm::terms::compensated::{Compensated, CompensatedState, Total};
 use gmhm::terms::{Sample, Setting, Stack};
 use gmhm::{Gear, Inverse, Output, Solution, State};
 
+use crate::facts::Facts;
 use crate::pair::Pair;
 use crate::types::{
     Answer, DiagnosticsC, EncodersC, OutputC, SampleC, SolutionC, StatusC, flag, need, status_flags, sum,
@@ -41,30 +42,10 @@ pub struct Joint {
     merged_pairs: u32,
 }
 
-/// Why a block was not put in force.
-#[derive(Debug)]
-pub(crate) enum LoadError {
-    /// It was refused.
-    Block(BlockError),
-    /// It counts torques in another unit.
-    Unit,
-}
-
-impl From<BlockError> for LoadError {
-    fn from(error: BlockError) -> Self {
-        Self::Block(error)
-    }
-}
-
 /// What is in force.
 #[derive(Debug)]
 struct Force {
-    sequence: u32,
-    crc: u32,
-    period_s: f32,
-    gear: [u8; 20],
-    joint: JointRecord,
-    unit: TorqueUnit,
+    facts: Facts,
     inverse: Option<Inverse<f32>>,
     /// The base model and the terms that a drive feeds forward.
     compensated: Model,
@@ -123,7 +104,7 @@ impl Path {
 
 impl Force {
     fn sample(&self, sample: &SampleC) -> Sample<f32> {
-        sample.after(self.period_s)
+        sample.after(self.facts.period_s())
     }
 }
 
@@ -151,20 +132,20 @@ enum Base {
 }
 
 /// How a block is set up.
-pub(crate) type SetUp = fn(&Block<'_>) -> Result<Loaded, BlockError>;
+pub(crate) type SetUp = fn(&Block<'_>, TorqueUnit) -> Result<Loaded, BlockError>;
 
 /// By the words that the host has computed, nothing of it in double precision. A frame of its own, gone before the terms are set up: firmware has little stack.
 #[inline(never)]
-pub(crate) fn prepared(block: &Block<'_>) -> Result<Loaded, BlockError> {
-    let prepared = Prepared::<f32, AnyLaw<f32>>::of_block(block, DEPTH)?;
+pub(crate) fn prepared(block: &Block<'_>, unit: TorqueUnit) -> Result<Loaded, BlockError> {
+    let prepared = Prepared::<f32, AnyLaw<f32>>::of_block_in(block, DEPTH, unit)?;
     let terms = prepared.terms(block)?;
     Ok(Loaded { self_test: prepared.self_test, base: Base::Inverse(prepared.inverse), terms })
 }
 
 /// From what the block says of gear and inverse, in double precision. A frame of its own, as above.
 #[inline(never)]
-pub(crate) fn any(block: &Block<'_>) -> Result<Loaded, BlockError> {
-    let parameters = Parameters::<f32, AnyLaw<f32>, CheckedTerms<TERMS>>::of_block(block, DEPTH)?;
+pub(crate) fn any(block: &Block<'_>, unit: TorqueUnit) -> Result<Loaded, BlockError> {
+    let parameters = Parameters::<f32, AnyLaw<f32>, CheckedTerms<TERMS>>::of_block_in(block, DEPTH, unit)?;
     let Parameters { self_test, gear, inverse, terms, .. } = parameters;
     let base = match (inverse, gear) {
         (Some(inverse), _) => Base::Inverse(inverse),
@@ -199,17 +180,14 @@ impl Joint {
     }
 
     /// Puts a block in force whose torques are counted in a unit.
-    pub(crate) fn load(&mut self, block: &[u8], unit: TorqueUnit, set_up: SetUp) -> Result<(), LoadError> {
+    pub(crate) fn load(&mut self, block: &[u8], unit: TorqueUnit, set_up: SetUp) -> Result<(), BlockError> {
         let block = verify_first(block)?;
-        let loaded = set_up(&block);
+        let loaded = set_up(&block, unit);
         self.diagnostics.see_load(loaded.as_ref().map(|loaded| loaded.self_test));
         let Loaded { base, terms, .. } = loaded?;
-        let joint = JointRecord::of_block(&block)?;
-        if block.header().torque_unit != unit {
-            return Err(LoadError::Unit);
-        }
+        let facts = Facts::of_block(&block)?;
         let before = self.force.as_ref().map(|force| force.compensated.gear);
-        self.adopt(&block, &base, joint);
+        self.adopt(facts, &base);
         if let Some(force) = &mut self.force {
             plant(&mut force.compensated.stack, &terms, &block);
             if let Some(before) = &before {
@@ -223,29 +201,18 @@ impl Joint {
 
     /// Takes over what a good block says, but for its terms. A frame of its own, as above.
     #[inline(never)]
-    fn adopt(&mut self, block: &Block<'_>, base: &Base, joint: JointRecord) {
-        let header = block.header();
-        let mut label = [0; 20];
-        label.iter_mut().zip(header.identity.bytes()).for_each(|(to, byte)| *to = *byte);
+    fn adopt(&mut self, facts: Facts, base: &Base) {
         let (gear, inverse) = match base {
             Base::Gear(gear) => (gear, None),
             Base::Inverse(inverse) => (inverse.gear(), Some(*inverse)),
         };
         let gear = gear.with_largest_step(self.largest_step_rad);
-        let unit = header.torque_unit;
         let force = self.force.get_or_insert_with(|| Force {
-            sequence: 0,
-            crc: 0,
-            period_s: 0.0,
-            gear: label,
-            joint,
-            unit,
+            facts,
             inverse: None,
             compensated: Compensated { gear, stack: Stack::of_gear(NO_SETTING) },
         });
-        (force.sequence, force.crc, force.period_s) = (header.sequence, block.crc(), header.period_s);
-        (force.gear, force.joint, force.unit) = (label, joint, unit);
-        (force.inverse, force.compensated.gear) = (inverse, gear);
+        (force.facts, force.inverse, force.compensated.gear) = (facts, inverse, gear);
     }
 
     /// Says whether encoders and the block in force go together.
@@ -260,7 +227,7 @@ impl Joint {
 
     fn pair_of(&self, encoders: &Encoders) -> Option<Pair> {
         let force = self.force.as_ref()?;
-        (encoders.pair_of)(&force.joint, force.compensated.gear.frame().rated(), &encoders.counts)
+        (encoders.pair_of)(force.facts.joint(), force.compensated.gear.frame().rated(), &encoders.counts)
     }
 
     /// A step from raw counts: the block's ratio and zero are applied, deflection and angles are written into the sample.
@@ -330,11 +297,7 @@ impl Joint {
     }
 
     pub(crate) fn diagnostics(&self) -> DiagnosticsC {
-        let Diagnostics { refused, out_of_range, quarantined, restarted, merged_pairs, last, self_test, .. } =
-            self.diagnostics;
-        let last_fault = u32::from(last.number());
-        let self_test = u32::from(self_test.number());
-        DiagnosticsC { refused, out_of_range, quarantined, restarted, merged_pairs, last_fault, self_test }
+        DiagnosticsC::of(&self.diagnostics)
     }
 
     pub(crate) fn clear_diagnostics(&mut self) {
@@ -364,25 +327,15 @@ impl Joint {
         let at_rest = gear.start::<DEPTH>(0.0);
         let state = self.path.base().unwrap_or(&at_rest);
         StatusC {
-            sequence: force.sequence,
-            crc32: force.crc,
-            period_s: force.period_s,
-            rated_deflection_rad: gear.frame().rated(),
             range_rad: force.inverse.as_ref().map_or(0.0, Inverse::range),
-            start_uncertainty_nm: gear.start_uncertainty(state),
-            merged_pairs: gear.merged_pairs(state),
             needs: need::bits(stack),
             flags: self.flags,
-            gear: force.gear,
-            ratio: force.joint.ratio(),
-            deflection_zero_rad: force.joint.deflection_zero_rad(),
-            torque_on_motor_side: u32::from(force.joint.motor_side()),
-            torque_in_amperes: u32::from(force.unit == TorqueUnit::Ampere),
+            ..force.facts.status(gear, state)
         }
     }
 }
 
-fn solution(solution: &Solution<f32>, converged: bool) -> SolutionC {
+pub(crate) fn solution(solution: &Solution<f32>, converged: bool) -> SolutionC {
     let flags = [
         (solution.refused, flag::REFUSED),
         (solution.saturated, flag::SATURATED),
@@ -391,7 +344,7 @@ fn solution(solution: &Solution<f32>, converged: bool) -> SolutionC {
     SolutionC { deflection_rad: solution.theta, flags: sum(&flags) }
 }
 
-fn base_output(output: Output<f32>, state: &State<f32, DEPTH>) -> OutputC {
+pub(crate) fn base_output(output: Output<f32>, state: &State<f32, DEPTH>) -> OutputC {
     let status = state.status();
     OutputC {
         torque_nm: output.torque,

@@ -2,11 +2,12 @@
 
 use core::mem::MaybeUninit;
 
-use gmhm::block::{BlockError, Prepared, TorqueUnit};
+use gmhm::block::{Prepared, TorqueUnit, verify_first};
+use gmhm::diagnostics::Diagnostics;
 use gmhm::feedforward::{FeedForward, FeedForwardState};
 use gmhm::memory::masing::Masing;
 
-use crate::types::{ContributionC, DemandC, LimitsC, flag, status_flags, sum};
+use crate::types::{ContributionC, DemandC, DiagnosticsC, LimitsC, flag, status_flags, sum};
 use crate::{NULL, OK, UNIT, VALUE, bytes};
 
 /// Turning points that it remembers.
@@ -25,6 +26,9 @@ type Feed = FeedForward<f32, Masing<f32>>;
 /// `gmhm_law`.
 pub struct Law {
     force: Option<(Feed, FeedForwardState<f32, DEPTH, Masing<f32>>)>,
+    diagnostics: Diagnostics,
+    /// Of the path, as counted last.
+    merged_pairs: u32,
 }
 
 impl core::fmt::Debug for Law {
@@ -34,11 +38,15 @@ impl core::fmt::Debug for Law {
 }
 
 /// The feed-forward of a block, its torques in newton metres.
-fn prepare(block: &[u8], limits: &LimitsC) -> Result<Feed, u16> {
-    let prepared = Prepared::<f32>::load(block, DEPTH).map_err(|error: BlockError| error.code())?;
-    if prepared.header.torque_unit != TorqueUnit::NewtonMetre {
+fn prepare(block: &[u8], limits: &LimitsC, diagnostics: &mut Diagnostics) -> Result<Feed, u16> {
+    let block = verify_first(block).map_err(|error| error.code())?;
+    // Before the block is loaded, which refuses it as well: two ways to a code are less code than one with a choice.
+    if block.header().torque_unit != TorqueUnit::NewtonMetre {
         return Err(UNIT);
     }
+    let prepared = Prepared::<f32>::of_block(&block, DEPTH);
+    diagnostics.see_load(prepared.as_ref().map(|prepared| prepared.self_test));
+    let prepared = prepared.map_err(|error| error.code())?;
     FeedForward::of_inverse(&prepared.inverse, &limits.limits()).map_err(|_| VALUE)
 }
 
@@ -55,7 +63,7 @@ pub unsafe extern "C" fn gmhm_law_init(
     limits: Option<&LimitsC>,
 ) -> u16 {
     let Some(law) = law else { return NULL };
-    let law = law.write(Law { force: None });
+    let law = law.write(Law { force: None, diagnostics: Diagnostics::default(), merged_pairs: 0 });
     // SAFETY: the caller's, as above.
     unsafe { gmhm_law_load(Some(law), block, length, limits) }
 }
@@ -74,7 +82,7 @@ pub unsafe extern "C" fn gmhm_law_load(
 ) -> u16 {
     // SAFETY: the caller's, as above.
     let (Some(law), Some(block), Some(limits)) = (law, unsafe { bytes(block, length) }, limits) else { return NULL };
-    let feed = match prepare(block, limits) {
+    let feed = match prepare(block, limits, &mut law.diagnostics) {
         Ok(feed) => feed,
         Err(code) => return code,
     };
@@ -98,6 +106,7 @@ pub extern "C" fn gmhm_law_restart(law: Option<&mut Law>, deflection_rad: f32) -
     match law {
         None => NULL,
         Some(law) => {
+            law.merged_pairs = 0;
             if let Some((feed, state)) = &mut law.force {
                 feed.restart(state, deflection_rad);
             }
@@ -122,5 +131,27 @@ pub extern "C" fn gmhm_law_step(
     let output = feed.inverse().gear().output(state.gear());
     let status = state.gear().status();
     *to = ContributionC::of(&now, &output);
+    law.diagnostics.see_contribution(&now, &status);
+    let merged = feed.inverse().gear().merged_pairs(state.gear());
+    law.diagnostics.see_merged_pairs(law.merged_pairs, merged);
+    law.merged_pairs = merged;
     status_flags(now.refused, &status) | sum(&[(now.saturated, flag::SATURATED)])
+}
+
+/// See `gmhm.h`.
+// SAFETY: as for `gmhm_law_init`.
+#[unsafe(no_mangle)]
+pub extern "C" fn gmhm_law_get_diagnostics(law: Option<&Law>, to: Option<&mut MaybeUninit<DiagnosticsC>>) -> u16 {
+    let (Some(law), Some(to)) = (law, to) else { return NULL };
+    to.write(DiagnosticsC::of(&law.diagnostics));
+    OK
+}
+
+/// See `gmhm.h`.
+// SAFETY: as for `gmhm_law_init`.
+#[unsafe(no_mangle)]
+pub extern "C" fn gmhm_law_clear_diagnostics(law: Option<&mut Law>) {
+    if let Some(law) = law {
+        law.diagnostics.clear();
+    }
 }

@@ -9,8 +9,10 @@
 #[cfg(not(target_os = "none"))]
 extern crate std;
 
+mod facts;
 mod feed_forward;
 mod flash;
+mod gear;
 mod joint;
 mod law;
 mod link;
@@ -19,21 +21,30 @@ mod types;
 
 use core::mem::MaybeUninit;
 
-use gmhm::block::{TorqueUnit, sdo_abort};
+use gmhm::block::{BlockError, TorqueUnit, sdo_abort};
 
-use crate::joint::{LoadError, SetUp};
+use crate::joint::SetUp;
 use crate::types::Answer;
 
 pub use feed_forward::{
-    FEED_FORWARD_WORDS, FeedForwardC, gmhm_feed_forward_init, gmhm_feed_forward_load, gmhm_feed_forward_needs,
+    FEED_FORWARD_WORDS, FeedForwardC, gmhm_feed_forward_clear_diagnostics, gmhm_feed_forward_get_diagnostics,
+    gmhm_feed_forward_get_status, gmhm_feed_forward_init, gmhm_feed_forward_load, gmhm_feed_forward_needs,
     gmhm_feed_forward_restart, gmhm_feed_forward_step,
 };
 pub use flash::{
     FlashC, STORE_WORDS, StoreC, gmhm_stamp, gmhm_store_erase_unreadable, gmhm_store_init, gmhm_store_read,
     gmhm_store_roll_back, gmhm_store_write,
 };
+pub use gear::{
+    GEAR_WORDS, GearC, gmhm_gear_clear_diagnostics, gmhm_gear_get_diagnostics, gmhm_gear_get_status, gmhm_gear_init,
+    gmhm_gear_invert, gmhm_gear_load, gmhm_gear_load_amperes, gmhm_gear_restart, gmhm_gear_set_largest_step,
+    gmhm_gear_step,
+};
 pub use joint::Joint;
-pub use law::{LAW_WORDS, Law, gmhm_law_init, gmhm_law_load, gmhm_law_restart, gmhm_law_step};
+pub use law::{
+    LAW_WORDS, Law, gmhm_law_clear_diagnostics, gmhm_law_get_diagnostics, gmhm_law_init, gmhm_law_load,
+    gmhm_law_restart, gmhm_law_step,
+};
 pub use link::{
     DriveC, LINK_ROOM, LINK_WORDS, LinkC, gmhm_link_boot, gmhm_link_elapse, gmhm_link_init, gmhm_link_receive,
 };
@@ -86,6 +97,11 @@ unsafe fn bytes<'a>(pointer: *const u8, length: u32) -> Option<&'a [u8]> {
     let length = usize::try_from(length).ok()?;
     // SAFETY: not null, and the caller of the C function vouches for the bytes.
     (!pointer.is_null()).then(|| unsafe { core::slice::from_raw_parts(pointer, length) })
+}
+
+/// The code of a refused block; another unit has had one of its own from the beginning.
+fn code_of(error: &BlockError) -> u16 {
+    if let BlockError::Unit(_) = error { UNIT } else { error.code() }
 }
 
 /// Writes what a call answers, or that nothing is loaded, and returns its flags. Nothing is called where there is no place to write to.
@@ -153,8 +169,7 @@ unsafe fn load(joint: Option<&mut Joint>, block: *const u8, length: u32, unit: T
     let (Some(joint), Some(block)) = (joint, unsafe { bytes(block, length) }) else { return NULL };
     match joint.load(block, unit, set_up) {
         Ok(()) => OK,
-        Err(LoadError::Block(error)) => error.code(),
-        Err(LoadError::Unit) => UNIT,
+        Err(error) => code_of(&error),
     }
 }
 

@@ -118,11 +118,11 @@ impl Drive for Callbacks<'_> {
             // SAFETY: see above.
             unsafe { get(self.drive.context, &raw mut found) };
         }
-        let DiagnosticsC { refused, out_of_range, quarantined, restarted, merged_pairs, last_fault, self_test } = found;
+        let DiagnosticsC { refused, out_of_range, quarantined, restarted, saturated, merged_pairs, .. } = found;
+        let DiagnosticsC { last_fault, self_test, .. } = found;
         let last = u8::try_from(last_fault).ok().and_then(Fault::of_number).unwrap_or_default();
         let self_test = u8::try_from(self_test).ok().and_then(SelfTest::of_number).unwrap_or_default();
-        let counted = Diagnostics::default();
-        Diagnostics { refused, out_of_range, quarantined, restarted, merged_pairs, last, self_test, ..counted }
+        Diagnostics { refused, out_of_range, quarantined, restarted, saturated, merged_pairs, last, self_test }
     }
 
     fn clear_diagnostics(&mut self) {

@@ -5,6 +5,7 @@ use core::mem::MaybeUninit;
 use gmhm::block::{Block, JointRecord, ScalesRecord, TorqueUnit, verify_first};
 use gmhm::drive::{EncoderPair, Mounting, Reading};
 
+use crate::facts::label;
 use crate::types::{BlockC, EncodersC, SampleC, flag};
 use crate::{NULL, OK, VALUE, bytes};
 
@@ -65,8 +66,6 @@ fn read(block: &Block<'_>) -> Result<BlockC, u16> {
     let joint = JointRecord::of_block(block).map_err(|error| error.code())?;
     // A joint without motor-side angle has no gear.
     let scales = ScalesRecord::of_block(block).ok();
-    let mut gear = [0; 20];
-    gear.iter_mut().zip(header.identity.bytes()).for_each(|(to, byte)| *to = *byte);
     Ok(BlockC {
         length: header.length,
         sequence: header.sequence,
@@ -74,7 +73,7 @@ fn read(block: &Block<'_>) -> Result<BlockC, u16> {
         period_s: header.period_s,
         rated_deflection_rad: scales.map_or(0.0, |scales| scales.rated_deflection_rad()),
         torque_scale_nm: scales.map_or(0.0, |scales| scales.torque_scale_nm()),
-        gear,
+        gear: label(&header.identity),
         ratio: joint.ratio(),
         deflection_zero_rad: joint.deflection_zero_rad(),
         torque_on_motor_side: u32::from(joint.motor_side()),

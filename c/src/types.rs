@@ -1,5 +1,6 @@
 //! The structures of `gmhm.h`, field by field.
 
+use gmhm::diagnostics::Diagnostics;
 use gmhm::feedforward::{Contribution, Controls, Demand, Limits, Source};
 use gmhm::terms::Sample;
 use gmhm::{Output, Status};
@@ -276,12 +277,24 @@ pub struct DiagnosticsC {
     pub quarantined: u32,
     /// New starts where quarantined samples agreed.
     pub restarted: u32,
+    /// Periods of a feed-forward with a torque beyond the invertible range.
+    pub saturated: u32,
     /// Pairs of turning points given up.
     pub merged_pairs: u32,
     /// [`Fault`](gmhm::diagnostics::Fault), by its number.
     pub last_fault: u32,
     /// [`SelfTest`](gmhm::diagnostics::SelfTest), by its number.
     pub self_test: u32,
+}
+
+impl DiagnosticsC {
+    pub(crate) fn of(seen: &Diagnostics) -> Self {
+        let Diagnostics { refused, out_of_range, quarantined, restarted, saturated, merged_pairs, last, self_test } =
+            *seen;
+        let last_fault = u32::from(last.number());
+        let self_test = u32::from(self_test.number());
+        Self { refused, out_of_range, quarantined, restarted, saturated, merged_pairs, last_fault, self_test }
+    }
 }
 
 /// What a call answers; its flags say what is wrong.

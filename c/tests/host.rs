@@ -15,8 +15,8 @@ use gmhm::terms::feedforward::CompensatedFeedForward;
 use gmhm::terms::{KINDS, Sample, Side, kind};
 use gmhm::{Elastic, Gear, Inverse, Memory, Params, Solution};
 use gmhm_c::{
-    FEED_FORWARD_WORDS, FLASH, JOINT_WORDS, LAW_WORDS, LINK_WORDS, NO_BLOCK, NO_INVERSE, NO_SPACE, NOT_NEWER, NULL,
-    PAIR_WORDS, PERIOD, PLACE, READ_BACK, STORE_WORDS, StatusC, UNIT, UNREADABLE, VALUE, flag,
+    FEED_FORWARD_WORDS, FLASH, GEAR_WORDS, JOINT_WORDS, LAW_WORDS, LINK_WORDS, NO_BLOCK, NO_INVERSE, NO_SPACE,
+    NOT_NEWER, NULL, PAIR_WORDS, PERIOD, PLACE, READ_BACK, STORE_WORDS, StatusC, UNIT, UNREADABLE, VALUE, flag,
 };
 
 const PERIOD_S: f64 = 1e-3;
@@ -218,6 +218,7 @@ fn defined(name: &str) -> u32 {
 #[test]
 fn the_header_says_what_the_library_does() {
     assert_eq!(defined("GMHM_JOINT_WORDS") as usize, JOINT_WORDS);
+    assert_eq!(defined("GMHM_GEAR_WORDS") as usize, GEAR_WORDS);
     assert_eq!(defined("GMHM_LAW_WORDS") as usize, LAW_WORDS);
     assert_eq!(defined("GMHM_FEED_FORWARD_WORDS") as usize, FEED_FORWARD_WORDS);
     assert_eq!(defined("GMHM_PAIR_WORDS") as usize, PAIR_WORDS);

@@ -297,6 +297,7 @@ fn what_the_drive_measures_goes_to_the_host() {
         out_of_range: 2,
         quarantined: 3,
         restarted: 4,
+        saturated: 6,
         merged_pairs: 5,
         last_fault,
         self_test,
@@ -308,6 +309,7 @@ fn what_the_drive_measures_goes_to_the_host() {
     };
     let found = counted();
     let counts = [found.refused, found.out_of_range, found.quarantined, found.restarted, found.merged_pairs];
+    assert_eq!(found.saturated, 6);
     assert_eq!((counts, found.last, found.self_test), ([1, 2, 3, 4, 5], Fault::Restarted, SelfTest::Passed));
     let body = bench.ask(&mut link, Request::ClearDiagnostics, tag);
     assert!(matches!(Answer::decode(&body), Some((_, _, Answer::Done))), "{body:?}");

@@ -457,10 +457,12 @@ fn a_block_in_amperes_is_not_taken_for_one_in_newton_metres() {
             writer.joint(&Joint::default())
         });
         for asked in [TorqueUnit::NewtonMetre, TorqueUnit::Ampere] {
-            let loaded = Parameters::<f32>::load(&bytes, 16).expect("a good block").in_unit(asked);
-            let found = loaded.map(|_| ()).map_err(|error| error.found);
-            assert_eq!(found, if asked == unit { Ok(()) } else { Err(unit) });
+            let loaded = Parameters::<f32>::of_block_in(&verify(&bytes).expect("a block"), 16, asked);
+            assert_eq!(loaded.map(|_| ()), if asked == unit { Ok(()) } else { Err(BlockError::Unit(unit)) });
         }
+        // Without a word of the unit it is newton metres.
+        let loaded = Parameters::<f32>::load(&bytes, 16).map(|_| ());
+        assert_eq!(loaded, if unit == TorqueUnit::NewtonMetre { Ok(()) } else { Err(BlockError::Unit(unit)) });
     }
 }
 

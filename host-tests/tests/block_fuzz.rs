@@ -113,7 +113,8 @@ fn load<S: Word, L: BlockLaw<S>, T: TermStack>(
     bytes: &[u8],
     dice: &mut ChaCha8Rng,
 ) -> (u16, Option<Parameters<S, L, T>>) {
-    let loaded = verify_first(bytes).and_then(|block| Parameters::<S, L, T>::of_block(&block, 16));
+    let loaded = verify_first(bytes)
+        .and_then(|block| Parameters::<S, L, T>::of_block_in(&block, 16, block.header().torque_unit));
     let parameters = match loaded {
         Ok(parameters) => parameters,
         Err(error) => return (error.code(), None),
@@ -192,7 +193,14 @@ fn any_bytes_are_refused_or_computed_with() {
             _ => {
                 let (code, parameters) = load::<f32, AnyLaw<f32>, Stack<f32, 8>>(&block, &mut dice);
                 let checked = verify_first(&block).and_then(|block| {
-                    Ok((block, Parameters::<f32, AnyLaw<f32>, CheckedTerms<8>>::of_block(&block, 16)?))
+                    Ok((
+                        block,
+                        Parameters::<f32, AnyLaw<f32>, CheckedTerms<8>>::of_block_in(
+                            &block,
+                            16,
+                            block.header().torque_unit,
+                        )?,
+                    ))
                 });
                 assert_eq!(checked.as_ref().map_or_else(BlockError::code, |_| 0), code);
                 if let (Ok((block, checked)), Some(parameters)) = (&checked, &parameters) {

@@ -195,6 +195,12 @@ where
     }
 }
 
+/// The parameters of a block in newton metres or amperes.
+fn in_its_unit(bytes: &[u8]) -> Parameters {
+    let block = verify(bytes).expect("a good block");
+    Parameters::of_block_in(&block, 16, block.header().torque_unit).expect("a good block")
+}
+
 #[test]
 fn golden_blocks_load_to_the_bit() {
     for (name, crc) in GOLDEN {
@@ -204,7 +210,7 @@ fn golden_blocks_load_to_the_bit() {
             (true, Law::Time) => hold::<Fixed, _, ()>(name, Time::new(&params, PERIOD_S), 1e-6),
             (true, _) => hold::<Fixed, _, ()>(name, Masing::new(&params), 1e-6),
             (false, _) if name.ends_with("joint") => {
-                let loaded = Parameters::<f32>::load(&golden(name), 16).expect("a good block");
+                let loaded = in_its_unit(&golden(name));
                 assert!(loaded.gear.is_none() && loaded.header.torque_unit == TorqueUnit::Ampere);
             }
             (false, _) => hold::<f32, _, Stack<f32, 8>>(name, AnyLaw::new(&params, PERIOD_S), 1e-5),
@@ -222,7 +228,7 @@ fn golden_blocks_hold_their_terms() {
             continue;
         }
         let bytes = golden(name);
-        let loaded = Parameters::<f32>::load(&bytes, 16).expect("a good block");
+        let loaded = in_its_unit(&bytes);
         assert_eq!(verify(&bytes).expect("a good block").name(), "Größe 25, Gelenk 3");
         assert_eq!((loaded.joint.ratio, loaded.joint.deflection_zero_rad), (Some(-100.0), 0.125));
         let expected = terms(name);

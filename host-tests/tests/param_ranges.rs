@@ -66,3 +66,24 @@ fn what_is_accepted_is_computed_with_in_single_precision() {
         }
     }
 }
+
+/// The compiler computes what the program does.
+#[test]
+fn parameters_of_a_constant_are_those_of_a_call() {
+    const ELASTIC: Elastic = Elastic { c1_nm_per_rad: 2.4737e4, c2_nm_per_rad3: 1.0e9, c3_nm_per_rad5: -1.1774e14 };
+    const MEMORY: Memory = Memory { alpha: 2.6532e6, beta_per_s: 422.68, omega_per_s: 226.31, ..Memory::NONE };
+    static PARAMS: Params = match Params::new(A, ELASTIC, MEMORY) {
+        Ok(params) => params,
+        Err(_) => panic!("these are the parameters of no gear"),
+    };
+    const NO_GEAR: Result<Params, ParamError> = Params::new(A, Elastic { c1_nm_per_rad: -1.0, ..ELASTIC }, MEMORY);
+    let (elastic, memory) = std::hint::black_box((ELASTIC, MEMORY));
+    let computed = Params::new(A, elastic, memory).expect("the published gear");
+    let numbers = |params: &Params| {
+        [params.torque_scale_nm(), params.rated_torque_nm(), params.memory().e(), params.memory().h()].map(f64::to_bits)
+    };
+    assert_eq!(numbers(&PARAMS), numbers(&computed));
+    assert_eq!(PARAMS, computed);
+    assert_eq!(NO_GEAR, Err(ParamError::Negative { parameter: "c1_nm_per_rad", value: -1.0 }));
+    assert_eq!((Elastic::NONE, Memory::NONE), (Elastic::default(), Memory::default()));
+}

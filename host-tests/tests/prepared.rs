@@ -171,16 +171,19 @@ fn what_is_not_prepared_is_refused() {
 fn amperes_are_not_taken_for_newton_metres() {
     let params = common::masing();
     let (bytes, _) = block::<f32>(&params);
-    let in_newton_metres = Prepared::<f32>::load(&bytes, 16).expect("a good block");
-    assert_eq!(in_newton_metres.in_unit(TorqueUnit::NewtonMetre), Ok(in_newton_metres));
-    let error = in_newton_metres.in_unit(TorqueUnit::Ampere).expect_err("newton metres");
-    assert_eq!(error.found, TorqueUnit::NewtonMetre);
     let header = *verify(&bytes).expect("a block").header();
-    let mut amperes = bytes;
+    let mut amperes = bytes.clone();
     amperes[..48].copy_from_slice(&Header { torque_unit: TorqueUnit::Ampere, ..header }.encode());
-    let in_amperes = Prepared::<f32>::load(&restamp(amperes), 16).expect("a good block");
-    assert_eq!(in_amperes.in_unit(TorqueUnit::NewtonMetre).expect_err("amperes").found, TorqueUnit::Ampere);
-    assert!(in_amperes.in_unit(TorqueUnit::Ampere).is_ok());
+    for (bytes, unit) in [(bytes, TorqueUnit::NewtonMetre), (restamp(amperes), TorqueUnit::Ampere)] {
+        let block = verify(&bytes).expect("a block");
+        for asked in [TorqueUnit::NewtonMetre, TorqueUnit::Ampere] {
+            let loaded = Prepared::<f32>::of_block_in(&block, 16, asked).map(|_| ());
+            assert_eq!(loaded, if asked == unit { Ok(()) } else { Err(BlockError::Unit(unit)) });
+        }
+        // Without a word of the unit it is newton metres.
+        let loaded = Prepared::<f32>::load(&bytes, 16).map(|_| ());
+        assert_eq!(loaded, if unit == TorqueUnit::NewtonMetre { Ok(()) } else { Err(BlockError::Unit(unit)) });
+    }
 }
 
 /// Ratio, zero and rated deflection reach the encoders, in fixed point, too.

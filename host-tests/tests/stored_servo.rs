@@ -7,9 +7,7 @@ mod servos;
 use std::f64::consts::TAU;
 
 use common::{A, params};
-use gmhm::block::{
-    CheckedTerms, Header, Identity, Joint, Parameters, Prepared, ScalarKind, TorqueUnit, Writer, verify,
-};
+use gmhm::block::{CheckedTerms, Header, Identity, Joint, Parameters, Prepared, ScalarKind, Writer, verify};
 use gmhm::drive::{CompensatedServo, Mounting, Reference, Servo, ServoSetup, TorqueShaft};
 use gmhm::feedforward::{Controls, FeedForward, Limits, Settings, Source as Follows};
 use gmhm::memory::AnyLaw;
@@ -109,7 +107,6 @@ fn a_servo_of_a_stored_block_is_that_of_its_parameters() {
         let bytes = stored(&params, &[]);
         let block = verify(&bytes).expect("a block");
         let prepared = Prepared::<f32, AnyLaw<f32>>::of_block(&block, 16).expect("a good block");
-        let prepared = prepared.in_unit(TorqueUnit::NewtonMetre).expect("newton metres");
         let loaded = Parameters::<f32, AnyLaw<f32>, ()>::of_block(&block, 16).expect("a good block");
         let encoders = prepared.encoders(&block, mounting, mounting).expect("a ratio");
         assert_eq!(loaded.encoders(mounting, mounting), Ok(encoders));

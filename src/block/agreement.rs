@@ -1,6 +1,6 @@
 //! Whether the words of a set-up go with the records that they were computed from: what is bounded and shown of a block is then what the drive computes with.
 //!
-//! Scales and coefficients are the same words in both; what the torque and its derivatives take beside them is computed anew and compared within [`TOLERANCE`]. Limits,
+//! Scales and coefficients are the same words in both; what the torque and its derivatives take beside them is computed anew, in single precision, and compared within [`TOLERANCE`]. Limits,
 //! tolerances and brackets of the search for an inverse are not: golden samples vouch for them.
 
 use super::error::BlockError;
@@ -14,7 +14,7 @@ use crate::inverse::words::GEAR_WORDS;
 use crate::scalar::{Fixed, Scalar};
 
 /// What is computed anew may differ by so much: far above the rounding of any scalar, far below what a torque may be off by.
-const TOLERANCE: f64 = 1.0 / 1024.0;
+const TOLERANCE: f32 = 1.0 / 1024.0;
 
 /// Holds the set-up of a block, where it has one, against its gear and its law. The link does so with every block that comes over it; firmware with
 /// another way in calls it before it runs on [`Prepared`](super::Prepared).
@@ -60,11 +60,11 @@ fn is_of_gear(block: &Block<'_>, gear: &[u32; GEAR_WORDS], search: &[u32; 5]) ->
     let [s2, s4, b1, b3, inverse_torque_scale] = search.map(number);
     let polynomial = Polynomial { k1, k3, k5 };
     // What fixed point cannot hold is its largest number.
-    let most = if kind == ScalarKind::Fixed { Fixed::LARGEST } else { f64::MAX };
+    let most = if kind == ScalarKind::Fixed { const { Fixed::LARGEST as f32 } } else { f32::MAX };
     let pairs = [
         (rated * inverse_rated, 1.0),
         (torque_scale * inverse_torque_scale, 1.0),
-        (knee.clamp(1.0, LARGEST_KNEE), knee),
+        (knee.clamp(1.0, const { LARGEST_KNEE as f32 }), knee),
         (polynomial.torque(knee), knee_torque),
         (polynomial.stiffness(knee).max(0.0), knee_stiffness),
         (3.0 * k3, s2),
@@ -73,7 +73,7 @@ fn is_of_gear(block: &Block<'_>, gear: &[u32; GEAR_WORDS], search: &[u32; 5]) ->
         (20.0 * k5, b3),
     ];
     // A NaN compares false.
-    Ok(pairs.iter().all(|(computed, stored)| libm::fabs(computed.max(-most).min(most) - stored) <= TOLERANCE))
+    Ok(pairs.iter().all(|(computed, stored)| (computed.max(-most).min(most) - stored).abs() <= TOLERANCE))
 }
 
 /// Whether αA/T_A and β are those of the record `time`.

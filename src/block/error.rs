@@ -2,6 +2,7 @@
 
 use core::fmt;
 
+use super::header::TorqueUnit;
 use super::layout::{FIRST_TERM, RECORDS};
 use crate::terms::{TermError, kind_of_tag};
 
@@ -59,6 +60,8 @@ pub enum BlockError {
     SelfTest,
     /// A record of a set-up whose words are not those of the records that it was computed from: its tag.
     Disagrees(u16),
+    /// It counts torques in another unit than the firmware: the one it counts in.
+    Unit(TorqueUnit),
     /// More bytes than a block may have, or than the buffer of its writer has.
     NoRoom,
     /// The firmware around this crate refused it, by a code of its own.
@@ -66,7 +69,7 @@ pub enum BlockError {
 }
 
 impl BlockError {
-    /// The number of the reason on the link, in logs and in C: 0x0101 to 0x0112, or the firmware's own.
+    /// The number of the reason on the link, in logs and in C: 0x0101 to 0x0113, or the firmware's own.
     #[must_use]
     pub const fn code(&self) -> u16 {
         if let Self::Firmware(code) = self {
@@ -92,6 +95,7 @@ impl BlockError {
                 Self::TermsNotComputed(_) => 16,
                 Self::SelfTest => 17,
                 Self::Disagrees(_) => 18,
+                Self::Unit(_) => 19,
                 Self::Firmware(_) => 0,
             }
     }
@@ -114,7 +118,7 @@ pub const fn sdo_abort(code: u16) -> u32 {
         // CRC error.
         0x0104 => 0x0504_0004,
         // Incompatible parameters.
-        0x0106 | 0x010B | 0x010C | 0x0110 | 0x0112 => 0x0604_0043,
+        0x0106 | 0x010B | 0x010C | 0x0110 | 0x0112 | 0x0113 => 0x0604_0043,
         // Value too high.
         0x0107 => 0x0609_0031,
         // Value out of range.
@@ -172,6 +176,12 @@ impl fmt::Display for BlockError {
             }
             Self::Disagrees(tag) => {
                 write!(f, "{} does not go with the records that it was computed from: pack the block anew", Tag(tag))
+            }
+            Self::Unit(TorqueUnit::Ampere) => {
+                write!(f, "it counts torques in amperes, and the firmware in newton metres")
+            }
+            Self::Unit(TorqueUnit::NewtonMetre) => {
+                write!(f, "it counts torques in newton metres, and the firmware in amperes")
             }
             Self::NoRoom => write!(f, "the block is longer than there is room for"),
             Self::Firmware(code) => write!(f, "the firmware refused it by its code {code:#06x}"),

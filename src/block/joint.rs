@@ -114,7 +114,7 @@ impl JointRecord {
 }
 
 /// A finite double of two words, the lower first, rounded to the nearest single in integers; 0 below the least normal number.
-pub(super) fn single([low, high]: [u32; 2]) -> f32 {
+pub(crate) fn single([low, high]: [u32; 2]) -> f32 {
     let sign = high & 1 << 31;
     // Biased as a single is.
     let exponent = (high >> 20 & 0x7ff).saturating_sub(1023 - 127);

@@ -43,7 +43,7 @@ mod agreement;
 mod crc;
 mod error;
 mod header;
-mod joint;
+pub(crate) mod joint;
 mod law;
 mod layout;
 mod parameters;
@@ -68,7 +68,7 @@ pub use layout::{
     Coding, FIRST_TERM, FieldInfo, GEAR, INVERSE, JOINT, MASING, MAY_SKIP, NAME, PHASE, PREPARED, PREPARED_GEAR,
     RECORDS, RecordInfo, SELF_TEST, TIME,
 };
-pub use parameters::{CheckedTerms, Parameters, TermStack, TorqueUnitError};
+pub use parameters::{CheckedTerms, Parameters, TermStack};
 pub use prepared::{Prepared, PreparedLaw};
 pub use record::{Block, FieldValues, MOST_BYTES, Record, Records, verify, verify_first};
 pub use scales::{Scales, ScalesRecord};

@@ -1,7 +1,5 @@
 //! What a drive computes with: the gear, its inverse and its terms, from a block.
 
-use core::fmt;
-
 use super::Word;
 use super::error::BlockError;
 use super::header::{Header, TorqueUnit};
@@ -22,27 +20,6 @@ use crate::memory::{AnyLaw, Frame};
 use crate::params::{Memory, Params};
 use crate::scalar::Float;
 use crate::terms::{Compensated, Setting, Side, Stack, TermError};
-
-/// Torques of a block in another unit than the firmware's.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[non_exhaustive]
-pub struct TorqueUnitError {
-    /// That of the block.
-    pub found: TorqueUnit,
-}
-
-impl fmt::Display for TorqueUnitError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self.found {
-            TorqueUnit::NewtonMetre => "the block counts torques in newton metres, and the firmware in amperes",
-            TorqueUnit::Ampere => "the block counts torques in amperes, and the firmware in newton metres",
-        })
-    }
-}
-
-impl core::error::Error for TorqueUnitError {}
 
 /// Parameters in force: computed once, immutable, for any number of states.
 ///
@@ -69,7 +46,8 @@ pub struct Parameters<S: Word = f32, L = AnyLaw<S>, T = Stack<f32, 8>> {
 }
 
 impl<S: Word, L: BlockLaw<S>, T: TermStack> Parameters<S, L, T> {
-    /// Verifies a block, checks every value and sets up what it says. `stack_depth` is how many turning points the caller has room for.
+    /// Verifies a block, checks every value and sets up what it says. `stack_depth` is how many turning points the caller has room for. A block that counts torques in amperes is
+    /// refused: [`of_block_in`](Self::of_block_in) takes it.
     ///
     /// Whatever the bytes, nothing panics, and an error leaves the caller with what it had.
     ///
@@ -85,7 +63,18 @@ impl<S: Word, L: BlockLaw<S>, T: TermStack> Parameters<S, L, T> {
     /// # Errors
     /// As there.
     pub fn of_block(block: &Block<'_>, stack_depth: usize) -> Result<Self, BlockError> {
+        Self::of_block_in(block, stack_depth, TorqueUnit::NewtonMetre)
+    }
+
+    /// [`of_block`](Self::of_block) for code that counts torques in a unit.
+    ///
+    /// # Errors
+    /// As there; [`BlockError::Unit`]: the block counts them in the other one.
+    pub fn of_block_in(block: &Block<'_>, stack_depth: usize, unit: TorqueUnit) -> Result<Self, BlockError> {
         let header = *block.header();
+        if header.torque_unit != unit {
+            return Err(BlockError::Unit(header.torque_unit));
+        }
         if header.scalar != S::KIND {
             return Err(BlockError::Scalar(header.scalar.bytes()));
         }
@@ -134,15 +123,6 @@ impl<S: Word, L: BlockLaw<S>, T: TermStack> Parameters<S, L, T> {
 }
 
 impl<S: Word, L: BlockLaw<S>, T: TermStack> Parameters<S, L, T> {
-    /// The same parameters for code that counts torques in a unit: a block in amperes is not taken for one in newton metres.
-    ///
-    /// # Errors
-    /// [`TorqueUnitError`]: they count in the other one.
-    pub fn in_unit(self, unit: TorqueUnit) -> Result<Self, TorqueUnitError> {
-        let found = self.header.torque_unit;
-        if found == unit { Ok(self) } else { Err(TorqueUnitError { found }) }
-    }
-
     /// The feed-forward of the gear in force, computed in the scalar alone from what the block holds.
     ///
     /// # Errors

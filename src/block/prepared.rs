@@ -39,7 +39,7 @@ use super::header::{Header, TorqueUnit};
 use super::joint::JointRecord;
 use super::law::{BlockLaw, gate_of, kernel_of, number};
 use super::layout::{MASING, MAY_SKIP, PHASE, PREPARED, PREPARED_GEAR, RECORDS, RecordInfo, SELF_TEST, TIME};
-use super::parameters::{CheckedTerms, TermStack, TorqueUnitError};
+use super::parameters::{CheckedTerms, TermStack};
 use super::record::{Block, Record, verify_first};
 use super::scales::ScalesRecord;
 use super::self_test::{IS_COMPARED, SAMPLES, samples};
@@ -209,7 +209,7 @@ impl<S: Word, L: PreparedLaw<S>> Prepared<S, L> {
     /// Loads the block that these bytes begin with. `stack_depth` is how many turning points the caller has room for.
     ///
     /// # Errors
-    /// [`BlockError`]: bytes that are no block, another scalar, another law, no record `prepared` or `prepared_gear`, a word that is no number, golden samples that come out
+    /// [`BlockError`]: bytes that are no block, torques in amperes ([`of_block_in`](Self::of_block_in) takes them), another scalar, another law, no record `prepared` or `prepared_gear`, a word that is no number, golden samples that come out
     /// otherwise.
     pub fn load(bytes: &[u8], stack_depth: usize) -> Result<Self, BlockError> {
         Self::of_block(&verify_first(bytes)?, stack_depth)
@@ -220,7 +220,18 @@ impl<S: Word, L: PreparedLaw<S>> Prepared<S, L> {
     /// # Errors
     /// As there.
     pub fn of_block(block: &Block<'_>, stack_depth: usize) -> Result<Self, BlockError> {
+        Self::of_block_in(block, stack_depth, TorqueUnit::NewtonMetre)
+    }
+
+    /// [`of_block`](Self::of_block) for code that counts torques in a unit.
+    ///
+    /// # Errors
+    /// As there; [`BlockError::Unit`]: the block counts them in the other one.
+    pub fn of_block_in(block: &Block<'_>, stack_depth: usize, unit: TorqueUnit) -> Result<Self, BlockError> {
         let header = *block.header();
+        if header.torque_unit != unit {
+            return Err(BlockError::Unit(header.torque_unit));
+        }
         if header.scalar != S::KIND {
             return Err(BlockError::Scalar(header.scalar.bytes()));
         }
@@ -250,15 +261,6 @@ impl<S: Word, L: PreparedLaw<S>> Prepared<S, L> {
             return Err(FeedForwardError::Period { stored_s });
         }
         FeedForward::of_inverse(&self.inverse, limits)
-    }
-
-    /// The same for code that counts torques in a unit: a block in amperes is not taken for one in newton metres.
-    ///
-    /// # Errors
-    /// [`TorqueUnitError`]: it counts in the other one.
-    pub fn in_unit(self, unit: TorqueUnit) -> Result<Self, TorqueUnitError> {
-        let found = self.header.torque_unit;
-        if found == unit { Ok(self) } else { Err(TorqueUnitError { found }) }
     }
 
     /// The encoders of the joint, with ratio, zero and rated deflection of the block that this was loaded from, in double precision.

@@ -34,22 +34,25 @@ impl ScalarKind {
         }
     }
 
-    /// The value of a word; a word that is no number gives NaN or an infinity.
-    pub(crate) fn number(self, word: u32) -> f64 {
+    /// The value of a word, in single precision; a word that is no number gives NaN or an infinity.
+    pub(crate) fn number(self, word: u32) -> f32 {
         match self {
-            Self::F32 => f64::from(f32::from_bits(word)),
-            Self::Fixed => f64::from(word.cast_signed()) * Fixed::EPSILON,
+            Self::F32 => f32::from_bits(word),
+            Self::Fixed => word.cast_signed() as f32 * const { Fixed::EPSILON as f32 },
         }
     }
 
-    /// The value of the two words of a gain; NaN for what is none.
+    /// The value of the two words of a gain, in single precision; NaN for what is none.
     #[cfg(feature = "link")]
-    pub(crate) fn gain(self, words: [u32; 2]) -> f64 {
-        let value = match self {
-            Self::F32 => f32::gain_of_words(words).map(|(_, value)| value),
-            Self::Fixed => Fixed::gain_of_words(words).map(|(_, value)| value),
-        };
-        value.unwrap_or(f64::NAN)
+    pub(crate) fn gain(self, [first, second]: [u32; 2]) -> f32 {
+        match self {
+            Self::F32 if second == 0 => f32::from_bits(first),
+            Self::F32 => f32::NAN,
+            Self::Fixed => {
+                let gain = Gain::from_parts(first.cast_signed(), second.cast_signed());
+                gain.map_or(f32::NAN, Gain::to_f32)
+            }
+        }
     }
 
     /// Its name on the command line.

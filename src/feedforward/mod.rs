@@ -42,7 +42,7 @@
 //! let memory = Memory { alpha: 2.6532e6, beta_per_s: 422.68, omega_per_s: 226.31, ..Memory::default() };
 //! let params = Params::new(1.168e-3, elastic, memory)?;
 //!
-//! let settings = Settings { period_s: 1e-3, ramp_s: 0.5, ..Settings::default() };
+//! let settings = Settings { period_s: 1e-3, ramp_s: 0.5, largest_rate_rad_per_s: 2.0, ..Settings::default() };
 //! let feed_forward = FeedForward::<f32>::new(&params, &settings)?;
 //! let mut state = feed_forward.start::<16>(0.0);
 //! let controls = Controls { on: true, source: Source::Reference, ratio: 1.0 };

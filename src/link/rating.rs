@@ -7,13 +7,16 @@
 //! abs(f_other(θ) − f(θ)) + Δz ≤ s·max(f(A), f(θ))
 //! ```
 //!
-//! Both elastic torques are odd polynomials of degree five up to their knees and straight beyond, so the extremes lie at knees, ends and roots of quadratic equations.
+//! All of it in single precision: a share is no finer than that. Both elastic torques are odd polynomials of degree five up to their knees and straight beyond, so the extremes lie at knees, ends and roots of quadratic equations.
 
 use super::hysteresis::Hysteresis;
+use crate::block::joint::single;
 use crate::block::prepared::words;
-use crate::block::record::double;
 use crate::block::{Block, GEAR, digest_of_terms};
-use crate::elastic::{ElasticTorque, LARGEST_KNEE, Polynomial};
+use crate::elastic::{ElasticTorque, Polynomial};
+
+/// No deflection counts beyond so many times the rated one.
+const LARGEST_KNEE: f32 = crate::elastic::LARGEST_KNEE as f32;
 
 /// What a block in force allows others to be.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,9 +45,9 @@ impl Bounds {
 /// What a gear transmits, of a block.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Rating {
-    rated_deflection_rad: f64,
-    torque_scale_nm: f64,
-    elastic: ElasticTorque<f64>,
+    rated_deflection_rad: f32,
+    torque_scale_nm: f32,
+    elastic: ElasticTorque<f32>,
     hysteresis: Hysteresis,
 }
 
@@ -54,30 +57,29 @@ impl Rating {
         let kind = block.header().scalar;
         let [a0, a1, t0, t1, coefficients @ ..] = words::<7>(block, GEAR.tag).ok()?;
         let [k1, k3, k5] = coefficients.map(|word| kind.number(word));
-        let [rated_deflection_rad, torque_scale_nm] = [[a0, a1], [t0, t1]].map(double);
+        let [rated_deflection_rad, torque_scale_nm] = [[a0, a1], [t0, t1]].map(single);
         // A NaN compares false.
         (rated_deflection_rad > 0.0 && torque_scale_nm > 0.0).then_some(())?;
         Some(Self {
             rated_deflection_rad,
             torque_scale_nm,
-            elastic: ElasticTorque::new(Polynomial { k1, k3, k5 }),
+            elastic: ElasticTorque::near(Polynomial { k1, k3, k5 }),
             hysteresis: Hysteresis::of(block, rated_deflection_rad, torque_scale_nm)?,
         })
     }
 
     /// Whether another gear gives the torques of this one within a share of them.
     fn bounds(&self, other: &Self, share: f32) -> bool {
-        let share = f64::from(share);
         // Deflections as fractions of A: one of the other gear is `ratio` times as many of its own.
         let ratio = self.rated_deflection_rad / other.rated_deflection_rad;
-        let torque_nm = |x: f64| self.elastic.torque(x) * self.torque_scale_nm;
-        let other_nm = |x: f64| other.elastic.torque(ratio * x) * other.torque_scale_nm;
+        let torque_nm = |x: f32| self.elastic.torque(x) * self.torque_scale_nm;
+        let other_nm = |x: f32| other.elastic.torque(ratio * x) * other.torque_scale_nm;
         let hysteresis_nm = self.hysteresis.largest_difference_nm(&other.hysteresis);
-        let rated_nm = libm::fabs(torque_nm(1.0));
-        let is_within = |x: f64| {
+        let rated_nm = libm::fabsf(torque_nm(1.0));
+        let is_within = |x: f32| {
             let most = share * torque_nm(x).max(rated_nm);
             // A NaN compares false.
-            libm::fabs(other_nm(x) - torque_nm(x)) + hysteresis_nm <= most
+            libm::fabsf(other_nm(x) - torque_nm(x)) + hysteresis_nm <= most
         };
 
         let [curve, line] = self.pieces(1.0);
@@ -103,7 +105,7 @@ impl Rating {
     }
 
     /// The factors of x, x³ and x⁵ below and beyond the knee, N·m, at a deflection of `ratio`·x·A. Beyond, a constant is left out.
-    fn pieces(&self, ratio: f64) -> [[f64; 3]; 2] {
+    fn pieces(&self, ratio: f32) -> [[f32; 3]; 2] {
         let Polynomial { k1, k3, k5 } = *self.elastic.polynomial();
         let (first, square) = (ratio * self.torque_scale_nm, ratio * ratio);
         let third = first * square;
@@ -112,12 +114,12 @@ impl Rating {
 }
 
 /// Where the derivative of c1·x + c3·x³ + c5·x⁵ vanishes, x > 0; NaN or infinite in the place of what there is none of.
-fn turning_points([c1, c3, c5]: [f64; 3]) -> [f64; 2] {
+fn turning_points([c1, c3, c5]: [f32; 3]) -> [f32; 2] {
     // c1 + 3·c3·w + 5·c5·w² with w = x², in the form that does not cancel.
     let (half, square) = (1.5 * c3, 5.0 * c5);
-    let root = libm::sqrt(half * half - square * c1);
+    let root = libm::sqrtf(half * half - square * c1);
     let sum = -(half + if half < 0.0 { -root } else { root });
-    [sum / square, c1 / sum].map(libm::sqrt)
+    [sum / square, c1 / sum].map(libm::sqrtf)
 }
 
 #[cfg(test)]
@@ -128,10 +130,10 @@ mod tests {
     fn turning_points_are_those_of_the_polynomial() {
         // (x² − 1/4)(x² − 1) as a derivative.
         let found = turning_points([0.25, -1.25 / 3.0, 0.2]);
-        assert!((found[0] - 1.0).abs() < 1e-15 && (found[1] - 0.5).abs() < 1e-15, "{found:?}");
+        assert!((found[0] - 1.0).abs() < 1e-6 && (found[1] - 0.5).abs() < 1e-6, "{found:?}");
         // 1 − x², without a fifth power: one.
         let found = turning_points([1.0, -1.0 / 3.0, 0.0]);
-        assert!(found.iter().any(|x| (x - 1.0).abs() < 1e-15), "{found:?}");
+        assert!(found.iter().any(|x| (x - 1.0).abs() < 1e-6), "{found:?}");
         assert!(turning_points([1.0, 1.0, 1.0]).iter().all(|x| x.is_nan()));
     }
 }

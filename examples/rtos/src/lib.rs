@@ -23,7 +23,7 @@ pub type Feed = FeedForward<f32, Masing<f32>>;
 /// The block is refused.
 pub fn load(block: &[u8]) -> Result<Feed, BlockError> {
     let prepared = Prepared::<f32>::load(block, 16)?;
-    let limits = Limits { period_s: 1e-3, ramp_s: 0.5, ..Limits::default() };
+    let limits = Limits { period_s: 1e-3, ramp_s: 0.5, largest_rate_rad_per_s: 2.0, ..Limits::default() };
     FeedForward::of_inverse(&prepared.inverse, &limits).map_err(|_| BlockError::Firmware(1))
 }
 

@@ -81,6 +81,12 @@ impl Gain {
         libm::ldexp(f64::from(self.mantissa), -(FRACTION.cast_signed() + self.shift))
     }
 
+    /// The value, in single precision.
+    #[cfg(feature = "link")]
+    pub(crate) fn to_f32(self) -> f32 {
+        libm::ldexpf(self.mantissa as f32, -(FRACTION.cast_signed() + self.shift))
+    }
+
     /// x·gain in units of 2^−60; saturates.
     #[inline]
     fn times(self, x: i32) -> i64 {

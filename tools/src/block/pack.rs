@@ -2,7 +2,7 @@
 
 use gmhm::block::{
     Block, BlockError, FIRST_TERM, GEAR, Header, INVERSE, Identity, Joint, MASING, MOST_BYTES, PREPARED, Parameters,
-    PreparedLaw, SELF_TEST, ScalarKind, TorqueUnit, Word, Writer,
+    PreparedLaw, SELF_TEST, ScalarKind, TorqueUnit, Word, Writer, verify,
 };
 use gmhm::memory::AnyLaw;
 use gmhm::memory::masing::Masing;
@@ -128,7 +128,7 @@ pub fn pack(model: &Model, options: &PackOptions) -> Result<Packed, PackError> {
 /// # Errors
 /// A block that cannot be loaded, or that has no gear of law `masing`.
 pub fn params_of(block: &Block<'_>) -> Result<Params, PackError> {
-    let loaded = InF32::of_block(block, usize::MAX)?;
+    let loaded = InF32::of_block_in(block, usize::MAX, block.header().torque_unit)?;
     loaded.params().ok_or(PackError::NotMasing)
 }
 
@@ -175,10 +175,16 @@ fn write_gear<S: Word, L: PreparedLaw<S>>(
 
 /// Loads a block as a drive would: what the drive's numbers cannot hold shows here, the model itself was checked in `f64`.
 fn check(block: &[u8], arithmetic: Arithmetic, law: Option<Law>) -> Result<(), PackError> {
+    let block = verify(block)?;
+    let unit = block.header().torque_unit;
     let loaded = match (arithmetic, law) {
-        (Arithmetic::F32, _) => InF32::load(block, usize::MAX).map(drop),
-        (Arithmetic::Fixed, Some(Law::Time)) => Parameters::<Fixed, Time<Fixed>, ()>::load(block, usize::MAX).map(drop),
-        (Arithmetic::Fixed, _) => Parameters::<Fixed, Masing<Fixed>, ()>::load(block, usize::MAX).map(drop),
+        (Arithmetic::F32, _) => InF32::of_block_in(&block, usize::MAX, unit).map(drop),
+        (Arithmetic::Fixed, Some(Law::Time)) => {
+            Parameters::<Fixed, Time<Fixed>, ()>::of_block_in(&block, usize::MAX, unit).map(drop)
+        }
+        (Arithmetic::Fixed, _) => {
+            Parameters::<Fixed, Masing<Fixed>, ()>::of_block_in(&block, usize::MAX, unit).map(drop)
+        }
     };
     loaded.map_err(|error| match error {
         BlockError::Term { tag, error } => {

@@ -165,7 +165,9 @@ impl Drive for Machine {
     }
 
     fn adopt(&mut self, block: Option<&Block<'_>>) -> Result<(), BlockError> {
-        let parameters: Option<Parameters> = match block.map(|block| Parameters::of_block(block, DEPTH)) {
+        // It moves nothing: torques are shown in the unit of the block.
+        let load = |block: &Block<'_>| Parameters::of_block_in(block, DEPTH, block.header().torque_unit);
+        let parameters: Option<Parameters> = match block.map(load) {
             None => None,
             Some(loaded) => {
                 self.diagnostics.see_load(loaded.as_ref().map(|parameters: &Parameters| parameters.self_test));
