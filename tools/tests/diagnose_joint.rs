@@ -20,9 +20,9 @@ fn joint(angle_and_velocity: impl Fn(f64) -> (f64, f64), torque: impl Fn(f64) ->
     let recording = Recording {
         name: "joint".into(),
         torque: Some(time_s.iter().zip(0..).map(|(t, row)| torque(*t) + 0.05 * noise(row)).collect()),
-        theta_out_rad: Some(angle),
-        velocity_out_rad_per_s: Some(velocity),
-        time_s,
+        theta_out_rad: Some(angle.into()),
+        velocity_out_rad_per_s: Some(velocity.into()),
+        time_s: time_s.into(),
         ..Recording::default()
     };
     let values = [("cos_nm", 0.0), ("sin_nm", 5.0)].map(|(key, value)| (key.to_owned(), TermValue::Number(value)));
