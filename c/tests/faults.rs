@@ -2,11 +2,9 @@
 //!
 //! `GMHM_FUZZ=10000000 cargo test --release -p gmhm-c --test faults` fuzzes as many samples; `GMHM_FUZZ_SEED` chooses others.
 
-mod common;
-
 use std::mem::MaybeUninit;
 
-use common::{
+use crate::common::{
     A, at, block, block_of, gmhm_get_status, gmhm_invert, gmhm_step, gmhm_step_counts, joint, number, random,
 };
 use gmhm::block::{Joint as JointOfGear, TorqueUnit};

@@ -2,11 +2,9 @@
 //!
 //! `GMHM_FUZZ=10000000 cargo test --release -p gmhm-c --test feed_forward` fuzzes as many periods; `GMHM_FUZZ_SEED` chooses others.
 
-mod common;
-
 use std::mem::MaybeUninit;
 
-use common::{A, block_in_time, block_of, block_with, number, random, without};
+use crate::common::{A, block_in_time, block_of, block_with, number, random, without};
 use gmhm::block::{Joint, PREPARED, TorqueUnit};
 use gmhm::terms::Need;
 use gmhm_c::{

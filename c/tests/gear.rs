@@ -1,10 +1,9 @@
 //! The small type of `gmhm.h` for every law: its torques and deflections are those of `gmhm_joint` to the bit, and what goes wrong is counted; the counters of the feed-forwards.
 
-mod common;
-
+use crate::common;
 use std::mem::MaybeUninit;
 
-use common::{A, at, block, block_in_time, block_of, block_with, joint, without};
+use crate::common::{A, at, block, block_in_time, block_of, block_with, joint, without};
 use gmhm::block::{BlockError, Joint as JointOfGear, PREPARED, TorqueUnit};
 use gmhm::diagnostics::{Fault, SelfTest};
 use gmhm_c::{

@@ -1,12 +1,10 @@
 //! The C program beside this file, compiled by the host's C compiler against the header and the static library: its outputs are Rust's to the bit.
 
-mod common;
-
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use common::Small;
+use crate::common::Small;
 use gmhm::block::{Header, Identity, Joint, Parameters, Prepared, ScalarKind, Writer, verify};
 use gmhm::feedforward::{Controls, Demand, Limits};
 use gmhm::link::{Answer, Origin, Receiver, Request, Tag};

@@ -1,12 +1,10 @@
 //! The link of `gmhm.h` over a flash of C functions: a block goes from the line into a joint and into flash, and is there after the next power-up.
 
-mod common;
-
 use std::cell::RefCell;
 use std::ffi::c_void;
 use std::mem::MaybeUninit;
 
-use common::{block, block_of, block_with, gmhm_get_status, joint};
+use crate::common::{block, block_of, block_with, gmhm_get_status, joint};
 use gmhm::block::{Joint as JointOfGear, TorqueUnit, stamp, verify};
 use gmhm::diagnostics::{Fault, SelfTest};
 use gmhm::link::message::SAVE;

@@ -1,8 +1,6 @@
 //! Another block in force while the joint runs: its path goes on.
 
-mod common;
-
-use common::{A, at, block, block_with, gmhm_invert, gmhm_step, joint, without};
+use crate::common::{A, at, block, block_with, gmhm_invert, gmhm_step, joint, without};
 use gmhm::block::PREPARED;
 use gmhm_c::{Joint, OK, OutputC, SampleC, UNIT, gmhm_load, gmhm_load_any, gmhm_restart};
 

@@ -1,10 +1,8 @@
 //! Raw counts for the types that take a deflection: the same deflection as `gmhm_step_counts`, any counts answered, and what a block says of its joint.
 
-mod common;
-
 use std::mem::MaybeUninit;
 
-use common::{A, block_of, gmhm_step_counts, joint, number, random};
+use crate::common::{A, block_of, gmhm_step_counts, joint, number, random};
 use gmhm::block::{Joint as JointOfGear, TorqueUnit, verify};
 use gmhm_c::{
     BlockC, ContributionC, DemandC, EncodersC, FeedForwardC, LimitsC, NULL, OK, PairC, SampleC, UNIT, VALUE, flag,

@@ -1,9 +1,6 @@
 //! What an adaptation promises: it follows a gear, stays within its bounds, and never makes the prediction worse.
 
-#[path = "common/adapting.rs"]
-mod adapting;
-
-use adapting::{Case, PERIOD_S, block, run};
+use crate::common::adapting::{Case, PERIOD_S, block, run};
 use gmhm::adapt::{AdaptError, Adaptation, Change, Settings, Warning};
 use gmhm::memory::masing::Masing;
 use gmhm::{Gear, Inverse, Kernel, Law, Memory, Params};

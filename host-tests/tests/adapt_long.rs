@@ -1,9 +1,6 @@
-//! The adaptation over long times, in release: `cargo test --release -p gmhm-host-tests --test adapt_long -- --ignored --nocapture`.
+//! The adaptation over long times, in release: `cargo test --release -p gmhm-host-tests --test all adapt_long -- --ignored --nocapture`.
 
-#[path = "common/adapting.rs"]
-mod adapting;
-
-use adapting::{Case, block, run};
+use crate::common::adapting::{Case, block, run};
 use gmhm::Gear;
 use gmhm::adapt::{Adaptation, Change, Settings};
 use gmhm::memory::masing::Masing;

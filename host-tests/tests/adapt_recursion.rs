@@ -1,9 +1,7 @@
 //! The recursion of the adaptation against batch least squares of the same rows and weights, written apart.
 
-#[path = "common/adapting.rs"]
-mod adapting;
-
-use adapting::{PERIOD_S, block};
+use crate::common::adapting;
+use crate::common::adapting::{PERIOD_S, block};
 use gmhm::Gear;
 use gmhm::adapt::{Adaptation, BLOCK_S, LEAST_TOLD, Settings};
 use gmhm::memory::masing::Masing;

@@ -1,8 +1,6 @@
 //! No sample panics, and none poisons the state: each kind of bad input has one defined answer.
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use gmhm::gear::LONGEST_PERIOD_S;
 use gmhm::memory::AnyLaw;
 use gmhm::scalar::Float;

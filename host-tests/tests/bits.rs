@@ -3,8 +3,7 @@
 //! `src/bin/bits.rs` promises the same of the microcontrollers. A change of the core that means to change bits puts the hashes that the test
 //! prints in place of these.
 
-mod common;
-
+use crate::common;
 use gmhm::memory::masing::Masing;
 use gmhm::memory::time::Time;
 use gmhm::memory::{AnyLaw, MemoryLaw};

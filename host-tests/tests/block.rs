@@ -1,7 +1,6 @@
 //! Parameter blocks: what is written loads to the bit, what is damaged, strange or out of range is refused by its own code.
 
-mod common;
-
+use crate::common;
 use std::collections::BTreeSet;
 use std::fmt::Debug;
 

@@ -1,15 +1,12 @@
 //! Whatever the bytes, a block is refused or computed with: no panic, no endless search. Seeded mutations of the golden blocks, most of them with length, count and
 //! CRC-32 corrected so that they come past the checksum.
 //!
-//! `GMHM_FUZZ=10000000 cargo test --release -p gmhm-host-tests --test block_fuzz -- --nocapture` runs ten million and says what became of them;
+//! `GMHM_FUZZ=10000000 cargo test --release -p gmhm-host-tests --test all block_fuzz -- --nocapture` runs ten million and says what became of them;
 //! `GMHM_FUZZ_SEED` chooses others.
-
-#[path = "common/fuzz.rs"]
-mod fuzz;
 
 use std::collections::BTreeMap;
 
-use fuzz::number;
+use crate::common::fuzz::number;
 use gmhm::block::{BlockError, BlockLaw, CheckedTerms, HEADER_BYTES, Parameters, TermStack, Word, crc32, verify_first};
 use gmhm::inverse::MOST_STEPS;
 use gmhm::memory::AnyLaw;

@@ -1,16 +1,12 @@
 //! Changes with the loop running: no step of the command beyond the stated slew.
 
-mod common;
-#[path = "common/servos.rs"]
-mod servos;
-
-use common::*;
+use crate::common::servos::*;
+use crate::common::*;
 use gmhm::drive::{Gains, Reference, Servo, ServoSetup, ServoState};
 use gmhm::feedforward::{Contribution, Controls, FeedForward, FeedForwardState, Settings, Source};
 use gmhm::memory::AnyMemory;
 use gmhm::{Elastic, Gate, Gear, Kernel, Law, Memory, Params, State};
 use proptest::prelude::*;
-use servos::*;
 
 type Fed = FeedForward<f64>;
 

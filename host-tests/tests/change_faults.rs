@@ -1,9 +1,6 @@
 //! A write or an erase may fail once with nothing, a part or all of it done, and power may fail after it: boot still finds the block in force.
 
-#[path = "common/blocks.rs"]
-mod blocks;
-
-use blocks::block;
+use crate::common::blocks::block;
 use gmhm::block::{Identity, verify};
 use gmhm::store::{Entry, Slot, Store, StoreError};
 use gmhm_host_tests::flash::{ChangeFault, FlashFault, HostileFlash, ReadFault};

@@ -1,8 +1,7 @@
 //! The core against the solutions on paper: the rated cycle of both kernels, the ramp in real time, the numbers of MODEL.md section 2.
 
-mod common;
-
-use common::{A, elastic, memory, params};
+use crate::common;
+use crate::common::{A, elastic, memory, params};
 use gmhm::closed_form::ClosedForm;
 use gmhm::{Gate, Gear, Kernel, Law, Memory, Params};
 use gmhm_host_tests::{Constants, Weighed, closed_form, masing::Masing};

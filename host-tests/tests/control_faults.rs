@@ -1,24 +1,18 @@
 //! Bad input to the control path: torque within its limit, the state as it was, and back within a period.
 //!
-//! `GMHM_FUZZ=10000000 cargo test --release -p gmhm-host-tests --test control_faults -- --nocapture` fuzzes as many periods of each; `GMHM_FUZZ_SEED` chooses others.
-
-mod common;
-#[path = "common/fuzz.rs"]
-mod fuzz;
-#[path = "common/servos.rs"]
-mod servos;
+//! `GMHM_FUZZ=10000000 cargo test --release -p gmhm-host-tests --test all control_faults -- --nocapture` fuzzes as many periods of each; `GMHM_FUZZ_SEED` chooses others.
 
 use std::f64::consts::TAU;
 
-use common::*;
-use fuzz::{number, strange};
+use crate::common::fuzz::{number, strange};
+use crate::common::servos::*;
+use crate::common::*;
 use gmhm::drive::{Cascade, CascadeState, Gains, Reference, Servo, ServoError};
 use gmhm::feedforward::{Controls, Demand, FeedForward, Settings, Source};
 use gmhm::scalar::Scalar;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
-use servos::*;
 
 /// Periods where none are asked for.
 const EXECUTIONS: u64 = 100_000;

@@ -1,8 +1,7 @@
 //! The feed-forward of a joint: what it adds is the inverse's, it never steps, it enters as the past gets known, and large angles cost nothing.
 
-mod common;
-
-use common::{A, masing};
+use crate::common;
+use crate::common::{A, masing};
 use gmhm::drive::pair::{Place, SetupError};
 use gmhm::drive::{EncoderPair, Mounting, Setup};
 use gmhm::feedforward::{

@@ -1,8 +1,7 @@
 //! Fixed point against the reference in f64 at the same rounded samples.
 
-mod common;
-
-use common::elastic;
+use crate::common;
+use crate::common::elastic;
 use gmhm::inverse::Invertible;
 use gmhm::memory::MemoryLaw;
 use gmhm::memory::masing::Masing as MasingLaw;

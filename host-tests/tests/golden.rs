@@ -1,9 +1,8 @@
 //! Golden blocks: what firmware in the field was given once stays readable for ever, to the bit.
 //!
-//! A golden block is never written again. `cargo test -p gmhm-host-tests --test golden -- --ignored` adds those that are missing, for a new format version.
+//! A golden block is never written again. `cargo test -p gmhm-host-tests --test all golden -- --ignored` adds those that are missing, for a new format version.
 
-mod common;
-
+use crate::common;
 use std::fmt::Debug;
 use std::path::PathBuf;
 

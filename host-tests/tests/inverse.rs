@@ -8,11 +8,10 @@
 //! - where the gate is a root, θ is rounded by at most 2ε of A, which moves g by at most min(2ε/g, √(4ε)): that times e in `masing`, the largest
 //!   memory M in the others. Fixed point rounds the product under the root as well, by ε/2.
 
-mod common;
-
+use crate::common;
 use std::fmt::Debug;
 
-use common::{A, elastic};
+use crate::common::{A, elastic};
 use gmhm::inverse::{InverseError, Invertible, MOST_STEPS, invertible_range};
 use gmhm::memory::masing::Masing as MasingLaw;
 use gmhm::memory::time::Time;

@@ -1,8 +1,6 @@
 //! A sample that the gear cannot have reached is quarantined, and what went through an outlier is uncertain again.
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use gmhm::gear::AGREEING_SAMPLES;
 use gmhm::memory::masing::Masing;
 use gmhm::scalar::{Fixed, Scalar};

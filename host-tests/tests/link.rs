@@ -1,12 +1,8 @@
 //! The link's rules: what a drive accepts, what it refuses and why, and that no accident of the line changes a parameter.
 
-#[path = "common/blocks.rs"]
-mod blocks;
-#[path = "common/drives.rs"]
-mod drives;
-
-use blocks::block;
-use drives::{Session, Told, answers, ask, bench, blank, crc, power_up, staging, store, stored};
+use crate::common::blocks::block;
+use crate::common::drives;
+use crate::common::drives::{Session, Told, answers, ask, bench, blank, crc, power_up, staging, store, stored};
 use gmhm::block::{BlockError, Identity, verify};
 use gmhm::link::message::{ERASE, LOAD, MOST_BYTES, SAVE};
 use gmhm::link::{Answer, Origin, Refusal, Request, Tag};

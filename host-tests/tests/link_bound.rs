@@ -1,11 +1,8 @@
 //! What comes on trial on an enabled drive gives the torques in force within the bound, whatever the path: elastic torque and hysteresis, in every law.
 
-mod common;
-#[path = "common/drives.rs"]
-mod drives;
-
-use common::{elastic, memory, torques, walk};
-use drives::{Session, bench};
+use crate::common;
+use crate::common::drives::{Session, bench};
+use crate::common::{elastic, memory, torques, walk};
 use gmhm::block::{
     Header, Identity, Joint, PREPARED, PREPARED_GEAR, PreparedLaw, ScalarKind, Word, Writer, crc32, stamp, verify,
 };

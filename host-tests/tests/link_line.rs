@@ -1,12 +1,7 @@
 //! Accidents of the line: whatever is lost, cut short, flipped, repeated, late or invented, a drive changes only by the session's next request, whole.
 
-#[path = "common/blocks.rs"]
-mod blocks;
-#[path = "common/drives.rs"]
-mod drives;
-
-use blocks::block;
-use drives::{Bench, Session, Told, answers, bench, crc, staging, stored};
+use crate::common::blocks::block;
+use crate::common::drives::{Bench, Session, Told, answers, bench, crc, staging, stored};
 use gmhm::block::{Identity, ScalarKind};
 use gmhm::diagnostics::{Diagnostics, Fault, SelfTest};
 use gmhm::link::frame::{MOST_BODY, MOST_FRAME, encode};

@@ -1,10 +1,8 @@
 //! Live changes are plausible: bounded on an enabled drive, taken back when the host is gone, one host at a time, and what went wrong is counted.
 
-mod common;
-#[path = "common/drives.rs"]
-mod drives;
-
-use drives::{Bench, Session, Told, answers, ask, bench, identify};
+use crate::common;
+use crate::common::drives;
+use crate::common::drives::{Bench, Session, Told, answers, ask, bench, identify};
 use gmhm::block::{Header, Identity, Joint, ScalarKind, Writer};
 use gmhm::diagnostics::{Diagnostics, Fault};
 use gmhm::link::server::{DEFAULT_BOUND, FADE_MS, SESSION_MS, TRIAL_MS};

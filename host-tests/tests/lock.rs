@@ -1,10 +1,7 @@
 //! Access: with a key nothing changes without a proof, and a proof holds once.
 
-mod common;
-#[path = "common/drives.rs"]
-mod drives;
-
-use drives::{Bench, Told, answers, blank, store};
+use crate::common::drives;
+use crate::common::drives::{Bench, Told, answers, blank, store};
 use gmhm::link::lock::{Key, PROOF_BYTES};
 use gmhm::link::{Answer, Identified, Receiver, Refusal, Request, Tag};
 use proptest::prelude::*;

@@ -1,8 +1,6 @@
 //! The servo in lock-step: bodies carry it to the bit, and whatever comes over the line, nothing panics and nothing is set going by half.
 
-mod common;
-
-use common::masing;
+use crate::common::masing;
 use gmhm::drive::lockstep::{self, Drive, Period, Start};
 use gmhm::drive::{Gains, Mounting, Reference, ServoSetup, Setup};
 use gmhm::feedforward::{Controls, Settings, Source};

@@ -1,10 +1,8 @@
 //! The object dictionary and SDO: every object answers as the dictionary says, and whatever frames come, nothing changes but by what they ask for.
 
-mod common;
-#[path = "common/drives.rs"]
-mod drives;
-
-use drives::{Flash, Told, blank, store};
+use crate::common;
+use crate::common::drives;
+use crate::common::drives::{Flash, Told, blank, store};
 use gmhm::block::{BlockError, Header, Identity, Joint, ScalarKind, Writer, verify};
 use gmhm::link::objects::{Abort, Access, DataType, OBJECTS, STAGE, object};
 use gmhm::link::sdo::CanData;

@@ -1,6 +1,6 @@
 //! `docs/block.md` and `docs/model-file.md` say what the library does: their tables are the registry's, the example is a golden block.
 //!
-//! `GMHM_WRITE_DOCS=1 cargo test -p gmhm-host-tests --test pages` writes them into the pages.
+//! `GMHM_WRITE_DOCS=1 cargo test -p gmhm-host-tests --test all pages` writes them into the pages.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;

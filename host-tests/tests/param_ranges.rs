@@ -1,8 +1,6 @@
 //! Parameters that no gear has are refused with their name, and a search may still try them.
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use gmhm::{Elastic, Gear, Law, Memory, ParamError, Params};
 
 fn refused(a: f64, elastic: Elastic, memory: Memory) -> String {

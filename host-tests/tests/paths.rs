@@ -11,9 +11,8 @@
 //!     the modulus of continuity of the root), in which m moves by at most 2ρM a radian. The sum over visits converges, as m forgets e^(−ρΔφ)
 //!     over the Δφ > 3 between two of them (the paths visit either tip in turn): 4ρM·r/(1 − e^(−3ρ)) more, away from the tips too.
 
-mod common;
-
-use common::elastic;
+use crate::common;
+use crate::common::elastic;
 use gmhm::scalar::Float;
 use gmhm::{Gate, Gear, Kernel, Law, Memory, Params};
 use gmhm_host_tests::integral::{Clock, Integral};

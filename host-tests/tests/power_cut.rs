@@ -1,9 +1,6 @@
 //! Power may fail at any byte of a write and at any stage of an erase: boot then finds the old or the new block whole, and the next write succeeds.
 
-#[path = "common/blocks.rs"]
-mod blocks;
-
-use blocks::block;
+use crate::common::blocks::block;
 use gmhm::block::{Identity, verify};
 use gmhm::store::{Store, StoreError};
 use gmhm_host_tests::flash::{FlashFault, HostileFlash};

@@ -1,7 +1,6 @@
 //! Prepared blocks: the loader takes over the words of the host's set-up, to the bit, and refuses what is none.
 
-mod common;
-
+use crate::common;
 use std::fmt::Debug;
 
 use gmhm::block::{

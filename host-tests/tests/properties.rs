@@ -1,8 +1,6 @@
 //! Every property that MODEL.md sections 3 and 4 state, on random gears and paths.
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use gmhm::memory::AnyMemory;
 use gmhm::{Gate, Gear, Kernel, Law, Memory, Params, State};
 use proptest::prelude::*;

@@ -1,9 +1,6 @@
 //! Reads of the flash may fail for a while: what is in force is never erased for it.
 
-#[path = "common/blocks.rs"]
-mod blocks;
-
-use blocks::block;
+use crate::common::blocks::block;
 use gmhm::block::{Identity, verify};
 use gmhm::store::{ATTEMPTS, Entry, Store, StoreError, is_newer, next_sequence};
 use gmhm_host_tests::flash::{FlashFault, HostileFlash, ReadFault};

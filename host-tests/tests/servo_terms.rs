@@ -1,17 +1,12 @@
 //! The servo with plant terms. Without terms it equals the plain servo bit for bit. With terms the link follows its reference better under friction and ripple. After bad input the torque recovers.
 //!
-//! `GMHM_FUZZ=10000000 cargo test --release -p gmhm-host-tests --test servo_terms -- --nocapture` fuzzes as many periods; `GMHM_FUZZ_SEED` chooses others.
-
-mod common;
-#[path = "common/fuzz.rs"]
-mod fuzz;
-#[path = "common/servos.rs"]
-mod servos;
+//! `GMHM_FUZZ=10000000 cargo test --release -p gmhm-host-tests --test all servo_terms -- --nocapture` fuzzes as many periods; `GMHM_FUZZ_SEED` chooses others.
 
 use std::f64::consts::TAU;
 
-use common::*;
-use fuzz::{number, strange};
+use crate::common::fuzz::{number, strange};
+use crate::common::servos::*;
+use crate::common::*;
 use gmhm::drive::{CompensatedServo, CompensatedServoState, Reference, Servo, ServoSetup, TorqueShaft};
 use gmhm::feedforward::{Controls, FeedForward, Settings, Source as Follows};
 use gmhm::terms::feedforward::CompensatedFeedForward;
@@ -20,7 +15,6 @@ use gmhm::{Gear, Params};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
-use servos::*;
 
 type Terms = Stack<f32, 8>;
 type Joint = CompensatedServoState<f32, 16>;

@@ -1,12 +1,9 @@
 //! A servo of a stored block gives the torque of one that was built from SI parameters, bit for bit, in every law, with and without terms.
 
-mod common;
-#[path = "common/servos.rs"]
-mod servos;
-
 use std::f64::consts::TAU;
 
-use common::{A, params};
+use crate::common::servos::{COUNTS, PERIOD_S, REFERENCE_COUNTS, counts, setup};
+use crate::common::{A, params};
 use gmhm::block::{CheckedTerms, Header, Identity, Joint, Parameters, Prepared, ScalarKind, Writer, verify};
 use gmhm::drive::{CompensatedServo, Mounting, Reference, Servo, ServoSetup, TorqueShaft};
 use gmhm::feedforward::{Controls, FeedForward, Limits, Settings, Source as Follows};
@@ -14,7 +11,6 @@ use gmhm::memory::AnyLaw;
 use gmhm::terms::feedforward::CompensatedFeedForward;
 use gmhm::terms::{Form, KeyInfo, Sample, Setting, Source, Stack, Value};
 use gmhm::{Gate, Inverse, Kernel, Law, Params};
-use servos::{COUNTS, PERIOD_S, REFERENCE_COUNTS, counts, setup};
 
 const ZERO_RAD: f64 = 0.1255;
 

@@ -1,8 +1,6 @@
 //! Beyond κA the elastic torque goes on along its tangent: forward and inverse, in every scalar, continuous, and never falling (MODEL.md section 4).
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use gmhm::memory::masing::Masing;
 use gmhm::memory::phase::Phase;
 use gmhm::memory::time::Time;

@@ -1,10 +1,7 @@
 //! `gmhm adapt`, and `gmhm simulate --experiment drift`.
 
-mod browser;
-mod common;
-
-use browser::assert_works;
-use common::{PUBLISHED, WorkDir};
+use crate::browser::assert_works;
+use crate::common::{PUBLISHED, WorkDir};
 use serde_json::Value;
 
 fn simulated(options: &str) -> WorkDir {

@@ -1,8 +1,6 @@
 //! Inputs that go wrong at a user's desk: each is refused by name with a fix, or remarked on.
 
-mod common;
-
-use common::{PUBLISHED, WorkDir};
+use crate::common::{PUBLISHED, WorkDir};
 
 /// A loop of the published gear, as text: time, deflection, torque.
 fn bench() -> WorkDir {

@@ -1,8 +1,6 @@
 //! The baselines, on the gear's own data and on another nature.
 
-mod gears;
-
-use gears::{Path, cycle, foreign, published, record};
+use crate::gears::{Path, cycle, foreign, published, record};
 use gmhm_tools::fit::FitOptions;
 use gmhm_tools::fit::comparison::{Comparison, compare};
 use gmhm_tools::recording::Recording;

@@ -1,7 +1,6 @@
 //! The bench's motion: what each experiment reaches, and that its columns belong to one machine.
 
-mod common;
-
+use crate::common;
 use gmhm_tools::bench::{BenchError, Experiment, Noise, Options, Waveform, simulate};
 use gmhm_tools::model::{self, Model};
 use gmhm_tools::physics::predict;

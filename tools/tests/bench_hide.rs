@@ -1,7 +1,6 @@
 //! `--hide`: effects leave what was asked for after the base model is refitted, wherever they can be seen.
 
-mod common;
-
+use crate::common;
 use gmhm::elastic::basis;
 use gmhm::memory::Frame;
 use gmhm::memory::masing::{Path, single_valued_column};

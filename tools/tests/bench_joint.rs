@@ -1,7 +1,6 @@
 //! Experiment `joint`: what compensating the gear gains under a drive, on the model's gear and on one that it does not describe.
 
-mod common;
-
+use crate::common;
 use std::sync::OnceLock;
 
 use clap::ValueEnum;

@@ -1,7 +1,6 @@
 //! The bench's sensors and its key: noise as ordered, the same from the same seed.
 
-mod common;
-
+use crate::common;
 use gmhm_tools::bench::{Experiment, Key, Noise, Options, simulate};
 use gmhm_tools::model::{self, Model};
 use gmhm_tools::recording::Recording;

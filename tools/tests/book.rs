@@ -1,17 +1,15 @@
 //! The guide is a test: every command that it shows is run, and what it prints is compared with what the guide shows.
 //!
-//! `GMHM_BOOK=overwrite cargo test -p gmhm-tools --test book` writes what the commands print into the guide.
+//! `GMHM_BOOK=overwrite cargo test -p gmhm-tools --test all book` writes what the commands print into the guide.
 //!
 //! A block of ```` ```console ```` holds commands after `$ ` and their output; `&` at the end of a command leaves it running until the end of the page. Lines
 //! that stand in for any others are `...`. Where `<!-- numbers vary -->` stands before a block, its numbers are not compared.
-
-mod common;
 
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
-use common::WorkDir;
+use crate::common::WorkDir;
 
 /// The port that the guide shows; the test takes a free one.
 const SHOWN_PORT: &str = "5555";

@@ -1,8 +1,6 @@
 //! `gmhm compare`.
 
-mod common;
-
-use common::WorkDir;
+use crate::common::WorkDir;
 
 #[test]
 fn the_gear_comes_first_and_leaves_least_on_its_own_recording() {

@@ -1,8 +1,6 @@
 //! `gmhm demo`.
 
-mod common;
-
-use common::WorkDir;
+use crate::common::WorkDir;
 
 /// The first number of the first line that starts so.
 fn number_after(text: &str, start: &str) -> f64 {

@@ -1,11 +1,8 @@
 //! `gmhm diagnose`: synthetic recordings with physics hidden in them, and real ones where they are at hand.
 
-mod browser;
-mod common;
-
-use browser::assert_works;
-use common::skips::real_recording;
-use common::{PUBLISHED, WorkDir};
+use crate::browser::assert_works;
+use crate::common::skips::real_recording;
+use crate::common::{PUBLISHED, WorkDir};
 use serde_json::Value;
 
 /// A short run with both angles.

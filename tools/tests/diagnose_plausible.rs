@@ -1,10 +1,8 @@
 //! Recordings that cannot be of the model's gear, as they stand: refused before anything is concluded, or remarked on.
 
-mod common;
-
 use std::f64::consts::PI;
 
-use common::{PUBLISHED, WorkDir};
+use crate::common::{PUBLISHED, WorkDir};
 use gmhm_tools::diagnose::{DiagnoseError, Options, diagnose};
 use gmhm_tools::fit::FitOptions;
 use gmhm_tools::fit::fit;

@@ -1,8 +1,6 @@
 //! The shapes of terms: the swarm that searches those of what was found, and the bounds of those in the base model. Synthetic recordings.
 
-mod gears;
-
-use gears::{Path, published, record, walk};
+use crate::gears::{Path, published, record, walk};
 use gmhm_tools::diagnose::explain::Search;
 use gmhm_tools::diagnose::{Options, diagnose};
 use gmhm_tools::kinds::{LARGEST_BASE_SMOOTHING, coulomb_friction};

@@ -1,11 +1,8 @@
 //! `gmhm drive`: watch, try, keep, take back.
 
-mod common;
-mod served;
-
-use common::two_blocks;
+use crate::common::two_blocks;
+use crate::served::{Joint, ON, blank, serve};
 use gmhm::link::CompensationSetting;
-use served::{Joint, ON, blank, serve};
 
 #[test]
 fn parameters_are_tried_kept_and_taken_back() {

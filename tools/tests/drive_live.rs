@@ -1,8 +1,4 @@
 //! `gmhm drive live` on a terminal: a script presses keys in a pseudo-terminal and reads the screen.
-#![cfg(unix)]
-
-mod common;
-mod served;
 
 use std::collections::BTreeMap;
 use std::fs::OpenOptions;
@@ -10,10 +6,10 @@ use std::io::{Read, Write};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use common::{WorkDir, two_blocks};
+use crate::common::{WorkDir, two_blocks};
+use crate::served::{Joint, blank, serve};
 use gmhm::link::CompensationSetting;
 use serialport::{SerialPort, TTYPort};
-use served::{Joint, blank, serve};
 
 const COLUMNS: usize = 100;
 const ROWS: usize = 30;

@@ -1,10 +1,9 @@
 //! `gmhm export --to c`: compiled, run and compared with the core.
 
-mod common;
-mod exported;
-
-use common::{PUBLISHED, WorkDir};
-use exported::{Answer, Bytes, COMPILERS, Chance, compile, drive, export, export_as, is_there, model, path, run};
+use crate::common::{PUBLISHED, WorkDir};
+use crate::exported::{
+    Answer, Bytes, COMPILERS, Chance, compile, drive, export, export_as, is_there, model, path, run,
+};
 use gmhm::terms::{Form, KINDS, KindInfo, Sample, Side};
 use gmhm_tools::export::self_test::{Readable, Reference, set_field};
 use gmhm_tools::export::{ExportOptions, Precision};

@@ -1,11 +1,9 @@
 //! `gmhm fit`.
 
-mod common;
-
 use std::fmt::Write;
 
-use common::skips::real_recording;
-use common::{PUBLISHED, WorkDir};
+use crate::common::skips::real_recording;
+use crate::common::{PUBLISHED, WorkDir};
 
 /// Two cycles to the rated deflection, without torque.
 fn cycles() -> String {

@@ -1,8 +1,6 @@
 //! The default fit: exact on data without noise, unbiased by an unknown start, honest under noise.
 
-mod gears;
-
-use gears::{Path, cycle, deflections, published, record, walk, with_coloured_noise};
+use crate::gears::{Path, cycle, deflections, published, record, walk, with_coloured_noise};
 use gmhm::{Elastic, Gate, Kernel, Law, Memory};
 use gmhm_tools::fit::{Fit, fit};
 use gmhm_tools::fit::{FitOptions, Method};

@@ -1,8 +1,6 @@
 //! Fits are held where feed-forward has an inverse, unless the recordings say that there is none.
 
-mod gears;
-
-use gears::{Path, cycle, given, published, record};
+use crate::gears::{Path, cycle, given, published, record};
 use gmhm::inverse::invertible_range;
 use gmhm::{Elastic, Gate, Kernel, Law, Memory, Params};
 use gmhm_tools::fit::verdict::{Assessment, Cause};

@@ -1,11 +1,9 @@
 //! Joint logs without a motor-side angle: gravity, inertia and friction from angle and torque or current.
 
-mod common;
-
 use std::f64::consts::TAU;
 
-use common::WorkDir;
-use common::skips::real_recording;
+use crate::common::WorkDir;
+use crate::common::skips::real_recording;
 use gmhm_tools::fit::FitOptions;
 use gmhm_tools::fit::verdict::{Assessment, Cause, Grade};
 use gmhm_tools::fit::{Fit, fit};

@@ -1,18 +1,14 @@
 //! Long recordings, and many of them.
 
-mod gears;
-#[path = "common/skips.rs"]
-mod skips;
-
 use std::fs;
 
-use gears::{Path, band_limited, published, record, with_coloured_noise};
+use crate::common::skips::skipped;
+use crate::gears::{Path, band_limited, published, record, with_coloured_noise};
 use gmhm_tools::bench::{Experiment, Options, simulate};
 use gmhm_tools::fit::verdict::{Assessment, Grade};
 use gmhm_tools::fit::{FitOptions, fit};
 use gmhm_tools::model::{GearSection, Model};
 use gmhm_tools::recording::Recording;
-use skips::skipped;
 
 fn model() -> Model {
     let (elastic, memory) = published();

@@ -1,12 +1,8 @@
 //! `gmhm fit --report`, and what it says of a fit.
 
-mod browser;
-mod common;
-mod gears;
-
-use browser::{assert_light_and_dark, assert_self_contained, assert_works};
-use common::WorkDir;
-use gears::{Path, cycle, published, record};
+use crate::browser::{assert_light_and_dark, assert_self_contained, assert_works};
+use crate::common::WorkDir;
+use crate::gears::{Path, cycle, published, record};
 use gmhm::Elastic;
 use gmhm_tools::fit::FitOptions;
 use gmhm_tools::fit::verdict::{Assessment, Grade, structure};

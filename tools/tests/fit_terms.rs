@@ -1,8 +1,6 @@
 //! `fit` with a model that has terms.
 
-mod common;
-
-use common::WorkDir;
+use crate::common::WorkDir;
 use gmhm_tools::bench::{Experiment, Noise, Options, simulate};
 use gmhm_tools::fit::verdict::Assessment;
 use gmhm_tools::fit::{Fit, FitOptions, fit};

@@ -1,8 +1,6 @@
 //! Reported standard deviations against the scatter of refits, and what a recording cannot tell.
 
-mod gears;
-
-use gears::{
+use crate::gears::{
     Path, cycle, given, published, record, refits, scatter_cases, scatter_over_reported, stroke, with_coloured_noise,
     with_rate,
 };

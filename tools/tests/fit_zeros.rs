@@ -1,8 +1,7 @@
 //! Recordings of one gear whose encoders count from different zeros.
 
-mod gears;
-
-use gears::{
+use crate::gears;
+use crate::gears::{
     Path, band_limited, cycle, deflections, foreign, given, off_over_reported, published, record,
     scatter_over_reported, walk, with_rate,
 };

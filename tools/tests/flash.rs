@@ -1,12 +1,9 @@
 //! `gmhm flash` against a drive behind a TCP port: the core's own port over a RAM-backed store.
 
-mod common;
-mod served;
-
 use std::net::TcpListener;
 
-use common::{PUBLISHED, WorkDir};
-use served::{Accident, Joint, ON, blank, serve};
+use crate::common::{PUBLISHED, WorkDir};
+use crate::served::{Accident, Joint, ON, blank, serve};
 
 /// A gear with a term.
 fn model() -> String {

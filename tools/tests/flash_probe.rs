@@ -1,10 +1,8 @@
 //! Blocks through a debug probe: a chip that is played here, the places of blocks, and the words of the command.
 
-mod common;
-
 use std::cell::RefCell;
 
-use common::{PUBLISHED, WorkDir};
+use crate::common::{PUBLISHED, WorkDir};
 use gmhm::block::verify_first;
 use gmhm_tools::device::DeviceError;
 use gmhm_tools::device::probe::{Chip, Elf, Places, ProbeError, Sectors, flash};

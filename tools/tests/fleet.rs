@@ -1,13 +1,11 @@
 //! `--each`: recordings of a fleet, each by itself.
 
-mod common;
-
 use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use common::{PUBLISHED, WorkDir};
+use crate::common::{PUBLISHED, WorkDir};
 use gmhm::{Elastic, Gear, Memory, Params};
 use serde_json::Value;
 

@@ -1,14 +1,11 @@
 //! `gmhm health`: catalogue figures against closed forms, changes against the truth.
 
-mod browser;
-mod common;
-mod gears;
-
+use crate::common;
 use std::fmt::Write;
 
-use browser::{assert_self_contained, assert_works};
-use common::WorkDir;
-use gears::{Path, cycle, published, record};
+use crate::browser::{assert_self_contained, assert_works};
+use crate::common::WorkDir;
+use crate::gears::{Path, cycle, published, record};
 use gmhm::{Elastic, Law, Memory};
 use gmhm_tools::health::catalogue::{Catalogue, Rating, catalogue};
 use gmhm_tools::health::{Health, HealthOptions, of_recordings};

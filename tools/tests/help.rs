@@ -1,8 +1,6 @@
 //! The help texts, as people see them.
 
-mod common;
-
-use common::WorkDir;
+use crate::common::WorkDir;
 
 #[test]
 fn help_of_every_command() {

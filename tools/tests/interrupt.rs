@@ -1,13 +1,10 @@
 //! Ctrl-C leaves nothing half-written.
-#![cfg(unix)]
-
-mod common;
 
 use std::fmt::Write;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use common::{PUBLISHED, WorkDir};
+use crate::common::{PUBLISHED, WorkDir};
 
 #[test]
 fn an_interrupted_command_leaves_the_folder_as_it_was() {

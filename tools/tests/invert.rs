@@ -1,8 +1,6 @@
 //! `gmhm invert`.
 
-mod common;
-
-use common::{PUBLISHED, WorkDir};
+use crate::common::{PUBLISHED, WorkDir};
 
 /// A seeded walk over torques, with holds and reversals.
 fn torques(rows: usize, largest: f64) -> Vec<f64> {

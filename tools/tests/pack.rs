@@ -1,8 +1,6 @@
 //! `gmhm pack` and `gmhm inspect`.
 
-mod common;
-
-use common::{PUBLISHED, WorkDir};
+use crate::common::{PUBLISHED, WorkDir};
 use serde_json::Value;
 
 const TERMS: &str = r#"

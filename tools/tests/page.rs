@@ -1,9 +1,6 @@
 //! A page of everything that a page can hold: self-contained, well nested, bounded in size, light and dark in a browser.
 
-mod browser;
-mod common;
-
-use browser::{after_script, assert_light_and_dark, assert_self_contained, assert_works, told};
+use crate::browser::{after_script, assert_light_and_dark, assert_self_contained, assert_works, told};
 use gmhm_tools::recording::TorqueUnit;
 use gmhm_tools::report::figures::{self, Abscissa, TrendAxis};
 use gmhm_tools::report::page::{Input, Page, Provenance, Section, Table, TableRow, Tone, Verdict};

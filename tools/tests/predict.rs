@@ -1,8 +1,6 @@
 //! `gmhm predict`.
 
-mod common;
-
-use common::{PUBLISHED, WorkDir};
+use crate::common::{PUBLISHED, WorkDir};
 
 const A: f64 = 1.168e-3;
 const LOOP: &str = "time_s,deflection_rad\n0,0\n1,1.168e-3\n2,0.5e-3\n3,0\n4,-0.5e-3\n5,-1.168e-3\n6,0\n";

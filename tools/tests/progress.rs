@@ -1,7 +1,4 @@
 //! Commands that take long show their progress and the time left on a terminal, and write no file when Ctrl-C ends them.
-#![cfg(unix)]
-
-mod common;
 
 use std::fmt::Write as _;
 use std::fs::OpenOptions;
@@ -9,7 +6,7 @@ use std::io::Read;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use common::{PUBLISHED, WorkDir};
+use crate::common::{PUBLISHED, WorkDir};
 use serialport::{SerialPort, TTYPort};
 
 /// Rows of the first recording; each trial that ends before it shows anything is repeated with four times as many.

@@ -1,8 +1,6 @@
 //! `gmhm prove`: the same cases for the diagnosis of this program and, as files, for any other.
 
-mod common;
-
-use common::WorkDir;
+use crate::common::WorkDir;
 
 /// The second case of any seed hides one effect.
 const CASE: usize = 1;

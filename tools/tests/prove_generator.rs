@@ -1,8 +1,6 @@
 //! The concealed cases: every kind can be hidden at the size asked for, from any seed, and the key is honest about it.
 
-#[path = "common/skips.rs"]
-mod skips;
-
+use crate::common::skips;
 use gmhm_tools::prove::generator::{CaseSpec, Colour, KINDS, OUTSIDE, PlantKind, case, fits_a_joint, real_residuals};
 use gmhm_tools::prove::key::{INDISTINGUISHABLE, Key, LARGE_SHARE, Role};
 use gmhm_tools::prove::mix;

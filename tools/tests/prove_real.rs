@@ -1,8 +1,6 @@
 //! What is known of the real recordings, against the recordings where they are at hand.
 
-#[path = "common/skips.rs"]
-mod skips;
-
+use crate::common::skips;
 use std::path::Path;
 
 use gmhm_tools::prove::real::{self, Part, Split};

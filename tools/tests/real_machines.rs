@@ -1,9 +1,7 @@
 //! `gmhm diagnose` on recordings of real machines whose missing terms are known, where the folder `shared/recordings` lies beside the checkout.
 
-mod common;
-
-use common::WorkDir;
-use common::skips::real_recording;
+use crate::common::WorkDir;
+use crate::common::skips::real_recording;
 use serde_json::Value;
 
 /// Gravity and inertia on the motor side.

@@ -1,11 +1,9 @@
 //! Fit and compare on recordings of real machines, where the folder `shared/recordings` lies beside the checkout.
 
-mod common;
-
 use std::path::{Path, PathBuf};
 
-use common::skips::real_recording;
-use common::{Done, WorkDir};
+use crate::common::skips::real_recording;
+use crate::common::{Done, WorkDir};
 
 const DAMPER: &str = "--map time_s=t_s,deflection_rad=disp_m,torque_nm=force_kN";
 

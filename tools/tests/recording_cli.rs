@@ -1,12 +1,10 @@
 //! Recordings on the command line: standard input and output, folders, lists, cropping, ratios, `columns`, `plot`.
 
-mod common;
-
 use std::io::Write;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use common::{PUBLISHED, WorkDir};
+use crate::common::{PUBLISHED, WorkDir};
 
 fn bench() -> WorkDir {
     let dir = WorkDir::new();

@@ -1,8 +1,6 @@
 //! `gmhm simulate`.
 
-mod common;
-
-use common::{PUBLISHED, WorkDir};
+use crate::common::{PUBLISHED, WorkDir};
 
 #[test]
 fn every_experiment_gives_a_recording_that_can_be_fitted() {

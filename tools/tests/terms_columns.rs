@@ -1,10 +1,8 @@
 //! Columns of terms: what is said to be linear is, and derivatives are those of the exact change.
 
-mod common;
-
 use std::f64::consts::TAU;
 
-use common::PUBLISHED;
+use crate::common::PUBLISHED;
 use gmhm::terms::{Domain, Form, KINDS, KeyInfo, Role};
 use gmhm_tools::model::{Model, Term, TermValue, parse};
 use gmhm_tools::numerics::levenberg_marquardt::descend;

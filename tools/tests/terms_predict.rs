@@ -1,8 +1,6 @@
 //! Terms in `gmhm predict`, against tables that tools/tests/reference/terms.py computes by an implementation of its own.
 
-mod common;
-
-use common::{PUBLISHED, WorkDir};
+use crate::common::{PUBLISHED, WorkDir};
 use gmhm_tools::model::{Model, parse};
 use gmhm_tools::physics::{PredictError, predict};
 use gmhm_tools::recording::Recording;

@@ -1,11 +1,9 @@
 //! `gmhm virtual-drive`: the commands for drives against a simulated one.
 
-mod common;
-
 use std::io::{BufRead, BufReader, Write};
 use std::process::{Child, ChildStdout, Command, Stdio};
 
-use common::{PUBLISHED, WorkDir};
+use crate::common::{PUBLISHED, WorkDir};
 
 /// A simulated drive that runs beside the test.
 struct Running {

@@ -1,5 +1,4 @@
 //! Blocks of the published gear, and a joint with one in force.
-#![allow(dead_code, reason = "every test file compiles this module and uses its own part")]
 
 use std::mem::MaybeUninit;
 

@@ -1,5 +1,4 @@
 //! An adaptation on a gear that drifts, told by a sensor that may lie.
-#![allow(dead_code, reason = "every test file compiles this module and uses its own part")]
 
 use gmhm::adapt::{Adaptation, AdaptationState, Change, Settings, Warnings};
 use gmhm::memory::masing::Masing;
@@ -51,14 +50,13 @@ impl Default for Case {
 
 /// What came of it; errors are rms over the rated torque.
 #[derive(Debug)]
-pub struct Outcome<S> {
+pub struct Outcome {
     /// One step ahead against torque and noise: the block, those in force, the truth.
     pub one_step: [f64; 3],
     /// Against the torque alone: the block, those in force.
     pub feed_forward: [f64; 2],
     pub taken_over: usize,
     pub given_back: usize,
-    pub state: AdaptationState<S>,
     pub warnings: Warnings,
     /// Estimates less the truth in the end, over their standard deviations.
     pub deviations: [f64; 5],
@@ -73,7 +71,7 @@ pub fn change(block: &Params, now: &drift::Coefficients) -> [f64; 5] {
 }
 
 /// Runs a case; `watch` sees the state after every period.
-pub fn run<S: Float>(case: &Case, mut watch: impl FnMut(&Adaptation<S>, &AdaptationState<S>)) -> Outcome<S> {
+pub fn run<S: Float>(case: &Case, mut watch: impl FnMut(&Adaptation<S>, &AdaptationState<S>)) -> Outcome {
     let block = block();
     let (a, rated) = (block.rated_deflection_rad(), block.torque_scale_nm());
     let settings = Settings { period_s: PERIOD_S, ..Settings::default() };
@@ -126,7 +124,6 @@ pub fn run<S: Float>(case: &Case, mut watch: impl FnMut(&Adaptation<S>, &Adaptat
         feed_forward: feed_forward.map(rms),
         taken_over,
         given_back,
-        state,
         warnings: state.warnings(),
         deviations: [0, 1, 2, 3, 4].map(|k| (estimate[k].to_f64() - truth[k]) / variances[k].to_f64().sqrt()),
     }

@@ -1,5 +1,4 @@
 //! A drive that remembers what it is told, and a host that talks to it.
-#![allow(dead_code, reason = "every test file compiles this module and uses its own part")]
 
 use gmhm::block::{Block, BlockError, Identity, ScalarKind, verify};
 use gmhm::diagnostics::Diagnostics;

@@ -1,5 +1,4 @@
 //! What seeded tests of bad input share.
-#![allow(dead_code, reason = "every test file compiles this module and uses its own part")]
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;

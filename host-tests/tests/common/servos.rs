@@ -39,7 +39,6 @@ pub fn setup() -> ServoSetup {
     }
 }
 
-#[allow(dead_code, reason = "every test file compiles this module and uses its own part")]
 pub fn servo(params: &Params) -> Servo<f32> {
     Servo::new(params, &setup()).expect("a servo")
 }

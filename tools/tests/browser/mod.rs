@@ -1,5 +1,4 @@
 //! Pages as a browser sees them.
-#![allow(dead_code)]
 
 use std::path::{Path, PathBuf};
 use std::process::Command;

@@ -1,5 +1,4 @@
 //! A folder of its own for each test of a command.
-#![allow(dead_code)] // Each test file uses a part of it.
 
 pub mod skips;
 

@@ -1,5 +1,4 @@
 //! Checks that this machine cannot do: said aloud and counted, so that nobody takes them for passed.
-#![allow(dead_code)] // Each test file uses a part of it.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};

@@ -1,5 +1,4 @@
 //! Compiles and runs what `gmhm export --to c` writes.
-#![allow(dead_code)] // Each test file uses a part of it.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};

@@ -1,5 +1,5 @@
 //! Synthetic recordings for the tests, by the core.
-#![allow(dead_code)]
+#![allow(dead_code, reason = "the benchmarks compile this module, too, and each uses its own part")]
 
 use gmhm::{Elastic, Gate, Gear, Kernel, Law, Memory, Params};
 use gmhm_tools::fit::FitOptions;

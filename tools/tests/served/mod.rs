@@ -1,5 +1,4 @@
 //! A drive behind a TCP port, played by the core's own port over a RAM-backed store.
-#![allow(dead_code)] // Each test file uses a part of it.
 
 use std::io::{Read, Write};
 use std::net::TcpListener;

@@ -54,8 +54,26 @@ pub fn run(shell: &Shell) -> Result<()> {
             exceeded.push(format!("{what}: {found}, at most {limit} are allowed"));
         }
     }
+    tests_are_listed(&root)?;
     if !exceeded.is_empty() {
         bail!("the structure of tools/src has got worse:\n  {}", exceeded.join("\n  "));
+    }
+    Ok(())
+}
+
+/// Fails where a file beside `tests/all.rs` is not one of its modules: its tests would never run.
+fn tests_are_listed(root: &Path) -> Result<()> {
+    for package in ["tools", "host-tests", "c"] {
+        let folder = root.join(package).join("tests");
+        let all = std::fs::read_to_string(folder.join("all.rs"))?;
+        for entry in std::fs::read_dir(&folder)? {
+            let path = entry?.path();
+            let name = path.file_stem().unwrap_or_default().to_string_lossy();
+            let is_test = path.extension().is_some_and(|extension| extension == "rs") && name != "all";
+            if is_test && !all.lines().any(|line| line == format!("mod {name};")) {
+                bail!("{} is not tested: add `mod {name};` to {package}/tests/all.rs", path.display());
+            }
+        }
     }
     Ok(())
 }
