@@ -163,7 +163,7 @@ fn keys_switch_the_compensation_and_try_parameters() {
     terminal.press("r", &["the drive refused: the compensation is on"]);
     terminal.press("+", &["gain ratio   0.6000", "gain raised"]);
     terminal.press("o", &["compensation off"]);
-    terminal.press("r", &["stored, sequence 1", "the trial is over"]);
+    terminal.press("r", &["stored, sequence 1", "trial ended"]);
     assert!(terminal.end("q"));
     let (joint, _) = served.end();
     assert_eq!(joint.parameters.map(|parameters| parameters.header.sequence), Some(1));

@@ -354,7 +354,7 @@ fn the_command_writes_readable_files_or_says_why_not() {
         format!("{PUBLISHED}{}[[term]]\nkind = \"sensor_drift\"\nnm_per_s = 0.001\n", term_of("creep")),
     );
     let done = dir.succeed("export m.toml --to c -o source --self-test --prefix j3");
-    assert!(done.stderr.contains("`sensor_drift` is a fault of the measurement"), "{}", done.stderr);
+    assert!(done.stderr.contains("`sensor_drift` is a measurement fault"), "{}", done.stderr);
     let header = dir.read("source/j3.h");
     for part in [
         "j3_step(",
@@ -390,7 +390,10 @@ fn the_command_writes_readable_files_or_says_why_not() {
     dir.refuse("export log.toml --to c -o source", &["no [elastic] and [memory]", "help: "]);
     dir.write("time.toml", in_law(LAWS[4]));
     dir.refuse("export time.toml --to c -o source", &["longest sample period", "--period SECONDS"]);
-    dir.refuse("export m.toml --to c -o source --prefix 3j", &["`3j` is no name in C", "letter first"]);
+    dir.refuse(
+        "export m.toml --to c -o source --prefix 3j",
+        &["`3j` is not a valid name in C", "beginning with a letter"],
+    );
     dir.misuse("export m.toml --to c -o source --stack-depth 5", &["even number"]);
 
     // `cargo xtask export` runs FMUs.

@@ -52,7 +52,7 @@ fn physics_left_out_is_seen_as_what_repeats() {
         *torque += 0.4 * (40.0 * theta / A).sin();
     }
     let (_, assessment) = assessed(&[recording], A);
-    says(&assessment, Grade::Caution, "repeats at the same place and direction");
+    says(&assessment, Grade::Caution, "repeats at the same position and direction");
 }
 
 #[test]

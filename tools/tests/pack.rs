@@ -42,7 +42,7 @@ fn what_is_packed_is_inspected_in_si() {
     dir.write("m.toml", published_with(TERMS));
     let done = dir.succeed("pack m.toml -o params.bin");
     assert!(done.stdout.contains("gear \"published\"") && done.stdout.contains("to params.bin"), "{}", done.stdout);
-    assert!(done.stderr.contains("`sensor_drift` is a fault of the measurement"), "{}", done.stderr);
+    assert!(done.stderr.contains("`sensor_drift` is a measurement fault"), "{}", done.stderr);
     let shown = dir.succeed("inspect params.bin --json params.json").stdout;
     for part in ["[gear]", "[masing]", "[inverse]", "[joint]", "[term kinematic_error]", "0.001168 rad", "rational"] {
         assert!(shown.contains(part), "{shown}\nshould say {part}");

@@ -19,7 +19,7 @@ pub struct RecordingArgs {
     /// Recordings of one gear or joint: CSV (.gz, .zst), Parquet, MAT, MDF4 or MCAP; a folder means the recordings in it, - is standard input
     #[arg(required_unless_present = "files_from", value_name = "RECORDING")]
     recordings: Vec<PathBuf>,
-    /// A list of more recordings, a path a line; - for standard input
+    /// File with more recordings, one path per line; - is standard input
     #[arg(long, value_name = "FILE")]
     files_from: Option<PathBuf>,
 }
@@ -46,29 +46,29 @@ impl RecordingArgs {
 pub struct ReadingArgs {
     /// Columns under other names, scaled or flipped: time_s=t,torque_nm=tau*0.001,deflection_rad=-x
     ///
-    /// The value is the number of the file, scaled and shifted as written, in the unit that the name on the left ends in. Known names:
+    /// The number in the file is scaled and shifted as written. The ending of the name on the left is its unit. Known names:
     /// time_s, torque_nm, current_a, deflection_rad, theta_in_rad, theta_out_rad, velocity_out_rad_per_s, temperature_c,
     /// torque_sim_nm, each in any unit of its kind (_ms, _nmm, _mrad, _deg, _arcmin, ...). gmhm columns lists the columns of a file.
     #[arg(long, value_name = "NAME=COLUMN,...", value_delimiter = ',', action = clap::ArgAction::Append)]
     map: Vec<Mapping>,
 
-    /// Rated deflection in rad (else the model's, else the largest recorded)
+    /// Rated deflection in rad [default: the model's, otherwise the largest recorded]
     #[arg(long, value_name = "RAD", allow_negative_numbers = true, value_parser = positive)]
     pub rated_deflection: Option<f64>,
 
-    /// Reduction ratio, negative where the gear reverses (else the model's): for recordings of two angles
+    /// Reduction ratio, negative if the gear reverses; required for recordings of two angles [default: the model's]
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = ratio)]
     pub ratio: Option<f64>,
 
-    /// Where the torque is taken (else where the model says, else output; motor for a current)
+    /// Side on which the torque is measured [default: the model's, otherwise output; motor for a current]
     #[arg(long, value_enum, value_name = "SIDE")]
     pub torque_side: Option<TorqueSide>,
 
-    /// Leave out the rows before this time, in seconds of the time column
+    /// Ignore rows before this time, in seconds of the time column
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = finite)]
     from: Option<f64>,
 
-    /// Leave out the rows after this time, in seconds of the time column
+    /// Ignore rows after this time, in seconds of the time column
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = finite)]
     to: Option<f64>,
 }

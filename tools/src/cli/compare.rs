@@ -30,7 +30,7 @@ pub struct CompareArgs {
     /// Where to write the plot of the errors
     #[arg(long, value_name = "F.svg", value_parser = drawing)]
     plot: Option<PathBuf>,
-    /// The encoders of each recording count from a zero of their own: they were switched on anew, or moved [default: where the recordings do not go together otherwise]
+    /// Estimate one encoder zero per recording: the encoders were restarted or moved [default: only if the recordings do not fit together otherwise]
     #[arg(long)]
     own_zeros: bool,
     #[command(flatten)]

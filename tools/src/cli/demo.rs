@@ -18,7 +18,7 @@ use crate::output::Outputs;
 #[derive(Debug, Default, Args)]
 #[command(after_help = "Example:\n  gmhm demo --out gmhm-demo")]
 pub struct DemoArgs {
-    /// Folder for the recording, the model and the plots; files there are replaced [default: gmhm-demo, where they are kept]
+    /// Folder for the recording, the model and the plots; existing files are replaced [default: gmhm-demo, existing files are kept]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     #[command(flatten)]

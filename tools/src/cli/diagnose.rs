@@ -35,15 +35,15 @@ pub struct DiagnoseArgs {
     /// Model file (.toml) of the base, then recordings of one gear or joint; without one, recordings with torque_sim_nm
     #[arg(required = true, value_name = "M.toml|RECORDING")]
     inputs: Vec<PathBuf>,
-    /// A list of more recordings, a path a line; - for standard input
+    /// File with more recordings, one path per line; - is standard input
     #[arg(long, value_name = "FILE")]
     files_from: Option<PathBuf>,
-    /// Recordings that take no part and are predicted
+    /// Recordings that are not used in the diagnosis; the models' errors on them are reported
     #[arg(long, value_name = "RECORDING", num_args = 1.., conflicts_with = "each")]
     holdout: Vec<PathBuf>,
-    /// The encoders of each recording count from a zero of their own: they were switched on anew, or moved
+    /// Estimate one encoder zero per recording: the encoders were restarted or moved
     ///
-    /// Each deflection is shifted to the zero of the first before anything is compared. What drifts from recording to recording as a zero does is then not seen.
+    /// Each deflection is shifted to the zero of the first recording before the comparison. A drift between recordings that looks like a zero is then not detected.
     #[arg(long, conflicts_with = "each")]
     own_zeros: bool,
     /// Where to write the extended model

@@ -23,8 +23,8 @@ use crate::output::Outputs;
 
 /// Monitor a drive; try parameters in its RAM, store or revert them
 ///
-/// Parameters on trial are in force until `revert`, `commit` or the next power-up. A drive takes other parameters only while its compensation is off, and stores
-/// only while it is disabled; it says so.
+/// Parameters on trial are in force until `revert`, `commit` or the next power-up. A drive accepts other parameters only while its compensation is off, and stores
+/// only while it is disabled. Otherwise it reports the reason.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Examples:\n  gmhm drive status --to serial:/dev/ttyUSB0\n  gmhm drive --to serial:/dev/ttyUSB0 try params.bin\n  gmhm drive --to serial:/dev/ttyUSB0 gain 0.3\n  gmhm drive --to serial:/dev/ttyUSB0 on\n  gmhm drive --to serial:/dev/ttyUSB0 live --block params.bin\n  gmhm drive --to serial:/dev/ttyUSB0 live --seconds 10 --json live.json"
@@ -36,7 +36,7 @@ pub struct DriveArgs {
     /// Speed of a serial port
     #[arg(long, value_name = "RATE", default_value = "115200", global = true)]
     baud: u32,
-    /// The drive's key, 64 hexadecimal digits, where it has one
+    /// The drive's key, 64 hexadecimal digits, if it has one
     #[arg(long, value_name = "FILE", global = true)]
     key: Option<PathBuf>,
     #[command(subcommand)]
@@ -45,15 +45,15 @@ pub struct DriveArgs {
 
 #[derive(Debug, Subcommand)]
 enum Action {
-    /// Show which drive it is and which parameters are in force
+    /// Show the drive's identity and the parameters in force
     Status {
-        /// The same as JSON
+        /// Where to write the same as JSON
         #[arg(long, value_name = "F.json")]
         json: Option<PathBuf>,
     },
     /// Show what the drive measures and computes: on a terminal a screen with a running plot and keys, else line by line
     Live {
-        /// Line by line for so long [default: 1 where there is no terminal]
+        /// Print line by line for this time, in s [default: 1 if there is no terminal]
         #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = positive)]
         seconds: Option<f64>,
         /// The block that the key t of the screen tries, .bin or .hex
@@ -62,7 +62,7 @@ enum Action {
         /// Time between two lines
         #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = positive, default_value = "0.1")]
         every: f64,
-        /// Line by line, and the same as JSON
+        /// Print line by line, and write the same as JSON
         #[arg(long, value_name = "F.json")]
         json: Option<PathBuf>,
     },
@@ -72,7 +72,7 @@ enum Action {
         #[arg(short, long, value_name = "F.bin")]
         output: PathBuf,
     },
-    /// Put a block in force, in RAM only
+    /// Try a block in RAM, without storing it
     Try {
         /// The block, .bin or .hex
         #[arg(value_name = "params.bin")]
@@ -80,13 +80,13 @@ enum Action {
     },
     /// End the trial: the stored block is in force again
     Revert,
-    /// Store what is on trial
+    /// Store the parameters on trial
     Commit,
     /// Erase the newest stored block and put the one before it in force
     Rollback,
-    /// Erase the slots of the flash that cannot be read, where commit is refused for them; a block that lay in one is lost
+    /// Erase flash slots that cannot be read, if commit is rejected because of them; a block in such a slot is lost
     ///
-    /// Slots that can be read, and that of the block in force, are left as they are. Switch the drive off and on first: a fault may pass.
+    /// Readable slots and the slot of the block in force are not changed. Switch the drive off and on first: the fault may disappear.
     EraseUnreadable,
     /// Switch the compensation on
     On,
@@ -94,27 +94,27 @@ enum Action {
     Off,
     /// Show errors of the control path and of the line since power-up or the last --clear
     Diagnostics {
-        /// Count from nothing afterwards
+        /// Reset the counters afterwards
         #[arg(long)]
         clear: bool,
     },
-    /// What the drive's adaptation has learnt: old and new coefficients with standard deviations
+    /// Show the result of the drive's adaptation: old and new coefficients with standard deviations
     ///
-    /// Nothing on the drive writes its flash by itself. With --output or --commit, this program makes a block of the shadow: the block in force with the adapted coefficients.
+    /// The drive never writes its flash by itself. With --output or --commit, this program makes a block of the shadow: the block in force with the adapted coefficients.
     Adaptation {
-        /// The same as JSON
+        /// Where to write the same as JSON
         #[arg(long, value_name = "F.json")]
         json: Option<PathBuf>,
-        /// The block of the shadow, to be tried or flashed
+        /// Where to write the block of the shadow
         #[arg(short, long, value_name = "F.bin")]
         output: Option<PathBuf>,
         /// Store the block of the shadow on the drive, as flash does
         #[arg(long)]
         commit: bool,
     },
-    /// Set how far parameters that are tried while the drive is enabled may be from those in force; only while it is disabled
+    /// Set how far parameters tried on an enabled drive may differ from those in force; only while it is disabled
     Bound {
-        /// Share of the torque at the rated deflection: 0.3 from power-up on, inf for none
+        /// Share of the torque at the rated deflection: 0.3 at power-up, inf for no limit
         #[arg(value_name = "SHARE", value_parser = positive_or_infinite)]
         share: f32,
     },
@@ -180,13 +180,16 @@ impl DriveArgs {
                 let progress = Progress::new("trying", 2 * block.len() as u64, session.quiet);
                 let tried = trial::try_out(&block, &mut drive, |done, _| progress.at(done as u64))?;
                 self.say(
-                    &format!("on trial, read back: CRC-32 {:#010x}, to be sequence {}", tried.crc, tried.sequence),
+                    &format!(
+                        "on trial, read back: CRC-32 {:#010x}; commit stores it as sequence {}",
+                        tried.crc, tried.sequence
+                    ),
                     session,
                 )
             }
             Action::Revert => {
                 trial::revert(&mut drive)?;
-                self.say("the trial is over", session)
+                self.say("trial ended", session)
             }
             Action::Commit => {
                 let (sequence, crc) = trial::commit(&mut drive)?;
@@ -203,9 +206,9 @@ impl DriveArgs {
                 trial::erase_unreadable(&mut drive)?;
                 self.say("all slots can be read", session)
             }
-            Action::On => self.tell(&mut drive, &Request::Compensate { on: true }, session),
-            Action::Off => self.tell(&mut drive, &Request::Compensate { on: false }, session),
-            Action::Gain { ratio } => self.tell(&mut drive, &Request::Gain { ratio: *ratio }, session),
+            Action::On => self.send(&mut drive, &Request::Compensate { on: true }, session),
+            Action::Off => self.send(&mut drive, &Request::Compensate { on: false }, session),
+            Action::Gain { ratio } => self.send(&mut drive, &Request::Gain { ratio: *ratio }, session),
             Action::Bound { share } => {
                 drive.identify()?;
                 drive.tell(&Request::Bound { share: *share })?;
@@ -222,7 +225,7 @@ impl DriveArgs {
         }
     }
 
-    /// Shows what the drive has learnt, and makes a block of it where one is wanted.
+    /// Shows the result of the adaptation, and makes a block of it if one is wanted.
     fn adaptation(
         &self,
         mut drive: Client,
@@ -260,8 +263,8 @@ impl DriveArgs {
         self.say(&format!("stored and read back: sequence {}, CRC-32 {:#010x}", flashed.sequence, flashed.crc), session)
     }
 
-    /// Has a setting changed and says what is in force then.
-    fn tell(&self, drive: &mut Client, request: &Request<'_>, session: &Session) -> Result<(), Failure> {
+    /// Changes a setting and prints what is in force then.
+    fn send(&self, drive: &mut Client, request: &Request<'_>, session: &Session) -> Result<(), Failure> {
         drive.identify()?;
         drive.tell(request)?;
         let status = drive.status()?;
@@ -279,7 +282,7 @@ impl DriveArgs {
     }
 }
 
-/// Whether someone sits before it.
+/// Whether there is a terminal for the screen.
 fn has_screen() -> bool {
     std::io::stdin().is_terminal() && std::io::stdout().is_terminal()
 }
@@ -291,7 +294,7 @@ fn write_json(path: Option<&Path>, results: &impl Serialize) -> Result<(), Failu
     Ok(outputs.commit()?)
 }
 
-/// Prints what the drive tells as it comes.
+/// Prints the live values of the drive line by line.
 fn live(drive: &mut Client, seconds: f64, every: f64, json: Option<&Path>, session: &Session) -> Result<(), Failure> {
     session.say(format_args!("{}\n", Moment::HEADER))?;
     let mut moments = Vec::new();

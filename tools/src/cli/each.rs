@@ -15,19 +15,19 @@ use crate::recording::{self, RecordingFile};
 /// How a fleet is gone through.
 #[derive(Debug, Args)]
 pub struct EachArgs {
-    /// Treat each recording by itself, several at a time: one line of JSON a recording, also where it fails
+    /// Process each recording separately, several at a time: one line of JSON per recording, failures included
     #[arg(long, requires = "ndjson", help_heading = "Fleets")]
     pub each: bool,
-    /// Where to write the lines; each is there as soon as its recording is done
+    /// Where to write the lines; each line is written as soon as its recording is done
     #[arg(long, value_name = "FILE", requires = "each", help_heading = "Fleets")]
     ndjson: Option<PathBuf>,
-    /// Go on with the file of lines: recordings that it holds are left out, those that failed too
+    /// Continue a stopped run: skip recordings that have a line in the file, failed ones included
     #[arg(long, requires = "each", help_heading = "Fleets")]
     resume: bool,
-    /// With --resume: try recordings that failed again, and replace their lines
+    /// With --resume: process failed recordings again and replace their lines
     #[arg(long, requires = "resume", help_heading = "Fleets")]
     retry_failed: bool,
-    /// Take the I-th of N parts of the recordings, for several runs at once, each with a file of its own
+    /// Process only part I of N, for several runs at once; each run needs its own file
     #[arg(long, value_name = "I/N", requires = "each", help_heading = "Fleets")]
     shard: Option<Shard>,
 }

@@ -17,7 +17,7 @@ use crate::report::page::Input;
 /// Write a model as source for other tools
 ///
 /// --to c writes one header and one source of C99 without allocation, for the microcontroller or a simulation: the torque of a deflection path, the deflection for a torque, state,
-/// status and the model's plant terms. Neither Rust nor this program is needed to use it. Faults of the measurement are left out.
+/// status and the model's plant terms. Neither Rust nor this program is needed to use it. Terms that describe measurement faults are omitted.
 /// --to fmu writes a co-simulation unit of FMI 2.0 around the same source in double precision, with a binary for Linux where a C compiler is present.
 #[derive(Debug, Args)]
 #[command(
@@ -30,25 +30,25 @@ pub struct ExportArgs {
     /// What to write
     #[arg(long, value_enum)]
     to: Form,
-    /// What the C source computes in; an FMU computes in f64
+    /// Arithmetic of the C source; an FMU computes in f64
     #[arg(long, value_enum, default_value_t)]
     scalar: Scalar,
-    /// The FMU takes both angles instead of the deflection; needs the model's ratio
+    /// Inputs of the FMU are both angles instead of the deflection; requires a ratio in the model
     #[arg(long)]
     angles: bool,
-    /// What every name and file begins with (else the model's name)
+    /// Prefix of every name and file [default: the model's name]
     #[arg(long, value_name = "NAME")]
     prefix: Option<String>,
-    /// Longest sample period; law time needs it
+    /// Longest sample period; required for law time
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = positive)]
     period: Option<f64>,
-    /// Turning points that a joint remembers, even, 4 or more (else 16 in C, 256 in an FMU)
+    /// Turning points that a joint stores, even, 4 or more [default: 16 in C, 256 in an FMU]
     #[arg(long, value_name = "N", value_parser = depth)]
     stack_depth: Option<u16>,
-    /// Rated deflection in rad (else the model's)
+    /// Rated deflection in rad [default: the model's]
     #[arg(long, value_name = "RAD", allow_negative_numbers = true, value_parser = positive)]
     rated_deflection: Option<f64>,
-    /// Also write golden samples and a main that checks them
+    /// Also write reference samples and a main function that checks the source against them
     #[arg(long)]
     self_test: bool,
     /// Where to write: a folder for c, a file for fmu
@@ -78,7 +78,7 @@ impl ExportArgs {
         let ending = ending(&self.output);
         match self.to {
             Form::C if ["c", "h", "fmu"].contains(&&*ending) => {
-                super::wrong_usage("--to c writes a header and a source into a folder: -o names the folder")
+                super::wrong_usage("--to c writes a header and a source file: -o must be a folder")
             }
             Form::Fmu if ending != "fmu" => super::wrong_usage("--to fmu writes one file: -o must end in .fmu"),
             _ => {}
@@ -113,7 +113,7 @@ impl ExportArgs {
             }
         };
         for kind in left_out {
-            session.note(&format!("`{kind}` is a fault of the measurement: it is left out"));
+            session.note(&format!("`{kind}` is a measurement fault and is omitted"));
         }
         Ok(())
     }
@@ -138,7 +138,7 @@ impl ExportArgs {
         outputs.add(&self.output, |out| -> Result<(), Failure> { Ok(out.write_all(&fmu.bytes)?) })?;
         outputs.commit()?;
         if let Some(why) = &fmu.without_binary {
-            session.note(&format!("the FMU holds its sources and no binary: {why}"));
+            session.note(&format!("the FMU contains its sources but no binary: {why}"));
         }
         session.written(&[("FMU", Some(&self.output))])
     }

@@ -41,7 +41,7 @@ pub struct FitArgs {
     /// Where to write the model file
     #[arg(short, long, value_name = "M2.toml", value_parser = model_file, required_unless_present = "each", conflicts_with = "each")]
     output: Option<PathBuf>,
-    /// Where to write everything that is known about the fit, as JSON
+    /// Where to write all results of the fit as JSON
     #[arg(long, value_name = "FILE", conflicts_with = "each")]
     json: Option<PathBuf>,
     /// Where to write the report: one HTML page, verdict first
@@ -53,7 +53,7 @@ pub struct FitArgs {
     /// End with status 3 if the verdict is "not good enough", for scripts; with --each, if that of any recording is
     #[arg(long)]
     check: bool,
-    /// The encoders of each recording count from a zero of their own: they were switched on anew, or moved [default: where the recordings do not go together otherwise]
+    /// Estimate one encoder zero per recording: the encoders were restarted or moved [default: only if the recordings do not fit together otherwise]
     #[arg(long)]
     own_zeros: bool,
     /// Name of the gear in the model file [default: that of the first recording]

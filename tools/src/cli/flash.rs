@@ -17,10 +17,10 @@ use crate::output::Outputs;
 /// Write a parameter block into a drive, read it back and compare
 ///
 /// The block is staged in the drive's RAM, checked there, stored and read back. It gets the sequence number that follows the drive's newest block.
-/// A drive that is enabled, on another gear or of another arithmetic refuses; what it had stored stays whole whenever the line or the power breaks.
+/// The drive rejects the block if it is enabled, if it is for another gear, or if its arithmetic differs. The stored block stays intact if the line or the power fails.
 ///
-/// A debug probe (in a gmhm built with --features probe) writes the chip's flash itself, where --address or the symbols of --elf say that the firmware keeps its
-/// blocks, each in erase sectors of its own; of two places, the one without the newest block. It halts the core and restarts it: switch the power stage off first.
+/// With a debug probe (gmhm built with --features probe) the flash of the chip is written directly, at --address or at the symbols of --elf. Each block needs its own
+/// erase sectors. Of two addresses the one without the newest block is written. The probe halts and restarts the core: switch the power stage off first.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Examples:\n  gmhm flash params.bin --to serial:/dev/ttyUSB0\n  gmhm flash params.bin --to tcp:localhost:5000\n  gmhm flash params.bin --to probe:nRF51822_xxAA --elf firmware.elf"
@@ -35,19 +35,19 @@ pub struct FlashArgs {
     /// Speed of a serial port
     #[arg(long, value_name = "RATE", default_value = "115200")]
     baud: u32,
-    /// The drive's key, 64 hexadecimal digits, where it has one
+    /// The drive's key, 64 hexadecimal digits, if it has one
     #[arg(long, value_name = "FILE")]
     key: Option<PathBuf>,
-    /// With a probe: where the firmware keeps its block, or its two
+    /// With a probe: address of the firmware's block in flash, or of both blocks
     #[arg(long, value_name = "ADDRESS[,ADDRESS]", value_parser = address, value_delimiter = ',', conflicts_with = "elf")]
     address: Vec<u32>,
-    /// With a probe: the firmware, whose symbols give the place
+    /// With a probe: the firmware; its symbols give the addresses
     #[arg(long, value_name = "FIRMWARE.elf")]
     elf: Option<PathBuf>,
-    /// Their symbols
+    /// Names of these symbols
     #[arg(long, value_name = "NAME[,NAME]", value_delimiter = ',', default_value = "gmhm_slot_a,gmhm_slot_b")]
     symbol: Vec<String>,
-    /// Write what was read back, too
+    /// Also write the block that was read back
     #[arg(long, value_name = "F.bin")]
     read_back: Option<PathBuf>,
 }
@@ -96,7 +96,7 @@ impl FlashArgs {
         match firmware {
             Some(elf) => Places::of(&self.symbol.iter().map(|name| elf.address(name)).collect::<Result<Vec<_>, _>>()?),
             None if self.address.is_empty() => {
-                super::wrong_usage("with a debug probe give the place of the blocks in flash: --address or --elf")
+                super::wrong_usage("a debug probe needs the address of the blocks in flash: --address or --elf")
             }
             None => Places::of(&self.address.iter().copied().map(u64::from).collect::<Vec<_>>()),
         }

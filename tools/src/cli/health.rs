@@ -33,7 +33,7 @@ pub struct HealthArgs {
     /// Recordings of one gear, in order: CSV (.gz, .zst), Parquet, MAT, MDF4 or MCAP; a folder means the recordings in it, - is standard input
     #[arg(required_unless_present_any = ["models", "files_from"], value_name = "RECORDING")]
     recordings: Vec<PathBuf>,
-    /// A list of more recordings, a path a line; - for standard input
+    /// File with more recordings, one path per line; - is standard input
     #[arg(long, value_name = "FILE", conflicts_with = "models")]
     files_from: Option<PathBuf>,
     /// Model files of one gear, in order; with what fit --json wrote beside each (gear.toml, gear.json) they have uncertainty too
@@ -47,7 +47,7 @@ pub struct HealthArgs {
     /// The first column of the table names the recordings or models, by path, file name, or name without ending.
     #[arg(long, value_name = "COLUMN")]
     against: Option<String>,
-    /// Estimate the zero of the encoder of every recording [default: where it is seen to differ from none]
+    /// Estimate one encoder zero per recording [default: only if it differs significantly from 0]
     #[arg(long, conflicts_with = "models")]
     own_zeros: bool,
     /// Rated torque in N·m (A per ampere) [default: the smallest one at the rated deflection]

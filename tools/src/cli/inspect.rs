@@ -20,7 +20,7 @@ pub struct InspectArgs {
     /// The block
     #[arg(value_name = "params.bin")]
     block: PathBuf,
-    /// The same as JSON
+    /// Where to write the same as JSON
     #[arg(long, value_name = "F.json")]
     json: Option<PathBuf>,
 }

@@ -14,11 +14,11 @@ use crate::output::Outputs;
 use crate::physics::invert;
 use crate::recording::{self, copy_with_columns};
 
-/// Find the deflection that each torque takes, row by row
+/// Compute the deflection for each torque, row by row
 ///
 /// Writes the rows plus deflection_rad, and saturated: 1 where the torque lies beyond the range in which the model can be inverted (the deflection is then
-/// the edge of the range), else 0. The order of the rows is the path of the gear. The first row is the start: the hysteresis memory is empty there, so that
-/// gmhm predict of the result gives the torque back. Law time, and models with terms, need the column time_s.
+/// the edge of the range), else 0. The order of the rows is the path of the gear. The first row is the start, with an empty hysteresis memory:
+/// gmhm predict of the result returns the same torques. Law time, and models with terms, need the column time_s.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example:\n  gmhm invert gear.toml torque.csv -o deflection.csv\n  gmhm predict gear.toml deflection.csv -o check.csv"

@@ -114,7 +114,7 @@ impl<'d> Screen<'d> {
                 }),
                 None => Ok("no block to try: start with --block params.bin".to_owned()),
             },
-            KeyCode::Char('r') => trial::revert(self.drive).map(|()| "the trial is over".to_owned()),
+            KeyCode::Char('r') => trial::revert(self.drive).map(|()| "trial ended".to_owned()),
             _ => return Ok(()),
         };
         self.message = match done {

@@ -15,30 +15,30 @@ use crate::output::Outputs;
 
 /// Make the parameter block of a model, ready for a drive
 ///
-/// The ending of the output says what is written: .bin the bytes, .hex Intel HEX at --address, .h an array for C.
-/// The block holds normalised coefficients as the drive computes with them, a checksum, and which gear it is for.
+/// The ending of the output selects the format: .bin is the bytes, .hex is Intel HEX at --address, .h is an array for C.
+/// The block contains the normalised coefficients that the drive computes with, a checksum, and the gear it is for.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  gmhm pack gear.toml --period 0.0001 -o params.bin\n  gmhm inspect params.bin")]
 pub struct PackArgs {
     /// Model file
     #[arg(value_name = "M.toml")]
     model: PathBuf,
-    /// What the drive computes in
+    /// Arithmetic of the drive
     #[arg(long, value_enum, default_value_t)]
     scalar: Scalar,
-    /// Control period of the drive; law time needs it
+    /// Control period of the drive; required for law time
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = positive)]
     period: Option<f64>,
-    /// Which gear the block is for, at most 16 bytes (else the model's name)
+    /// Gear that the block is for, at most 16 bytes [default: the model's name]
     #[arg(long, value_name = "LABEL", value_parser = identity)]
     gear: Option<Identity>,
     /// Turning points that the drive has room for, even, 4 or more
     #[arg(long, value_name = "N", value_parser = depth, default_value = "16")]
     stack_depth: u16,
-    /// Where Intel HEX puts the block, such as 0x3F000
+    /// Address of the block in Intel HEX, such as 0x3F000
     #[arg(long, value_name = "ADDRESS", value_parser = address, default_value = "0")]
     address: u32,
-    /// Rated deflection in rad (else the model's)
+    /// Rated deflection in rad [default: the model's]
     #[arg(long, value_name = "RAD", allow_negative_numbers = true, value_parser = positive)]
     rated_deflection: Option<f64>,
     /// Also write the object dictionary of the drive as an electronic data sheet for CANopen tools (CiA 306)
@@ -103,7 +103,7 @@ impl PackArgs {
         }
         for term in &model.terms {
             if term.info().is_some_and(|info| info.side == Side::Instrument) {
-                session.note(&format!("`{}` is a fault of the measurement: no drive feeds it forward", term.kind));
+                session.note(&format!("`{}` is a measurement fault: drives do not feed it forward", term.kind));
             }
         }
         Ok(())

@@ -25,7 +25,7 @@ pub struct PlotArgs {
     /// Recordings, and model files (.toml)
     #[arg(required_unless_present = "files_from", value_name = "RECORDING|M.toml")]
     inputs: Vec<PathBuf>,
-    /// A list of more recordings, a path a line; - for standard input
+    /// File with more recordings, one path per line; - is standard input
     #[arg(long, value_name = "FILE")]
     files_from: Option<PathBuf>,
     /// Where to draw: .html or .svg

@@ -17,8 +17,8 @@ use crate::recording::{self, copy_with_columns};
 /// Predict the torque of a recording's motion, row by row
 ///
 /// Writes the recording's rows plus torque_model_nm, elastic_nm, hysteresis_nm and a column a term (_a for _nm where the model is per ampere).
-/// The first row is the start: the hysteresis memory is empty there. The recording's own torque is never read. The motion is used as recorded; only the acceleration,
-/// where a term needs it, is computed from the smoothed motion, as in diagnose.
+/// The first row is the start, with an empty hysteresis memory. The measured torque is never read. The motion is used as recorded. Only the acceleration is computed
+/// from the smoothed motion, if a term needs it, as in gmhm diagnose.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  gmhm predict gear.toml recording.csv -o predicted.csv")]
 pub struct PredictArgs {

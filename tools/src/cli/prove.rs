@@ -56,10 +56,10 @@ pub struct ProveArgs {
     /// Diagnose the real recordings in this folder instead of synthetic cases; their known answers are part of this program
     #[arg(long, value_name = "FOLDER", conflicts_with_all = ["cases", "only", "keys", "recordings", "export", "answers", "seed"])]
     real: Option<PathBuf>,
-    /// Only one half of the machines: development, which the diagnosis was developed with, or heldout, which is reported
+    /// Only one half of the machines: development, used to develop the diagnosis, or heldout, which is reported
     #[arg(long, value_name = "HALF", requires = "real", value_parser = half)]
     split: Option<Split>,
-    /// What is asked of real recordings: answers that are known, terms dropped from a textbook base, effects added, pairs of one machine before and after a known change
+    /// Questions about real recordings: answers that are known, terms dropped from a textbook base, effects added, pairs of one machine before and after a known change
     #[arg(long, value_name = "PART,...", requires = "real", value_delimiter = ',', value_parser = part)]
     ask: Vec<Part>,
     #[command(flatten)]

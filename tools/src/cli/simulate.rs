@@ -31,7 +31,7 @@ pub struct SimulateArgs {
     /// Model file of the gear
     #[arg(value_name = "M.toml")]
     model: PathBuf,
-    /// What the bench does with it
+    /// Experiment of the bench
     #[arg(long, value_enum)]
     experiment: Experiment,
     /// Where to write the recording
@@ -46,7 +46,7 @@ pub struct SimulateArgs {
     /// Where to write the error of each compensation (joint)
     #[arg(long, value_name = "F.json")]
     json: Option<PathBuf>,
-    /// Drive of a run in lock-step, serial:PORT or tcp:HOST:PORT, compared with the same servo on this host (joint)
+    /// Drive that runs in lock-step with the bench, serial:PORT or tcp:HOST:PORT; compared with the same servo on this host (joint)
     #[arg(long, value_name = "TARGET", conflicts_with_all = ["plot", "json"])]
     drive: Option<Target>,
     #[command(flatten)]
@@ -93,7 +93,7 @@ impl SimulateArgs {
         }
         drop(working);
         let mut picture = None;
-        let mut told = format!(
+        let mut text = format!(
             "Synthetic recording of experiment {}: {} rows, {} s, seed {}, noise {}\n",
             self.experiment,
             key.rows,
@@ -105,7 +105,7 @@ impl SimulateArgs {
             let mut drive = Lockstep::new(line::open(target, BAUD)?);
             let run = joint::in_lockstep(&model, &self.options, seed, &mut drive)?;
             let equal = if run.equal { "every bit agrees" } else { "the runs differ" };
-            told += &format!(
+            text += &format!(
                 "Link's position error, µrad rms: {:.4} with the drive at {target}, {:.4} with the same servo on this host; {equal}\n",
                 1e6 * run.drive_rad,
                 1e6 * run.host_rad
@@ -116,7 +116,7 @@ impl SimulateArgs {
             let progress = Progress::new("Driving the joint", Progress::WHOLE, session.quiet);
             let report = joint::run(&model, plants, seed, &progress)?;
             drop(progress);
-            told += &format!("\n{report}\n");
+            text += &format!("\n{report}\n");
             if let Some(path) = &self.json {
                 outputs.add_text(path, &json(&report)?)?;
             }
@@ -127,7 +127,7 @@ impl SimulateArgs {
             }
         }
         outputs.commit()?;
-        session.say(format_args!("{told}"))?;
+        session.say(format_args!("{text}"))?;
         session.written(&[
             ("Recording", Some(&self.output)),
             ("Key", self.key.as_ref()),

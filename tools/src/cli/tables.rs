@@ -104,7 +104,7 @@ pub(super) fn fit(fit: &Fit) -> String {
     lines.extend(notes(&fit.uncertainty.parameters, |p| &p.name).iter().map(|note| format!("  {note}")));
     let left_out = match fit.unsettled_rows.iter().sum::<usize>() {
         0 => String::new(),
-        rows => format!(" ({rows} before the loop has settled are left out)"),
+        rows => format!(" ({rows} before the loop has settled are not used)"),
     };
     lines.push(format!(
         "Residual: {} {unit} rms over {} rows{left_out}; {} on blocks held out. ± is one standard deviation.",
@@ -115,7 +115,7 @@ pub(super) fn fit(fit: &Fit) -> String {
     joined(&lines)
 }
 
-/// A diagnosis: verdict, places, effects, what stays open.
+/// A diagnosis: verdict, places, effects, open questions.
 pub(super) fn diagnosis(found: &Diagnosis) -> String {
     let unit = if found.unit == Unit::Ampere { "A" } else { "N·m" };
     let mut lines = Vec::new();
@@ -275,7 +275,7 @@ pub(super) fn health(health: &Health) -> String {
             change.sd.map_or("-".to_owned(), percent),
             change.p_value.map_or("-".to_owned(), |p| if p < 1e-12 { "< 10⁻¹²".to_owned() } else { number(p, 2) }),
             change.unit.to_string(),
-            if change.moved { "moved" } else { "" }.to_owned(),
+            if change.moved { "changed" } else { "" }.to_owned(),
         ]
     });
     let [first, last, by, sd, p] = ["first", "last", "change %", "± 2 sd %", "p-value"].map(Numbers);

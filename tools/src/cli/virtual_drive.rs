@@ -18,11 +18,11 @@ use crate::device::{DeviceError, key};
 
 /// Run a simulated drive on this computer, to try flash, drive and simulate --drive without hardware
 ///
-/// The core, its parameter store and its link run as on a microcontroller, in f32. Once parameters are in force, the load of the joint
-/// goes up and down slowly. The flash begins erased and is lost when the program ends.
+/// The core, its parameter store and its link run as on a microcontroller, in f32. As soon as parameters are in force, the load of the joint
+/// rises and falls slowly. The flash is erased at the start and lost when the program ends.
 ///
 /// Keys: c cuts the power and restores it, w cuts it in the middle of the next write to the flash, e switches the power stage on or off (an enabled drive
-/// refuses to store), q ends the program. Where the input is a pipe, each is followed by Enter. Started with & the program takes keys after fg.
+/// rejects a request to store), q ends the program. If the input is a pipe, press Enter after each key. If it was started with &, the program takes keys after fg.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   gmhm virtual-drive --listen tcp:localhost:5555
@@ -34,10 +34,10 @@ pub struct VirtualDriveArgs {
     /// Where to listen: tcp:HOST:PORT (port 0 takes a free one) or pty, a pseudo-terminal
     #[arg(long, value_name = "tcp:HOST:PORT|pty")]
     listen: Listen,
-    /// A key, 64 hexadecimal digits: only hosts that know it change anything
+    /// A key, 64 hexadecimal digits: only hosts that have it can change the drive
     #[arg(long, value_name = "FILE")]
     key: Option<PathBuf>,
-    /// The gear warms within so many seconds: stiffness -10 %, hysteresis +20 %. The adaptation of the drive follows it; see gmhm drive adaptation
+    /// The gear warms up within this time: stiffness -10 %, hysteresis +20 %. The adaptation of the drive follows the change; see gmhm drive adaptation
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = positive)]
     warms: Option<f64>,
 }

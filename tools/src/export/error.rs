@@ -10,7 +10,7 @@ use crate::number::trimmed;
 #[derive(Debug, thiserror::Error)]
 pub enum ExportError {
     /// A joint log's model, or one on top of a simulation.
-    #[error("the model has no [elastic] and [memory]: there is no torque of a gear to export")]
+    #[error("the model has no [elastic] and [memory]: it contains no gear torque to export")]
     NoGear,
     /// The terms are added to another simulator's torque.
     #[error("the model's base is another simulation, whose torque is not in the model")]
@@ -27,7 +27,7 @@ pub enum ExportError {
         error: ParamError,
     },
     /// Law `time` without a sample period.
-    #[error("law time needs the longest sample period")]
+    #[error("law time requires the longest sample period")]
     NoPeriod,
     /// A term that is refused.
     #[error("the model's term `{kind}`: {error}")]
@@ -44,7 +44,7 @@ pub enum ExportError {
         kind: String,
     },
     /// Two angles without a ratio.
-    #[error("the model has no ratio in [gear], which two angles need")]
+    #[error("the model has no ratio in [gear], which is required for two angles")]
     NoRatio,
     /// The archive cannot be made.
     #[error("the FMU cannot be packed: {error}")]
@@ -53,7 +53,7 @@ pub enum ExportError {
         error: String,
     },
     /// No name of C.
-    #[error("`{prefix}` is no name in C")]
+    #[error("`{prefix}` is not a valid name in C")]
     Prefix {
         /// What was asked for.
         prefix: String,
@@ -67,12 +67,12 @@ impl ExportError {
             Self::NoRatedDeflection => "add rated_deflection_rad to [gear], or give --rated-deflection RAD".to_owned(),
             Self::NoPeriod => "give it with --period SECONDS".to_owned(),
             Self::NoGear | Self::OnSimulation => {
-                "export a model with [elastic] and [memory], as gmhm fit writes it of a gear's recordings".to_owned()
+                "export a model with [elastic] and [memory], as written by gmhm fit for recordings of a gear".to_owned()
             }
             Self::Kind { .. } => {
                 "remove the term from the model, or use the Rust crate or the C library (c/)".to_owned()
             }
-            Self::Prefix { .. } => "use letters, digits and _, with a letter first, at most 24".to_owned(),
+            Self::Prefix { .. } => "use at most 24 letters, digits and _, beginning with a letter".to_owned(),
             Self::NoRatio => "add ratio to [gear], or take the deflection as input".to_owned(),
             Self::Params { .. } => "correct the model, fit the gear again, or give --rated-deflection".to_owned(),
             Self::Term { .. } => "correct the term, or remove it".to_owned(),

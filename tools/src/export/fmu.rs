@@ -50,7 +50,7 @@ pub(super) struct Variable {
     pub(super) words: String,
     pub(super) start: f64,
     /// Where it stands in C.
-    place: String,
+    expression: String,
     pub(super) fixed: bool,
 }
 
@@ -198,7 +198,7 @@ fn inputs(exported: &Exported, angles: bool) -> Vec<Variable> {
         unit: unit_of(name),
         words: words(name).to_owned(),
         start: if name == "temperature_c" { 20.0 } else { 0.0 },
-        place: name.to_owned(),
+        expression: name.to_owned(),
         fixed: false,
     };
     names.into_iter().enumerate().map(variable).collect()
@@ -233,7 +233,7 @@ fn settings(plan: &Plan, angles: bool) -> Vec<Variable> {
             unit,
             words: words.to_owned(),
             start,
-            place: format!("m->setting.{name}"),
+            expression: format!("m->setting.{name}"),
             fixed,
         };
     all.into_iter().enumerate().map(variable).collect()
@@ -253,7 +253,7 @@ fn term_variables(plan: &Plan) -> Vec<Variable> {
                     unit: unit_of(key.name),
                     words: comment(key.words),
                     start,
-                    place: format!("m->p.{}.{}{at}", term.member, key.name),
+                    expression: format!("m->p.{}.{}{at}", term.member, key.name),
                     fixed: false,
                 });
             };
@@ -284,8 +284,9 @@ fn wrapper(plan: &Plan, origin: &Origin, exported: &Exported, tables: &Tables, g
     let fields = |variables: &[Variable]| -> String {
         variables.iter().map(|v| format!("    double {}; /* {}, {} */\n", v.name, v.words, v.unit)).collect()
     };
-    let case =
-        |reference: u32, place: &str| format!("    case {reference}u:\n        at = &{place};\n        break;\n");
+    let case = |reference: u32, expression: &str| {
+        format!("    case {reference}u:\n        at = &{expression};\n        break;\n")
+    };
     let mut output_cases = String::new();
     for (number, name) in OUTPUTS.iter().map(|(name, ..)| name).enumerate() {
         let reference = FIRST_OUTPUT + number as u32;
@@ -315,8 +316,8 @@ fn wrapper(plan: &Plan, origin: &Origin, exported: &Exported, tables: &Tables, g
         .filter(|v| v.start != 0.0)
         .map(|v| format!("    m->input.{} = {:?};\n", v.name, v.start))
         .collect();
-    let parameter_cases: String = settings.iter().chain(terms).map(|v| case(v.reference, &v.place)).collect();
-    let input_cases: String = inputs.iter().map(|v| case(v.reference, &format!("inputs->{}", v.place))).collect();
+    let parameter_cases: String = settings.iter().chain(terms).map(|v| case(v.reference, &v.expression)).collect();
+    let input_cases: String = inputs.iter().map(|v| case(v.reference, &format!("inputs->{}", v.expression))).collect();
     let start_values: Vec<String> = settings.iter().map(|v| format!("{:?}", v.start)).collect();
     let slots = [
         ("input_fields", fields(inputs)),

@@ -54,8 +54,8 @@ impl PlannedTerm<'_> {
             ("sample->motor_angle_rad", "sample->motor_velocity_rad_per_s")
         };
         let (term, past) = (format!("&p->{}", self.member), format!("&state->{}", self.member));
-        let places = [("$term", term.as_str()), ("$past", &past), ("$angle", angle), ("$speed", speed)];
-        places.into_iter().fold(self.source.call.to_owned(), |call, (place, text)| call.replace(place, text))
+        let placeholders = [("$term", term.as_str()), ("$past", &past), ("$angle", angle), ("$speed", speed)];
+        placeholders.into_iter().fold(self.source.call.to_owned(), |call, (name, text)| call.replace(name, text))
     }
 }
 

@@ -1,4 +1,4 @@
-//! Why a fleet is not gone through.
+//! Why a fleet is not processed.
 
 use std::path::PathBuf;
 
@@ -12,7 +12,7 @@ pub enum FleetError {
         path: PathBuf,
     },
     /// A line in it is none of a fleet.
-    #[error("{}: line {line} is no result of a recording", path.display())]
+    #[error("{}: line {line} is not the result of a recording", path.display())]
     Foreign {
         /// The file.
         path: PathBuf,
@@ -39,9 +39,9 @@ impl FleetError {
     /// How to fix it.
     pub fn fix(&self) -> Option<String> {
         Some(match self {
-            Self::Exists { .. } => "go on with it by --resume, or name another file".to_owned(),
-            Self::Foreign { .. } => "name a file that --each wrote, or another one".to_owned(),
-            Self::Taken { .. } => "give each run a file of its own, such as part-1.ndjson with --shard 1/2".to_owned(),
+            Self::Exists { .. } => "continue it with --resume, or give another file".to_owned(),
+            Self::Foreign { .. } => "give a file that --each wrote, or a new one".to_owned(),
+            Self::Taken { .. } => "give each run its own file, such as part-1.ndjson with --shard 1/2".to_owned(),
             Self::System { .. } => return None,
         })
     }

@@ -10,9 +10,9 @@ pub struct Shard {
 }
 
 impl Shard {
-    /// Whether the recording at a place, from 0, is in it.
-    pub fn holds(self, place: usize) -> bool {
-        place % self.of == self.number - 1
+    /// Whether the recording with this index, from 0, is in it.
+    pub fn holds(self, index: usize) -> bool {
+        index % self.of == self.number - 1
     }
 }
 
@@ -35,8 +35,8 @@ mod tests {
     #[test]
     fn the_parts_hold_every_recording_once() {
         let parts: Vec<Shard> = ["1/3", "2/3", "3/3"].map(|text| text.parse().unwrap()).to_vec();
-        for place in 0..10 {
-            assert_eq!(parts.iter().filter(|part| part.holds(place)).count(), 1);
+        for index in 0..10 {
+            assert_eq!(parts.iter().filter(|part| part.holds(index)).count(), 1);
         }
         for wrong in ["0/3", "4/3", "1", "a/b", "1/0", "-1/2"] {
             assert!(wrong.parse::<Shard>().is_err(), "{wrong}");

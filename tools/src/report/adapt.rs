@@ -11,7 +11,7 @@ pub fn page(replay: &Replay, provenance: Provenance) -> Page {
     let tone = if adapted > block || !replay.warnings.is_empty() { Tone::Caution } else { Tone::Good };
     let unit = replay.unit.symbol();
     let sentence = format!(
-        "One step ahead the adapted parameters err by {} {unit} rms, the block by {} {unit}.",
+        "Torque error one step ahead: {} {unit} rms with the adapted parameters, {} {unit} with the block.",
         number(adapted, 3),
         number(block, 3)
     );
@@ -24,10 +24,10 @@ pub fn page(replay: &Replay, provenance: Provenance) -> Page {
     reasons.extend(replay.warnings.iter().map(|warning| format!("Warning: {warning}.")));
     let errors = Section::new("Errors").figure(
         errors(replay),
-        "Torque error one step ahead, each row predicted before it was learnt from: the block alone, and what was in force.",
+        "Torque error one step ahead. Each row is predicted before it is used for the adaptation. One curve is for the block, the other for the parameters in force.",
     );
     let mut coefficients = Section::new("Coefficients").text(
-        "The estimate with its standard deviation, before bounds are applied and before the sequential test takes it over; the level is the block's.",
+        "The estimate with its standard deviation, before bounds are applied and before the sequential test accepts it. The horizontal line is the value of the block.",
     );
     coefficients = coefficients.figures((0..NAMES.len()).map(|k| (coefficient(replay, k), String::new())));
     Page {

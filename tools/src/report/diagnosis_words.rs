@@ -18,7 +18,7 @@ impl fmt::Display for Sight {
                 let words: Vec<String> = orders.iter().map(|o| format!("{o:.2}")).collect();
                 write!(f, "order {} of the motor turn", words.join(", "))
             }
-            Self::OutputTurn => f.write_str("once and more a turn of the output"),
+            Self::OutputTurn => f.write_str("at orders of the output turn"),
             Self::Along(coordinate) => write!(f, "as a function of {}", words(coordinate)),
             Self::FreeCurve(part) => {
                 write!(f, "a free curve over it explains {} of what the effect does", percent(*part))
@@ -39,22 +39,22 @@ impl fmt::Display for Evidence {
         match self {
             Self::Explains { share, gain, runner_up } => {
                 let share = percent(*share);
-                write!(f, "explains {share} of the structure; without it −2 ln L rises by {gain:.0}")?;
+                write!(f, "explains {share} of the structure and lowers −2 ln L by {gain:.0}")?;
                 match runner_up {
-                    Some((kind, gain)) => write!(f, "; the next best kind, {kind}, by {gain:.0}"),
+                    Some((kind, gain)) => write!(f, ", the next best kind, {kind}, by {gain:.0}"),
                     None => Ok(()),
                 }
             }
             Self::Closest { kind, coordinate } => write!(
                 f,
-                "no kind explains what a free curve over {coordinate} does; {kind} comes closest and is kept in the model as an approximation"
+                "a free curve over {coordinate} explains more than any kind; the closest kind, {kind}, is kept in the model as an approximation"
             ),
             Self::Curve { coordinate, along } => {
                 write!(f, "no kind explains the structure over {coordinate}; a curve over {along} describes it")
             }
             Self::NoCurve { coordinate } => write!(
                 f,
-                "no kind explains what is seen over {coordinate}, and no curve predicts blocks held out better: the model holds none"
+                "no kind explains the structure over {coordinate}, and no curve improves the prediction of held-out blocks: the model contains no curve"
             ),
             Self::Written(text) => f.write_str(text),
         }

@@ -86,8 +86,8 @@ pub fn residual(
     let curves = models
         .iter()
         .map(|(label, role, torque)| {
-            let left: Vec<f64> = measured.iter().zip(*torque).map(|(a, b)| a - b).collect();
-            Curve::new(*label, *role, deflection_rad, MRAD, &left)
+            let residual: Vec<f64> = measured.iter().zip(*torque).map(|(a, b)| a - b).collect();
+            Curve::new(*label, *role, deflection_rad, MRAD, &residual)
         })
         .collect();
     let y_label = torque_axis("recording minus model", unit);
@@ -100,12 +100,12 @@ pub fn residual_by_direction(title: &str, over: Abscissa, at: &[f64], residual: 
         Curve::new(format!("{} {label}", over.symbol), role, &[], over.scale, &[]).styled(Style::Dots)
     });
     let mut rising = true;
-    for (row, (x, left)) in at.iter().zip(residual).enumerate() {
+    for (row, (x, residual)) in at.iter().zip(residual).enumerate() {
         let before = at[row.saturating_sub(1)];
         // Nothing comes before the first row of a recording.
         rising = if *x == before || before.is_nan() { rising } else { *x > before };
         let x = x * over.scale;
-        let [up, down] = if rising { [*left, f64::NAN] } else { [f64::NAN, *left] };
+        let [up, down] = if rising { [*residual, f64::NAN] } else { [f64::NAN, *residual] };
         curves[0].points.push((x, up));
         curves[1].points.push((x, down));
     }
@@ -134,8 +134,8 @@ pub fn residual_over_time(
     unit: TorqueUnit,
 ) -> Drawing {
     let phase = phase_of(residuals.len());
-    let curve = |(label, role, left): &(&str, Role, &[f64])| {
-        Curve::new(*label, *role, time_s, 1.0, left).styled(Style::Line).in_phase(phase(*role))
+    let curve = |(label, role, residual): &(&str, Role, &[f64])| {
+        Curve::new(*label, *role, time_s, 1.0, residual).styled(Style::Line).in_phase(phase(*role))
     };
     Figure {
         title: title.into(),
@@ -203,7 +203,7 @@ fn exercised(cells: &[Vec<usize>], x: (&str, f64, f64), y: (&str, f64)) -> Drawi
     // A square root brings out what was visited seldom.
     let share = |count: &usize| 10.0 * (*count as f64 / rows).sqrt();
     HeatMap {
-        title: "What the recordings exercise".into(),
+        title: "Range of the recordings".into(),
         legend: "square root of the share of rows in %".into(),
         x: Side::Numbers { label: x.0.into(), from: x.1, to: x.2 },
         y: Side::Numbers { label: y.0.into(), from: -y.1, to: y.1 },
@@ -274,7 +274,7 @@ pub struct TrendAxis {
 /// What each model leaves in blocks held out.
 pub fn comparison(lines: &[Comparison], unit: TorqueUnit) -> Drawing {
     Bars {
-        title: "What each model leaves of the torque".into(),
+        title: "Torque error of each model".into(),
         x_label: torque_axis("rms error in blocks held out,", unit),
         bars: lines.iter().map(|line| (line.model.clone(), line.heldout_rms)).collect(),
     }

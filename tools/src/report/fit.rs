@@ -23,7 +23,7 @@ pub fn page(fit: &Fit, assessment: &Assessment, recordings: &[Recording], proven
         verdict: verdict(&assessment.verdict, unit),
         sections: [
             Some(if fit.model.elastic.is_some() { the_loop(&rows, fit, unit) } else { the_joint(&rows, fit, unit) }),
-            Some(left_over(fit, assessment, &rows, unit)),
+            Some(residual_section(fit, assessment, &rows, unit)),
             Some(parameters(fit)),
             assessment.coverage.as_ref().map(|coverage| exercised(coverage, fit)),
             assessment.joint_coverage.as_ref().map(moved),
@@ -139,7 +139,8 @@ impl Joined {
     }
 
     fn loop_figure(&self, name: &str, unit: TorqueUnit) -> Drawing {
-        let fitted: Vec<f64> = self.measured.iter().zip(&self.residual).map(|(torque, left)| torque - left).collect();
+        let fitted: Vec<f64> =
+            self.measured.iter().zip(&self.residual).map(|(torque, residual)| torque - residual).collect();
         let model: &[(&str, Role, &[f64])] = if self.followed.is_empty() {
             &[("model, from rest", Role::Model, &self.modelled)]
         } else {
@@ -178,7 +179,7 @@ fn the_loop(rows: &Joined, fit: &Fit, unit: TorqueUnit) -> Section {
         names => {
             let which = if names.len() < rows.names.len() { format!(" ({})", names.join(", ")) } else { String::new() };
             format!(
-                "Blue: the model as fitted with what the gear remembered at the first row{which}. Orange: a prediction, which starts with an empty memory and meets the loop at its first tip."
+                "Blue: the model as fitted, with the estimated memory at the first row{which}. Orange: a prediction, which starts with an empty memory and joins the loop at its first tip."
             )
         }
     };
@@ -186,12 +187,13 @@ fn the_loop(rows: &Joined, fit: &Fit, unit: TorqueUnit) -> Section {
         (rows.loop_figure(&fit.model.name, unit), format!("Grey: recording, its constant offset taken off. {lines}")),
         (
             figures::decomposition("Elastic and hysteresis torque", &rows.at, &rows.elastic, &rows.hysteresis, unit),
-            "The two parts of the model: what the spring gives back, and what depends on the way there.".into(),
+            "The two parts of the model: the elastic torque, and the hysteresis torque, which depends on the path."
+                .into(),
         ),
     ])
 }
 
-fn left_over(fit: &Fit, assessment: &Assessment, rows: &Joined, unit: TorqueUnit) -> Section {
+fn residual_section(fit: &Fit, assessment: &Assessment, rows: &Joined, unit: TorqueUnit) -> Section {
     let symbol = unit.symbol();
     let time = match rows.names.len() {
         1 => "Time from the first row.".to_owned(),
@@ -200,11 +202,11 @@ fn left_over(fit: &Fit, assessment: &Assessment, rows: &Joined, unit: TorqueUnit
     let shaded = if rows.unsettled_s.is_empty() {
         ""
     } else {
-        " Shaded: rows before the loop has settled, which the fit leaves out because the past of the gear is unknown."
+        " Shaded: rows before the loop has settled. The fit does not use them because the past of the gear is unknown."
     };
     let structure = match assessment.structure {
         Some(s) if s.significant => format!(
-            "{:.0} % of its power repeats from the first half to the second at the same place and direction: not noise.",
+            "{:.0} % of its power repeats from the first half to the second at the same position and direction, so it is not noise.",
             100.0 * s.share
         ),
         Some(_) => "No repeatable pattern found.".to_owned(),
@@ -212,9 +214,9 @@ fn left_over(fit: &Fit, assessment: &Assessment, rows: &Joined, unit: TorqueUnit
     };
     let over = [("", Role::Model, &rows.residual[..])];
     let joint = rows.over == Abscissa::OUTPUT_ANGLE;
-    let left_title = if joint { "Residual over output angle" } else { "Residual over deflection" };
+    let residual_title = if joint { "Residual over output angle" } else { "Residual over deflection" };
     let errors = Table {
-        caption: "Training beside held-out error".into(),
+        caption: "Fitted and held-out error".into(),
         head: vec!["rows".into(), format!("rms in {symbol}"), format!("of the peak {}", unit.quantity())],
         rows: [("fitted", fit.rms), ("in blocks held out", fit.heldout_rms)]
             .map(|(name, rms)| {
@@ -231,7 +233,7 @@ fn left_over(fit: &Fit, assessment: &Assessment, rows: &Joined, unit: TorqueUnit
                 time + shaded,
             ),
             (
-                figures::residual_by_direction(left_title, rows.over, &rows.at, &rows.residual, unit),
+                figures::residual_by_direction(residual_title, rows.over, &rows.at, &rows.residual, unit),
                 format!("Split by direction of motion. {structure}"),
             ),
         ])
@@ -260,8 +262,8 @@ fn noise(fit: &Fit, names: &[String], unit: TorqueUnit) -> Table {
         cells.extend(apart.then(|| number(fit.deflection_zeros[index].rad, 5)));
         cells.extend(gear.then(|| fit.unsettled_rows[index].to_string()));
         let steps = [(torque_steps, noise.torque_step_nm), (deflection_steps, noise.deflection_step_rad)];
-        let told = steps.iter().filter(|(told, _)| *told);
-        cells.extend(told.map(|(_, step)| step.map_or("–".to_owned(), |s| number(s, 3))));
+        let shown = steps.iter().filter(|(shown, _)| *shown);
+        cells.extend(shown.map(|(_, step)| step.map_or("–".to_owned(), |s| number(s, 3))));
         TableRow::new(cells)
     });
     let mut head = vec![
@@ -275,7 +277,7 @@ fn noise(fit: &Fit, names: &[String], unit: TorqueUnit) -> Table {
     head.extend(gear.then(|| "unsettled start (rows)".to_owned()));
     head.extend(torque_steps.then(|| format!("{} counted in steps of {symbol}", unit.quantity())));
     head.extend(deflection_steps.then(|| "deflection counted in steps of rad".to_owned()));
-    let caption = "Each recording: the constant offset, the noise, and rows that do not count".into();
+    let caption = "Each recording: the constant offset, the noise, and rows that are not used".into();
     Table { caption, head, rows: rows.collect() }
 }
 
@@ -300,7 +302,7 @@ fn parameters(fit: &Fit) -> Section {
     let how = match (fit.prewhitened, fit.leaves_physics()) {
         (true, _) => "Values with standard deviations under the noise found",
         (_, true) => {
-            "Values of plain least squares, as a fit against the residual as noise predicts rows held out worse; standard deviations from the scatter of blocks of rows"
+            "Values of plain least squares, because a fit that takes the residual as noise predicts held-out rows worse; standard deviations from the scatter of blocks of rows"
         }
         _ => "Values of plain least squares; standard deviations from the scatter of blocks of rows",
     };
@@ -316,7 +318,7 @@ fn parameters(fit: &Fit) -> Section {
     }
     section.figure(
         figures::correlation(&fit.uncertainty.correlated, &fit.uncertainty.correlation),
-        "Near ±1 the recordings fix a combination of two parameters better than each of them. Parameters without a standard deviation have no correlation.",
+        "Near ±1 the recordings determine a combination of two parameters better than each of them. Parameters without a standard deviation have no correlation.",
     )
 }
 
@@ -345,8 +347,11 @@ fn exercised(coverage: &Coverage, fit: &Fit) -> Section {
     if coverage.inner_reversals == 0 {
         notes.push("No minor loops were recorded: behaviour there is extrapolated by the law.".to_owned());
     }
-    Section::new("What the recordings exercise")
-        .figure(figures::coverage(coverage), "The model is good where there is colour; elsewhere it extrapolates.")
+    Section::new("Range of the recordings")
+        .figure(
+            figures::coverage(coverage),
+            "Colour: deflections and rates that were recorded. Elsewhere the model extrapolates.",
+        )
         .table(table)
         .notes(notes)
 }
@@ -362,10 +367,10 @@ fn moved(coverage: &JointCoverage) -> Section {
     ];
     let rows = lines.map(|(name, value, unit)| TableRow::new([name.to_owned(), number(value, 4), unit.to_owned()]));
     let head = ["", "value", "unit"].map(Into::into).into();
-    Section::new("What the recordings exercise")
+    Section::new("Range of the recordings")
         .figure(
             figures::joint_coverage(coverage),
-            "The model is good where there is colour; elsewhere it extrapolates. Friction needs both ways, its parts several speeds.",
+            "Colour: angles and velocities that were recorded. Elsewhere the model extrapolates. Friction requires motion in both directions, and several speeds to separate its parts.",
         )
         .table(Table { caption: String::new(), head, rows: rows.into() })
 }
@@ -390,7 +395,7 @@ fn structures(fit: &Fit, unit: TorqueUnit) -> Section {
     let words = match fit.selection.len() {
         1 => "The law was given.".to_owned(),
         n => format!(
-            "Of {n} structures the one that predicts rows held out best is chosen; of those that predict as well, the simplest. {} rows were used, spread over the whole of each recording.",
+            "{n} structures were compared by their prediction of held-out rows. Of those that predict equally well the simplest is chosen. {} rows were used, spread over the whole of each recording.",
             fit.selection_rows
         ),
     };
@@ -444,9 +449,9 @@ pub fn comparison_table(lines: &[crate::fit::comparison::Comparison], unit: Torq
 
 fn search(fit: &Fit) -> Section {
     let stop = match fit.stop {
-        Stop::Exact => "nothing was left to search: all parameters are linear and one factorisation gives the optimum",
-        Stop::Converged => "further steps change nothing that matters",
-        Stop::Evaluations => "the evaluations were used up",
+        Stop::Exact => "nothing had to be searched: all parameters are linear and one factorisation gives the optimum",
+        Stop::Converged => "further steps do not change the result",
+        Stop::Evaluations => "the limit of evaluations was reached",
         Stop::Cancelled => "it was cancelled",
     };
     let method = match fit.method {
@@ -455,6 +460,6 @@ fn search(fit: &Fit) -> Section {
         }
         Method::Pso => "The paper's particle swarm over all six parameters.",
     };
-    Section::new("How it was found")
+    Section::new("Search")
         .text(format!("{method} The search stopped because {stop}. {} passes over the recordings.", fit.evaluations))
 }

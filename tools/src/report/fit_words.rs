@@ -110,7 +110,7 @@ pub fn clause(cause: &Cause, torque_unit: TorqueUnit) -> String {
             100.0 * share
         ),
         Cause::Repeats { share } => format!(
-            "{:.0} % of the residual repeats at the same place and direction, so physics is missing: run gmhm diagnose",
+            "{:.0} % of the residual repeats at the same position and direction, so physics is missing: run gmhm diagnose",
             100.0 * share
         ),
         Cause::PhysicsLeft => "the residual is more physics than noise (taken as noise, it makes predictions worse): run gmhm diagnose".to_owned(),

@@ -9,11 +9,11 @@ use crate::report::health_words::words;
 
 /// The page.
 pub fn page(health: &Health, provenance: Provenance) -> Page {
-    let moved = health.changes.iter().any(|c| c.moved);
+    let changed = health.changes.iter().any(|c| c.moved);
     let tested = health.changes.iter().any(|c| c.p_value.is_some());
     let alone = health.conditions.len() == 1;
-    let tone = if moved || !tested && !alone { Tone::Caution } else { Tone::Good };
-    let mut sections = if alone { Vec::new() } else { vec![what_moved(health), trends(health)] };
+    let tone = if changed || !tested && !alone { Tone::Caution } else { Tone::Good };
+    let mut sections = if alone { Vec::new() } else { vec![changes(health), trends(health)] };
     sections.push(conditions(health));
     let beside = health.against.as_ref().filter(|_| !alone).map(|against| beside(health, against));
     let second = sections.len().min(1);
@@ -27,7 +27,7 @@ pub fn page(health: &Health, provenance: Provenance) -> Page {
     Page { title, verdict, sections, provenance }
 }
 
-fn what_moved(health: &Health) -> Section {
+fn changes(health: &Health) -> Section {
     let optional = |value: Option<f64>, digits| value.map_or("–".to_owned(), |v| number(v, digits));
     let row = |c: &crate::health::change::Change| {
         let cells = [
@@ -40,7 +40,7 @@ fn what_moved(health: &Health) -> Section {
             optional(c.detectable.map(|d| 100.0 * d / c.first.abs()), 2),
             c.p_value.map_or("–".to_owned(), probability),
             match (c.moved, c.p_value) {
-                (true, _) => "moved",
+                (true, _) => "changed",
                 (false, Some(_)) => "",
                 (false, None) => "not tested",
             }
@@ -56,8 +56,8 @@ fn what_moved(health: &Health) -> Section {
         rows: health.changes.iter().map(row).collect(),
     };
     let rate = number(100.0 * health.false_alarm_rate, 2);
-    Section::new("What moved").table(table).text(format!(
-        "A quantity moved where the values of all states lie further apart than their standard deviations allow. Of a gear of which nothing moved, this table says otherwise in {rate} % of cases. \u{201c}Visible from\u{201d}: the change from first to last that would be seen nine times of ten."
+    Section::new("Changes").table(table).text(format!(
+        "A quantity has changed if the values of all states differ by more than their standard deviations allow. False alarms: {rate} % of the tables of a gear that has not changed. \u{201c}Visible from\u{201d}: the change from first to last that is detected in nine of ten cases."
     ))
 }
 
@@ -85,7 +85,7 @@ fn trends(health: &Health) -> Section {
     let draw = |k: usize| -> (Drawing, String) {
         let change = &health.changes[k];
         let label = format!("{} in {}", words(change.name), change.unit);
-        let caption = if change.moved { "Moved." } else { "" };
+        let caption = if change.moved { "Changed." } else { "" };
         (figures::trend(words(change.name), &axis, &label, &points(health, k), &[]), caption.to_owned())
     };
     Section::new("Trends").figures(figures.into_iter().rev().chain(parameters.into_iter().rev()).map(draw))
@@ -97,7 +97,7 @@ fn is_figure(name: &str) -> bool {
 
 fn conditions(health: &Health) -> Section {
     let mut head =
-        vec!["state".to_owned(), "temperature in °C".to_owned(), format!("rms left in {}", health.unit.symbol())];
+        vec!["state".to_owned(), "temperature in °C".to_owned(), format!("residual rms in {}", health.unit.symbol())];
     head.extend(health.changes.iter().map(|c| format!("{} in {}", words(c.name), c.unit)));
     let row = |c: &crate::health::condition::Condition| {
         let fixed = [
@@ -126,7 +126,7 @@ fn beside(health: &Health, against: &Against) -> Section {
             format!("{} %", number(100.0 * r.relative_slope, 3)),
             number(r.scatter, 3),
             r.p_value.map_or("–".to_owned(), probability),
-            if r.significant { "goes with it" } else { "" }.to_owned(),
+            if r.significant { "significant" } else { "" }.to_owned(),
         ])
         .chosen(r.significant)
     };
@@ -136,7 +136,7 @@ fn beside(health: &Health, against: &Against) -> Section {
         "unit".to_owned(),
         format!("slope per {} ± 2 sd", against.property.unit()),
         "relative slope".to_owned(),
-        "scatter beside the standard deviations".to_owned(),
+        "scatter over standard deviation".to_owned(),
         "p-value".to_owned(),
         String::new(),
     ];
@@ -156,19 +156,19 @@ fn beside(health: &Health, against: &Against) -> Section {
     let draw = |(k, r): (usize, &crate::health::against::Regression)| {
         let line = [ends.0, ends.1].map(|x| (x, r.at_mean + r.slope * (x - r.mean)));
         let label = format!("{} in {}", words(r.name), r.unit);
-        let caption = if r.significant { "Goes with it." } else { "No slope beyond its uncertainty." };
+        let caption = if r.significant { "Significant slope." } else { "No slope beyond its uncertainty." };
         (figures::trend(words(r.name), &axis, &label, &points(health, k), &line), caption.to_owned())
     };
     // The parameters, whose meaning is the question; the catalogue figures follow from them.
     let shown = against.regressions.iter().enumerate().filter(|(_, r)| r.significant || !is_figure(r.name)).map(draw);
-    Section::new(format!("Beside {name}")).table(table).figures(shown)
+    Section::new(format!("Dependence on {name}")).table(table).figures(shown)
 }
 
 fn definitions(health: &Health) -> Section {
     let unit = health.unit.symbol();
     let rating = &health.rating;
     let torque = |t: f64| format!("{} {unit}", number(t, 4));
-    Section::new("How it is meant").notes([
+    Section::new("Definitions").notes([
         format!(
             "All states are of the structure {}. The catalogue figures are those of the model, twisted slowly between ± the rated torque {} with the input locked; the torques of the breakpoints are T1 = {} and T2 = {}.",
             health.structure,

@@ -32,11 +32,11 @@ impl Health {
                 };
                 Some(format!("{} {value} {}", words(name), quantity.unit))
             };
-            let told: Vec<String> = ["K1", "K2", "K3", "hysteresis_loss_arcmin", "lost_motion_arcmin"]
+            let figures: Vec<String> = ["K1", "K2", "K3", "hysteresis_loss_arcmin", "lost_motion_arcmin"]
                 .into_iter()
                 .filter_map(figure)
                 .collect();
-            return format!("{}: {}.", only.name, told.join(", "));
+            return format!("{}: {}.", only.name, figures.join(", "));
         }
         let mut moved: Vec<&Change> = self.changes.iter().filter(|c| c.moved).collect();
         if self.changes.iter().all(|c| c.p_value.is_none()) {
@@ -45,9 +45,9 @@ impl Health {
         if moved.is_empty() {
             let seen = self.changes.iter().find(|c| c.name == "K2").and_then(|c| Some(c.detectable? / c.first));
             let seen = seen.map_or_else(String::new, |share| {
-                format!("; a change of the stiffness K2 by {} % would have been seen", number(100.0 * share, 2))
+                format!(". A change of the stiffness K2 by {} % would have been detected", number(100.0 * share, 2))
             });
-            return format!("No change: nothing moved beyond its uncertainty{seen}.");
+            return format!("No change beyond the uncertainty{seen}.");
         }
         moved.sort_by_key(|c| ORDER.iter().position(|name| *name == c.name).unwrap_or(ORDER.len()));
         let clause = |c: &&Change| {
@@ -55,9 +55,9 @@ impl Health {
             let sd = c.sd.map_or_else(String::new, |sd| format!(" ± {}", number(200.0 * sd / c.first.abs(), 2)));
             format!("{} {verb} by {}{sd} %", words(c.name), number(100.0 * c.relative.abs(), 3))
         };
-        let told: Vec<String> = moved.iter().take(4).map(clause).collect();
-        let more = if moved.len() > 4 { format!(" and {} more moved", moved.len() - 4) } else { String::new() };
-        format!("From {} to {}: {}{more}.", self.conditions[0].name, self.last().name, told.join(", "))
+        let clauses: Vec<String> = moved.iter().take(4).map(clause).collect();
+        let more = if moved.len() > 4 { format!(" and {} more changed", moved.len() - 4) } else { String::new() };
+        format!("From {} to {}: {}{more}.", self.conditions[0].name, self.last().name, clauses.join(", "))
     }
 
     fn last(&self) -> &Condition {
@@ -98,9 +98,9 @@ impl Health {
                 })
                 .collect();
             reasons.push(if found.is_empty() {
-                format!("Nothing goes with {} beyond its uncertainty.", property.property)
+                format!("No quantity depends on {} beyond its uncertainty.", property.property)
             } else {
-                format!("Beside {}, per {}: {}.", property.property, property.unit(), found.join(", "))
+                format!("Dependence on {}, per {}: {}.", property.property, property.unit(), found.join(", "))
             });
         }
         reasons

@@ -36,7 +36,7 @@ impl fmt::Display for Note {
                 let fixed = if *fixes_e_and_h { "e, h" } else { "alpha" };
                 write!(
                     f,
-                    "a rate-independent loop fixes only {fixed} and rho = beta/omega, and leaves this open; the value follows from omega as written"
+                    "a rate-independent loop determines only {fixed} and rho = beta/omega, not this value, which follows from omega as written"
                 )
             }
             Self::Open(remedy) => {

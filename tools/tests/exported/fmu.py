@@ -1,7 +1,7 @@
 """Checks FMUs in FMPy against `gmhm predict`: python fmu.py FOLDER
 
 The folder holds gear.fmu, tuned.csv and angles.fmu, the recording rec.csv, and predicted.csv: that recording with torque_model_nm. tuned.csv is the prediction of the gear with
-c1 10 % lower and half the Coulomb friction. T_A is the torque scale in N m.
+c1 10 % lower and half the Coulomb friction. Of the other laws it holds LAW.fmu and LAW.csv. T_A is the torque scale in N m.
 """
 
 import sys
@@ -14,6 +14,7 @@ from fmpy.validation import validate_fmu
 
 T_A = 30.230289585
 LIMIT = 1e-9
+LAWS = ("phase", "time")
 COLUMNS = {"velocity_rad_per_s": "velocity_out_rad_per_s"}
 
 
@@ -118,13 +119,14 @@ def main():
     folder = Path(sys.argv[1])
     gear, angles = folder / "gear.fmu", folder / "angles.fmu"
     rows, predicted = table(folder / "rec.csv"), table(folder / "predicted.csv")["torque_model_nm"]
-    for path in (gear, angles):
+    for path in (gear, angles, *(folder / f"{law}.fmu" for law in LAWS)):
         problems = validate_fmu(str(path))
         assert not problems, problems
     by_hand = difference(run(gear, rows), predicted)
     by_angles = difference(run(angles, rows), table(folder / "angles.csv")["torque_model_nm"])
     tuned = {"c1_nm_per_rad": 0.9 * 2.4737e4, "coulomb_friction_1.torque_nm": 0.15}
     difference(run(gear, rows, tuned), table(folder / "tuned.csv")["torque_model_nm"])
+    by_laws = max(difference(run(folder / f"{law}.fmu", rows), table(folder / f"{law}.csv")["torque_model_nm"]) for law in LAWS)
     check_state(gear, rows)
 
     by_rates = difference(run(gear, rows, moves=True), predicted, 1e-7)
@@ -145,7 +147,7 @@ def main():
         start_values={name: signals[name][0] for name in names},
     )
     simulated = difference(result["torque_nm"][1:], predicted[:-1])
-    print(f"{len(rows)} rows: by hand {by_hand:.1e}, from angles {by_angles:.1e}, by input derivatives {by_rates:.1e}, simulate_fmu {simulated:.1e} of T_A")
+    print(f"{len(rows)} rows: by hand {by_hand:.1e}, from angles {by_angles:.1e}, other laws {by_laws:.1e}, by input derivatives {by_rates:.1e}, simulate_fmu {simulated:.1e} of T_A")
 
 
 if __name__ == "__main__":

@@ -62,8 +62,8 @@ fn leave_to_the_c_library(shell: &Shell, library: &Path) -> Result<()> {
     // ARCHIVE:MEMBER: ADDRESS KIND NAME
     let of_c = |name: &str| OF_THE_C_LIBRARY.contains(&name) || name.starts_with("__aeabi_mem");
     let symbol = |line: &str| {
-        let (place, rest) = line.rsplit_once(": ")?;
-        let member = place.rsplit_once(':').map_or(place, |(_, member)| member).to_owned();
+        let (location, rest) = line.rsplit_once(": ")?;
+        let member = location.rsplit_once(':').map_or(location, |(_, member)| member).to_owned();
         Some((member, of_c(rest.split(' ').next_back()?)))
     };
     let mut members = std::collections::BTreeMap::new();

@@ -49,15 +49,15 @@ pub fn run(shell: &Shell) -> Result<()> {
         let mut deepest = 0;
         for (name, expected) in BLOCKS.iter().zip(&expected) {
             let words = files(name);
-            let [printed, told] = emulator::output(&program, machine, folder, &[&words[0], &words[1]])?;
+            let [printed, errors] = emulator::output(&program, machine, folder, &[&words[0], &words[1]])?;
             ensure!(
                 printed == *expected,
                 "the C program prints otherwise on the {} than on the host, for block {name}",
                 machine.core
             );
-            let stack = told.trim().strip_prefix("stack: ").and_then(|text| text.strip_suffix(" B"));
+            let stack = errors.trim().strip_prefix("stack: ").and_then(|text| text.strip_suffix(" B"));
             let stack: u64 =
-                stack.and_then(|text| text.parse().ok()).with_context(|| format!("no stack in `{told}`"))?;
+                stack.and_then(|text| text.parse().ok()).with_context(|| format!("no stack in `{errors}`"))?;
             deepest = deepest.max(stack);
         }
         ensure!(

@@ -17,10 +17,10 @@ pub fn run(shell: &Shell) -> Result<()> {
     let [eds, block] = ["drive.eds", "params.bin"].map(|name| folder.path().join(name));
     cmd!(shell, "{gmhm} --quiet pack examples/bench/true_gear.toml --eds {eds} -o {block}").run()?;
     let drive = program::example(shell, "canopen")?;
-    let told = cmd!(shell, "{python} {FOLDER}/check.py {drive} {eds} {block}")
+    let output = cmd!(shell, "{python} {FOLDER}/check.py {drive} {eds} {block}")
         .quiet()
         .read()
         .context("the object dictionary does not hold on a CAN bus")?;
-    println!("canopen: {told}, by python canopen over a virtual bus");
+    println!("canopen: {output}, by python canopen over a virtual bus");
     Ok(())
 }

@@ -102,7 +102,7 @@ fn command(image: &Path, machine: Machine, clock: Clock) -> Command {
     command
 }
 
-/// Runs a program that is no image of ours in a folder, with words on its command line, and gives what it prints and what it tells on standard error.
+/// Runs a program that is no image of ours in a folder, with words on its command line, and gives what it prints and what it prints on standard error.
 pub fn output(program: &Path, machine: Machine, folder: &Path, words: &[&str]) -> Result<[String; 2]> {
     let mut command = Command::new(EMULATOR);
     command.args(["-machine", machine.board, "-display", "none", "-monitor", "none", "-serial", "none"]);
@@ -111,16 +111,16 @@ pub fn output(program: &Path, machine: Machine, folder: &Path, words: &[&str]) -
     command.arg(format!("enable=on,target=native,chardev=out,arg=program{words}")).arg("-kernel").arg(program);
     command.current_dir(folder).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
     let mut emulator = Emulator::start(&mut command, None)?;
-    let (Some(output), Some(told)) = (emulator.child.stdout.take(), emulator.child.stderr.take()) else {
+    let (Some(output), Some(errors)) = (emulator.child.stdout.take(), emulator.child.stderr.take()) else {
         bail!("the emulator has no output")
     };
     let name = program.display();
     let late = || format!("{name} on {} did not end within {} s", machine.board, TIME_LIMIT.as_secs());
-    let [output, told] = [text(output), text(told)].map(|text| text.recv_timeout(TIME_LIMIT).with_context(late));
-    let (output, told) = (output??, told??);
+    let [output, errors] = [text(output), text(errors)].map(|text| text.recv_timeout(TIME_LIMIT).with_context(late));
+    let (output, errors) = (output??, errors??);
     let status = emulator.child.wait()?;
-    ensure!(status.success(), "{name} on {} ended with {status}: {told}", machine.board);
-    Ok([output, told])
+    ensure!(status.success(), "{name} on {} ended with {status}: {errors}", machine.board);
+    Ok([output, errors])
 }
 
 /// All that comes, once it has ended.

@@ -20,14 +20,14 @@ pub fn run(shell: &Shell, [joints, rows, damaged]: [u32; 3], timed: bool) -> Res
     let words: &[&str] = if timed { &["--loop"] } else { &[] };
     let program = program::gmhm(shell, timed)?;
     let [joints, rows, damaged] = [joints, rows, damaged].map(|count| count.to_string());
-    let said = cmd!(
+    let output = cmd!(
         shell,
         "{python} examples/fleet/check.py {program} --joints {joints} --rows {rows} --damaged {damaged} {words...}"
     )
     .quiet()
     .read()
     .context("the Dask example fails")?;
-    for line in said.lines() {
+    for line in output.lines() {
         println!("fleet: {line}");
     }
     Ok(())

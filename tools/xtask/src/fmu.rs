@@ -1,7 +1,5 @@
 //! Exported FMUs in FMPy and in libcosim, beside `gmhm predict`.
 
-use std::path::{Path, PathBuf};
-
 use anyhow::{Context, Result};
 use xshell::{Shell, cmd};
 
@@ -22,6 +20,9 @@ const SCRIPT: &str = "tools/tests/exported/fmu.py";
 const MODEL: &str = "tools/tests/exported/gear_with_terms.toml";
 const RECORDING: &str = "examples/bench/running.csv";
 
+/// Laws beside that of the model, which is `masing`.
+const LAWS: [&str; 2] = ["phase", "time"];
+
 /// The example that couples a gear with a motor and a link, and its gear.
 const EXAMPLE: &str = "examples/fmu/joint.py";
 const GEAR: &str = "examples/bench/true_gear.toml";
@@ -31,45 +32,50 @@ pub fn run(shell: &Shell) -> Result<()> {
     let Some(python) = environment(shell, "fmpy", &[FMPY], "fmpy")? else { return Ok(()) };
     let folder = shell.create_temp_dir()?;
     let folder = folder.path();
-    shell.copy_file(RECORDING, folder.join("rec.csv"))?;
+    for (from, to) in [(RECORDING, "rec.csv"), (MODEL, "gear.toml"), (GEAR, "plain.toml")] {
+        shell.copy_file(from, folder.join(to))?;
+    }
     let text = shell.read_file(MODEL)?;
     // A softer spring and half the friction, and a recording without a deflection.
     let tuned = text.replace("2.4737e4", "22263.3").replace("torque_nm = 0.3", "torque_nm = 0.15");
     shell.write_file(folder.join("tuned.toml"), tuned)?;
     shell.write_file(folder.join("of_angles.csv"), without_column(&shell.read_file(RECORDING)?, "deflection_rad"))?;
-    let program = program::gmhm(shell, false)?;
-    let gmhm = |words: &[&Path]| -> Result<()> {
-        cmd!(shell, "{program} --quiet {words...}").quiet().run()?;
-        Ok(())
-    };
-    let at = |name: &str| folder.join(name);
-    let words = |words: &[&str]| -> Vec<PathBuf> { words.iter().map(PathBuf::from).collect() };
-    for (command, inputs, output) in [
-        (&["export", MODEL, "--to", "fmu"][..], &[][..], "gear.fmu"),
-        (&["export", MODEL, "--to", "fmu", "--angles"], &[], "angles.fmu"),
-        (&["export", GEAR, "--to", "fmu"], &[], "plain.fmu"),
-        (&["predict", MODEL], &["rec.csv"], "predicted.csv"),
-        (&["predict", MODEL], &["of_angles.csv"], "angles.csv"),
-        (&["predict"], &["tuned.toml", "rec.csv"], "tuned.csv"),
-    ] {
-        let mut all = words(command);
-        all.extend(inputs.iter().map(|name| at(name)));
-        all.extend([PathBuf::from("-o"), at(output)]);
-        gmhm(&all.iter().map(PathBuf::as_path).collect::<Vec<_>>()).with_context(|| format!("{output} is not made"))?;
+    let mut commands = vec![
+        "export gear.toml --to fmu -o gear.fmu".to_owned(),
+        "export gear.toml --to fmu --angles -o angles.fmu".to_owned(),
+        "export plain.toml --to fmu -o plain.fmu".to_owned(),
+        "predict gear.toml rec.csv -o predicted.csv".to_owned(),
+        "predict gear.toml of_angles.csv -o angles.csv".to_owned(),
+        "predict tuned.toml rec.csv -o tuned.csv".to_owned(),
+    ];
+    for law in LAWS {
+        let of_law = text.replace("[memory]\n", &format!("[memory]\nlaw = \"{law}\"\n"));
+        shell.write_file(folder.join(format!("{law}.toml")), of_law)?;
+        commands.push(format!("export {law}.toml --to fmu -o {law}.fmu"));
+        commands.push(format!("predict {law}.toml rec.csv -o {law}.csv"));
     }
-    let said = cmd!(shell, "{python} {SCRIPT} {folder}")
+    let program = program::gmhm(shell, false)?;
+    {
+        let _inside = shell.push_dir(folder);
+        for command in &commands {
+            let words = command.split(' ');
+            let done = cmd!(shell, "{program} --quiet {words...}").quiet().run();
+            done.with_context(|| format!("`gmhm {command}` fails"))?;
+        }
+    }
+    let output = cmd!(shell, "{python} {SCRIPT} {folder}")
         .quiet()
         .read()
         .context("the FMU does not agree with `gmhm predict`")?;
-    println!("export: FMU in FMPy: {said}");
+    println!("export: FMU in FMPy: {output}");
     if let Some(python) = environment(shell, "libcosim", &[LIBCOSIM], "libcosimpy")? {
-        let said = cmd!(shell, "{python} {COSIM_SCRIPT} {folder}")
+        let output = cmd!(shell, "{python} {COSIM_SCRIPT} {folder}")
             .quiet()
             .read()
             .context("the FMU in libcosim does not agree with `gmhm predict`")?;
-        println!("export: FMU in libcosim: {said}");
+        println!("export: FMU in libcosim: {output}");
     }
-    let gear = at("plain.fmu");
+    let gear = folder.join("plain.fmu");
     cmd!(shell, "{python} {EXAMPLE} {gear}")
         .quiet()
         .ignore_stdout()

@@ -15,9 +15,13 @@ const TARGETS: [(&str, &str); 2] = [("link", "256"), ("store", "1200")];
 
 /// Seeded tests: what they fuzz, which tests, and what a failure means.
 const TESTS: [(&str, &str, &str); 5] = [
-    ("block", "block_fuzz::", "a block was neither refused nor computed with"),
-    ("cascade, feed-forward and servo", "control_faults::fuzzed", "bad input left its limits, or did not pass"),
-    ("servo with terms", "servo_terms::fuzzed", "bad input left its limits, or did not pass"),
+    ("block", "block_fuzz::", "a block was neither rejected nor used"),
+    (
+        "cascade, feed-forward and servo",
+        "control_faults::fuzzed",
+        "bad input led to a result beyond its limits, or to a lasting error",
+    ),
+    ("servo with terms", "servo_terms::fuzzed", "bad input led to a result beyond its limits, or to a lasting error"),
     ("library for C", "faults::fuzzed", "a sample was not answered with finite numbers"),
     ("feed-forward for C", "feed_forward::fuzzed", "a period was not answered with finite numbers"),
 ];
@@ -51,10 +55,10 @@ pub fn run(shell: &Shell, executions: u64, seed: u64) -> Result<()> {
         println!("fuzz: {target}");
         let program = folder.join(&host).join("release").join(target);
         let _inside = shell.push_dir(&folder);
-        let told = cmd!(shell, "{program} -runs={count} -seed={seed} -max_len={longest}").quiet().read_stderr();
-        let told =
-            told.with_context(|| format!("the fuzzer `{target}` found something: its input lies in target/fuzz"))?;
-        for line in told.lines().filter(|line| line.starts_with("Done ") || line.contains("cov: ")).rev().take(2) {
+        let output = cmd!(shell, "{program} -runs={count} -seed={seed} -max_len={longest}").quiet().read_stderr();
+        let output =
+            output.with_context(|| format!("the fuzzer `{target}` found something: its input is in target/fuzz"))?;
+        for line in output.lines().filter(|line| line.starts_with("Done ") || line.contains("cov: ")).rev().take(2) {
             println!("fuzz: {target}: {}", line.trim());
         }
     }

@@ -35,10 +35,10 @@ pub fn run(shell: &Shell) -> Result<()> {
     program.run(&format!("gmhm -q fit '{recording}' -o gear.toml --report fit.html"))?;
     ensure!(home.join("fit.html").exists(), "gmhm fit writes no report");
 
-    for (name, place) in COMPLETIONS {
-        shell.create_dir(Path::new(place).parent().unwrap_or(Path::new(".")))?;
-        program.run(&format!("gmhm completions {name} > {place}"))?;
-        ensure!(shell.read_file(place)?.contains("diagnose"), "the completions for {name} lack a command");
+    for (name, path) in COMPLETIONS {
+        shell.create_dir(Path::new(path).parent().unwrap_or(Path::new(".")))?;
+        program.run(&format!("gmhm completions {name} > {path}"))?;
+        ensure!(shell.read_file(path)?.contains("diagnose"), "the completions for {name} lack a command");
     }
     let bash = COMPLETIONS[0].1;
     let ask = format!(". {bash}; COMP_WORDS=(gmhm di); COMP_CWORD=1; _gmhm gmhm di gmhm; echo \"${{COMPREPLY[@]}}\"");

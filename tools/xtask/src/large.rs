@@ -8,6 +8,7 @@ use anyhow::{Context, Result, ensure};
 use xshell::{Shell, cmd};
 
 use crate::program;
+use crate::time::children_s;
 
 /// Between two looks at the memory of a process.
 const EVERY: Duration = Duration::from_millis(20);
@@ -150,12 +151,4 @@ fn peak(process: u32) -> Option<f64> {
     let status = std::fs::read_to_string(format!("/proc/{process}/status")).ok()?;
     let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;
     line.split_whitespace().nth(1)?.parse::<f64>().ok().map(|kib| 1024.0 * kib)
-}
-
-/// What all children that have ended have computed, s; Linux only.
-fn children_s() -> Result<f64> {
-    let stat = std::fs::read_to_string("/proc/self/stat").context("the times of processes are read on Linux only")?;
-    let fields: Vec<&str> = stat.rsplit(')').next().unwrap_or_default().split_whitespace().collect();
-    let ticks = |at: usize| fields.get(at).and_then(|field| field.parse::<f64>().ok()).unwrap_or(0.0);
-    Ok((ticks(13) + ticks(14)) / 100.0)
 }

@@ -49,11 +49,11 @@ pub fn run(shell: &Shell) -> Result<()> {
         let _emulator = emulator::serve(&image, machine::M4F, port)?;
         let target = format!("tcp:127.0.0.1:{port}");
         let run = ["simulate", "--experiment", "joint", "--compensation", compensation];
-        let told = cmd!(shell, "{gmhm} {run...} {model} --drive {target} -o {recording}")
+        let output = cmd!(shell, "{gmhm} {run...} {model} --drive {target} -o {recording}")
             .quiet()
             .read()
             .context("the joint was not driven")?;
-        let line = told.lines().find(|line| line.contains("position error")).unwrap_or_default();
+        let line = output.lines().find(|line| line.contains("position error")).unwrap_or_default();
         println!("emulate: {line}");
         ensure!(line.contains(EQUAL), "host and firmware differ in the closed loop");
     }

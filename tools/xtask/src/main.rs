@@ -28,8 +28,10 @@ mod semver;
 mod setup;
 mod size;
 mod skips;
+mod steps;
 mod structure;
 mod test;
+mod time;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -54,26 +56,26 @@ enum Command {
         #[arg(long)]
         overwrite: bool,
     },
-    /// Count the instructions of each call of the core; fails where one has grown.
+    /// Count the instructions of each call of the core; fails if a count has grown.
     Cost {
         /// Accept the counts.
         #[arg(long)]
         overwrite: bool,
     },
-    /// Weigh the control path of one joint; fails where it has grown, or holds a panic or double-precision arithmetic.
+    /// Measure the size of the control path of one joint; fails if it has grown, or contains a panic or double-precision arithmetic.
     Size {
         /// Accept the sizes.
         #[arg(long)]
         overwrite: bool,
     },
-    /// Export source for C, weigh it on the Cortex-M4F, check it by cppcheck and clang-tidy where they are installed; run the FMU in FMPy.
+    /// Export source for C, measure its size on the Cortex-M4F, check it by cppcheck and clang-tidy if they are installed; run FMUs in FMPy and libcosim.
     Export,
     /// Build the static library for C for the microcontrollers, free of panics, and run a C program with it on the host and in the emulator.
     C {
-        /// Only write the archive of the library into a folder.
+        /// Only write the archive of the library into this folder.
         #[arg(long, value_name = "DIR")]
         archive: Option<PathBuf>,
-        /// Of which target; this computer without it.
+        /// Its target; by default this computer.
         #[arg(long, requires = "archive")]
         target: Option<String>,
     },
@@ -83,16 +85,16 @@ enum Command {
     Rtos,
     /// Compare the core's interface with that of the last tagged version, by cargo-semver-checks.
     Semver,
-    /// Fit, pack and flash into emulated drives, compare their torques with the host's, cut their power while they store.
+    /// Fit, pack and flash into emulated drives, compare their torques with the host's, and cut their power during writes.
     EndToEnd {
-        /// Power cuts in the middle of a write, at least.
+        /// Least number of power cuts during a write.
         #[arg(long, default_value_t = end_to_end::CUTS)]
         cuts: u32,
-        /// Of the noise and of the moments of the cuts.
+        /// Seed of the noise and of the times of the cuts.
         #[arg(long, default_value_t = end_to_end::SEED)]
         seed: u64,
     },
-    /// Run the Dask example on synthetic joints, some of them damaged, with a worker killed on the way.
+    /// Run the Dask example on synthetic joints, some of them damaged; one worker is killed during the run.
     Fleet {
         /// Joints, two recordings each.
         #[arg(long, default_value_t = 20)]
@@ -109,10 +111,10 @@ enum Command {
     },
     /// Fuzz the block parser, the link, the store, the control path and the library for C.
     Fuzz {
-        /// Executions of each.
+        /// Executions of each fuzzer.
         #[arg(long, default_value_t = 10_000_000)]
         executions: u64,
-        /// Of the inputs.
+        /// Seed of the inputs.
         #[arg(long, default_value_t = 1)]
         seed: u64,
     },
@@ -130,7 +132,7 @@ enum Command {
         /// The image.
         image: PathBuf,
     },
-    /// Print the structure of tools/src: lines per folder, import cycles, files that name a kind; fails where a limit is exceeded.
+    /// Print the structure of tools/src: lines per folder, import cycles, files that name a kind; fails if a limit is exceeded.
     Structure,
     /// Install the Python package into an environment of its own, test it, check its types, run its notebook.
     Python {
@@ -141,7 +143,11 @@ enum Command {
     /// Run every command that the README shows.
     Readme,
     /// Set up what is missing, then run every test.
-    Test,
+    Test {
+        /// Only this part, without the set-up.
+        #[arg(long)]
+        part: Option<test::Part>,
+    },
 }
 
 fn main() -> ExitCode {
@@ -177,7 +183,7 @@ fn run(arguments: Arguments) -> anyhow::Result<()> {
         Command::Structure => structure::run(&shell),
         Command::Python { timed } => python_package::run(&shell, timed),
         Command::Readme => test::readme(&shell),
-        Command::Test => test::run(&shell),
+        Command::Test { part } => test::run(&shell, part),
     }
 }
 

@@ -52,8 +52,8 @@ pub fn run(shell: &Shell, timed: bool) -> Result<()> {
     let script = |name: &str| format!("{FOLDER}/tests/{name}");
     if timed {
         let measure = script("measure.py");
-        let said = cmd!(shell, "{python} {measure} {gmhm}").quiet().read().context("the measurement fails")?;
-        said.lines().for_each(|line| println!("python: {line}"));
+        let output = cmd!(shell, "{python} {measure} {gmhm}").quiet().read().context("the measurement fails")?;
+        output.lines().for_each(|line| println!("python: {line}"));
         return Ok(());
     }
     {

@@ -13,14 +13,12 @@ const PROGRAMS: [&str; 3] = ["rtic", "embassy", "interrupt"];
 pub fn run(shell: &Shell) -> Result<()> {
     let _inside = shell.push_dir(FOLDER);
     for program in PROGRAMS {
-        let said = cmd!(shell, "cargo run --quiet --locked --release --bin {program}")
+        let output = cmd!(shell, "cargo run --quiet --locked --release --bin {program}")
             .quiet()
             .ignore_stderr()
             .read()
-            .with_context(|| {
-            format!("the example `{program}` of {FOLDER} does not build, or fails in the emulator")
-        })?;
-        println!("rtos: {said}");
+            .with_context(|| format!("the example `{program}` of {FOLDER} does not build, or fails in the emulator"))?;
+        println!("rtos: {output}");
     }
     Ok(())
 }

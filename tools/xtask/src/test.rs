@@ -4,51 +4,87 @@ use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, Stdio};
 
 use anyhow::{Context, Result, bail, ensure};
+use clap::ValueEnum;
 use xshell::{Shell, cmd};
 
+use crate::steps::{self, Beside, Step};
 use crate::{
     c, canopen, cost, emulate, end_to_end, export, fleet, fuzz, install, program, python_package, rtos, semver, setup,
     size, skips, structure,
 };
 
-/// Sets up what is missing, then runs everything.
-pub fn run(shell: &Shell) -> Result<()> {
+/// Parts of the tests that need nothing of each other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Part {
+    /// What runs on this computer.
+    Host,
+    /// What is built for microcontrollers and runs in the emulator.
+    Firmware,
+}
+
+const HOST: &[Step] = &[
+    ("host tests", host_tests),
+    ("features of the core", features),
+    ("exported source and FMU", export::run),
+    ("fleet", |shell| fleet::run(shell, fleet::IN_TESTS, false)),
+    ("Python package", |shell| python_package::run(shell, false)),
+    ("CANopen", canopen::run),
+    ("interface of the core", semver::run),
+    ("packages", packages),
+    ("fuzzing", |shell| fuzz::run(shell, fuzz::IN_TESTS, 1)),
+    ("examples", examples),
+    ("commands of the README", readme),
+    ("installation", install::run),
+];
+
+const FIRMWARE: &[Step] = &[
+    ("size of the control path", |shell| size::run(shell, false)),
+    ("examples with an operating system", rtos::run),
+    ("images for a board", images_for_a_board),
+    ("images in the emulator", |shell| emulate::run(shell, false)),
+    ("instructions of a call", |shell| cost::run(shell, false)),
+    ("library for C", c::run),
+    ("end to end", |shell| end_to_end::run(shell, end_to_end::CUTS, end_to_end::SEED)),
+];
+
+/// Sets up what is missing, then runs everything, or one part of it.
+pub fn run(shell: &Shell, part: Option<Part>) -> Result<()> {
+    match part {
+        Some(Part::Host) => return steps::run(shell, HOST),
+        Some(Part::Firmware) => return steps::run(shell, FIRMWARE),
+        None => {}
+    }
     let list = program::target(shell).join("skipped.txt");
     let _ = std::fs::remove_file(&list);
     let _list = shell.push_env(skips::LIST, &list);
-    setup::run(shell)?;
-    structure::run(shell)?;
-    cmd!(shell, "cargo test --workspace --locked").run().context("a host test failed")?;
-    features(shell)?;
-    cmd!(shell, "cargo test --package gmhm --features micromath --lib --locked")
-        .run()
-        .context("a test of the feature `micromath` failed")?;
-    cmd!(
-        shell,
-        "cargo build --package gmhm --features rtt --profile firmware --bins --target thumbv7em-none-eabihf --locked"
-    )
-    .run()
-    .context("the images do not build for a board")?;
-    emulate::run(shell, false)?;
-    cost::run(shell, false)?;
-    size::run(shell, false)?;
-    c::run(shell)?;
-    export::run(shell)?;
-    fleet::run(shell, fleet::IN_TESTS, false)?;
-    python_package::run(shell, false)?;
-    canopen::run(shell)?;
-    rtos::run(shell)?;
-    semver::run(shell)?;
-    packages(shell)?;
-    end_to_end::run(shell, end_to_end::CUTS, end_to_end::SEED)?;
-    fuzz::run(shell, fuzz::IN_TESTS, 1)?;
-    examples(shell)?;
-    readme(shell)?;
-    install::run(shell)?;
+    steps::run(shell, &[("set-up", setup::run), ("structure", structure::run)])?;
+    let firmware = Beside::start("firmware", &["test", "--part", "firmware"], &list)?;
+    let host = steps::run(shell, HOST);
+    // Both results are of use where one of them is a failure.
+    let firmware = firmware.end();
+    host.and(firmware)?;
     let skipped = skips::all(&list);
     skipped.iter().for_each(|line| println!("{line}"));
     println!("test: all passed, {} checks skipped", skipped.len());
     Ok(())
+}
+
+/// Runs the tests of all packages.
+fn host_tests(shell: &Shell) -> Result<()> {
+    cmd!(shell, "cargo test --workspace --locked").run().context("a host test failed")?;
+    cmd!(shell, "cargo test --package gmhm --features micromath --lib --locked")
+        .run()
+        .context("a test of the feature `micromath` failed")
+}
+
+/// Builds the images that log by a probe.
+fn images_for_a_board(shell: &Shell) -> Result<()> {
+    cmd!(
+        shell,
+        "cargo build --quiet --package gmhm --features rtt --profile firmware --bins --target thumbv7em-none-eabihf --locked"
+    )
+    .run()
+    .context("the images do not build for a board")
 }
 
 /// Checks the core and its documentation with each of its features alone, and that it depends on two packages without any.
@@ -80,7 +116,7 @@ fn packages(shell: &Shell) -> Result<()> {
     cmd!(shell, "cargo package --quiet --locked --no-verify --allow-dirty --package gmhm --package gmhm-tools")
         .ignore_stderr()
         .run()
-        .context("a package cannot be packed: `cargo package` tells why")
+        .context("a package cannot be packed: run `cargo package` to see why")
 }
 
 /// Runs the examples.

@@ -1,7 +1,7 @@
-"""Hysteresis of harmonic drives: identify it from recordings, predict it, diagnose what a model leaves out.
+"""Hysteresis of harmonic drives: identify it from recordings, predict it, diagnose missing effects.
 
 The functions do what the commands of the same names do, by the same code: their numbers are equal. Units are SI, and
-names say them: `time_s`, `torque_nm`, `deflection_rad`.
+names state them: `time_s`, `torque_nm`, `deflection_rad`.
 
     recording = gmhm.read("recording.csv")
     fit = gmhm.fit(recording)

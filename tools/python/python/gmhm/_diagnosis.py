@@ -32,7 +32,7 @@ class Heldout(Rms):
 
 @dataclasses.dataclass(frozen=True)
 class Location(Result):
-    """A place where the residual has structure."""
+    """A coordinate along which the residual has structure."""
 
     #: Such as `motor_angle`, `output_velocity`, `temperature`.
     coordinate: str
@@ -58,7 +58,7 @@ class EffectParameter(Result):
 
 @dataclasses.dataclass(frozen=True)
 class Closest(Result):
-    """The kind that comes closest to an effect without a name."""
+    """The kind closest to an effect without a name."""
 
     name: str
     fidelity: float | None
@@ -106,7 +106,7 @@ class Diagnosis(Result):
     #: Whether there is structure beyond noise, at this rate of false alarms.
     mismatch: bool
     false_alarm_rate: float
-    #: `"nm"`; `"a"` where a current stands in for the torque, and all torques here are in A.
+    #: `"nm"`; `"a"` where a current replaces the torque; all torques here are then in A.
     unit: str
     #: Of the noise as estimated, N·m rms.
     noise_rms: float
@@ -123,7 +123,7 @@ class Diagnosis(Result):
     undecidable: tuple[Undecidable, ...]
     #: Settings of the model or the recording that are probably wrong.
     suggestions: tuple[str, ...]
-    #: The experiment that best decides what is still open; empty when nothing is.
+    #: The experiment that best answers the open questions; empty if there are none.
     next_experiment: str
 
     #: The extended model; the refitted base where nothing was found.
@@ -163,8 +163,8 @@ def diagnose(
     Args:
         recordings: one or a list, of one gear or joint, as for `fit`.
         model: the base; without one, recordings with `torque_sim_nm`, another simulator's torque.
-        holdout: recordings that take no part and are predicted.
-        own_zeros: the encoders of each recording count from a zero of their own.
+        holdout: recordings that are not used in the diagnosis; the models' errors on them are reported.
+        own_zeros: estimate one encoder zero per recording.
         name: of the gear, in the extended model.
         rated_deflection_rad, ratio, torque_side, seed: as for `fit`.
     """

@@ -1,4 +1,4 @@
-"""Exceptions and warnings. Their words are those of the command line, whose options have the same names with dashes."""
+"""Exceptions and warnings. Their texts are those of the command line, whose options have the same names with dashes."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ class GmhmError(ValueError):
         field: str | None = None,
     ) -> None:
         super().__init__(message, help, file, line, row, field)
-        #: What is wrong, with its place.
+        #: What is wrong, and where.
         self.message = message
-        #: How to fix it, where there is more to say than the message does.
+        #: How to fix it, if the message does not say it.
         self.help = help
         #: The file or recording.
         self.file = file
@@ -62,7 +62,7 @@ class DiagnoseError(GmhmError):
 
 
 class HealthError(GmhmError):
-    """Nothing could be said of a series."""
+    """A series could not be evaluated."""
 
 
 class SimulateError(GmhmError):
@@ -78,4 +78,4 @@ class OutputError(GmhmError):
 
 
 class Note(UserWarning):
-    """Worth knowing and no failure, such as dropouts that were interpolated."""
+    """Information that is not a failure, such as interpolated dropouts."""

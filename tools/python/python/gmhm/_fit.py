@@ -19,9 +19,9 @@ Grade = Literal["good", "caution", "bad"]
 class Reason(Result):
     """A reason of a verdict."""
 
-    #: What it does to the grade.
+    #: The grade that it leads to.
     grade: Grade
-    #: What it is, as a clause.
+    #: The reason, as a clause.
     words: str
 
 
@@ -29,11 +29,11 @@ class Reason(Result):
 class Verdict(Result):
     """Whether a fit is good enough for the drive."""
 
-    #: That of the gravest reason.
+    #: The grade of the most severe reason.
     grade: Grade
     #: One sentence.
     sentence: str
-    #: Every reason, the gravest first.
+    #: Every reason, the most severe first.
     reasons: tuple[Reason, ...]
 
 
@@ -45,7 +45,7 @@ class Parameter(Result):
     name: str
     #: Its value, in `unit`.
     value: float
-    #: Standard deviation, in `unit`; None where the recordings do not fix the parameter by itself.
+    #: Standard deviation, in `unit`; None where the recordings do not determine the parameter by itself.
     sd: float | None
     #: Unit of both.
     unit: str
@@ -53,7 +53,7 @@ class Parameter(Result):
     at_bound: bool
     #: Whether the recordings do not distinguish it from zero, or do not determine it.
     undetermined: bool
-    #: What there is to say, and the experiment that would determine it.
+    #: A remark, and the experiment that would determine it.
     note: str | None
 
 
@@ -97,7 +97,7 @@ class Comparison(Result):
 
 @dataclasses.dataclass(frozen=True)
 class Coverage(Result):
-    """What recordings of a gear exercise."""
+    """Range that recordings of a gear cover."""
 
     #: rad.
     rated_deflection_rad: float
@@ -113,7 +113,7 @@ class Coverage(Result):
 
 @dataclasses.dataclass(frozen=True)
 class JointCoverage(Result):
-    """What joint logs exercise."""
+    """Range that joint logs cover."""
 
     #: Lowest and highest output angle, rad.
     angle_rad: tuple[float, float]
@@ -123,11 +123,11 @@ class JointCoverage(Result):
 
 @dataclasses.dataclass(frozen=True)
 class Repeated(Result):
-    """What of a residual comes back at the same deflection and direction."""
+    """The part of a residual that repeats at the same deflection and direction."""
 
     #: Share of its power.
     share: float
-    #: Whether noise does that less than once in a hundred times.
+    #: Whether noise alone reaches this share in less than 1 % of cases.
     significant: bool
 
 
@@ -137,9 +137,9 @@ class Clipped(Result):
 
     recording: str
     channel: str
-    #: The channel that goes on.
+    #: The channel that continues to change.
     other: str
-    #: Where it stands, in `unit`.
+    #: The value at which it stays, in `unit`.
     at: float
     unit: str
 
@@ -185,11 +185,11 @@ class Noise(Result):
 
     #: Its coefficients, of lag 1 first.
     coefficients: tuple[float, ...]
-    #: Standard deviation of what each sample adds, N·m.
+    #: Standard deviation of its innovations, N·m.
     innovation_sd: float
     #: Root mean square, N·m.
     rms: float
-    #: Rows that stand out of it and do not count.
+    #: Outliers: rows that are not used.
     outliers: int
     #: Step of the torque's converter, N·m, and of the deflection's, rad, where one was seen.
     torque_step_nm: float | None
@@ -198,25 +198,25 @@ class Noise(Result):
 
 @dataclasses.dataclass(frozen=True)
 class Fit(Result):
-    """A fit and what is known about it. `to_dict` is what `gmhm fit --json` writes; arrays and the model are beside it."""
+    """A fit and what is known about it. `to_dict` is what `gmhm fit --json` writes; arrays and the model are further fields."""
 
     verdict: Verdict
-    #: What the recordings exercise; None of joint logs, which have the next.
+    #: Range that the recordings cover; None for joint logs, which have the next field.
     coverage: Coverage | None
     joint_coverage: JointCoverage | None
-    #: What of the residual repeats; None where the recordings are too short to tell.
+    #: The part of the residual that repeats; None if the recordings are too short to decide.
     structure: Repeated | None
     #: Other models on the same recordings, the gear's own first; only that with `compare=False`.
     comparison: tuple[Comparison, ...]
     comparison_rows: int
-    #: Largest torque beside its mean, N·m.
+    #: Largest deviation of the torque from its mean, N·m.
     torque_peak: float
     clipped: tuple[Clipped, ...]
     doubtful_units: tuple[DoubtfulUnit, ...]
     better_rated: BetterRated | None
     method: Literal["auto", "pso"]
     seed: int
-    #: `"nm"`; `"a"` where a current stands in for the torque, and all torques here are in A.
+    #: `"nm"`; `"a"` where a current replaces the torque; all torques here are then in A.
     unit: str
     parameters: tuple[Parameter, ...]
     #: Names in the order of `correlation`, a matrix by rows.
@@ -227,21 +227,21 @@ class Fit(Result):
     #: Structures tried, and how many rows they were compared on.
     selection: tuple[Candidate, ...]
     selection_rows: int
-    #: Root mean square (N·m) and sum of squares (N²·m²) of the residual of the rows that count.
+    #: Root mean square (N·m) and sum of squares (N²·m²) of the residual of the rows used.
     rms: float
     rss: float
     #: Root mean square of the error on blocks held out, N·m.
     heldout_rms: float
-    #: Rows that count.
+    #: Rows used.
     rows: int
     #: Constant torque offset of each recording, N·m. Not part of the model.
     offsets: tuple[float, ...]
     deflection_zeros: tuple[DeflectionZero, ...]
-    #: Of each recording: whether it starts with an empty memory; rows left out before its loop had settled; its noise.
+    #: Of each recording: whether it starts with an empty memory; rows before its loop had settled, which are not used; its noise.
     known_start: tuple[bool, ...]
     unsettled_rows: tuple[int, ...]
     noise: tuple[Noise, ...]
-    #: Whether rows were weighted against that noise; else the fit is plain least squares.
+    #: Whether rows were weighted against that noise; otherwise the fit is plain least squares.
     prewhitened: bool
     #: Whether the parameters are held where feed-forward has an inverse.
     held_invertible: bool
@@ -300,11 +300,11 @@ def fit(
             with `time_s`, `torque_nm` (or `current_a`) and `deflection_rad` (or two angles and `ratio`).
         model: gives ratio, law, kernel, gate and play; without it held-out prediction chooses them.
         method: `"auto"`, or `"pso"`, the paper's particle swarm.
-        own_zeros: the encoders of each recording count from a zero of their own; by default where the recordings do
+        own_zeros: estimate one encoder zero per recording; by default only where the recordings do
             not go together otherwise.
         rated_deflection_rad: rad; else the model's, else the largest recorded.
         ratio: reduction ratio, negative where the gear reverses; else the model's.
-        torque_side: where the torque is taken; else where the model says, else the output (motor for a current).
+        torque_side: where the torque is measured; by default as in the model, otherwise the output (motor for a current).
         name: of the gear, in the model.
         seed: of every random choice.
         compare: also fit other models and another rated deflection, for the verdict; without it a fit is several times

@@ -14,7 +14,7 @@ from ._results import Result
 
 @dataclasses.dataclass(frozen=True)
 class Quantity(Result):
-    """A number that is followed."""
+    """A quantity of the gear."""
 
     name: str
     #: In `unit`.
@@ -58,19 +58,19 @@ class Change(Result):
     last: float
     change: float
     sd: float | None
-    #: The change beside the first value.
+    #: The change relative to the first value.
     relative: float
-    #: Probability that scatter alone spreads the values so far apart.
+    #: Probability that scatter alone causes such differences.
     p_value: float | None
-    #: Whether it moved, Holm's correction for the number of quantities applied.
+    #: Whether it changed significantly, with Holm's correction for the number of quantities.
     moved: bool
-    #: The smallest change that would have been seen nine times of ten, in `unit`.
+    #: The smallest change that is detected in nine of ten cases, in `unit`.
     detectable: float | None
 
 
 @dataclasses.dataclass(frozen=True)
 class Regression(Result):
-    """A quantity beside a property."""
+    """Regression of a quantity on a property."""
 
     name: str
     unit: str
@@ -80,18 +80,18 @@ class Regression(Result):
     #: Change for a unit of the property, and its standard deviation, in `unit`.
     slope: float
     sd: float | None
-    #: The slope beside the value at the mean.
+    #: The slope relative to the value at the mean.
     relative_slope: float
-    #: How much more the values scatter about the line than their standard deviations say; at least 1.
+    #: Scatter of the values about the line over their standard deviations; at least 1.
     scatter: float
-    #: Probability of such a slope where there is none.
+    #: Probability of such a slope if there is no dependence.
     p_value: float | None
     significant: bool
 
 
 @dataclasses.dataclass(frozen=True)
 class Against(Result):
-    """Quantities beside a property of the recordings."""
+    """Regressions on a property of the recordings."""
 
     #: Its name, and its value for each state.
     property: str
@@ -103,15 +103,15 @@ class Against(Result):
 class Health(Result):
     """The condition of a gear over a series. `to_dict` is what `gmhm health --json` writes."""
 
-    #: Probability that anything is said to have moved where nothing has.
+    #: Probability that a change is reported although nothing has changed.
     false_alarm_rate: float
-    #: `"nm"`; `"a"` where a current stands in for the torque, and all torques here are in A.
+    #: `"nm"`; `"a"` where a current replaces the torque; all torques here are then in A.
     unit: str
     seed: int
     rating: Rating
     #: Law, kernel and gate.
     structure: str
-    #: What standard deviations were multiplied by, because the halves of a recording differ by more.
+    #: Factor on all standard deviations, because the halves of a recording differ by more.
     widened: float
     #: The states in the order given.
     conditions: tuple[Condition, ...]
@@ -124,9 +124,9 @@ class Health(Result):
             rows = ((q.name, q.value, q.sd, q.unit) for q in self.conditions[0].quantities)
             return _html.page(self.conditions[0].name, _html.table(("quantity", "value", "± 1 sd", "unit"), rows))
         moved = [change.name for change in self.changes if change.moved]
-        heading = f"Moved: {', '.join(moved)}" if moved else "Nothing moved"
+        heading = f"Changed: {', '.join(moved)}" if moved else "No change"
         changes = ((c.name, c.first, c.last, c.change, c.sd, c.unit, c.moved) for c in self.changes)
-        head = ("quantity", "first", "last", "change", "± 1 sd", "unit", "moved")
+        head = ("quantity", "first", "last", "change", "± 1 sd", "unit", "changed")
         return _html.page(f"{heading} ({len(self.conditions)} states)", _html.table(head, changes))
 
 

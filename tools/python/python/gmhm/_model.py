@@ -34,7 +34,7 @@ class Prediction(Series):
     terms: dict[str, Array]
     #: Rows outside the rated deflection, where the model is not calibrated.
     rows_out_of_range: int
-    #: Pairs of turning points that were merged because more loops were open than are remembered.
+    #: Pairs of turning points that were merged because more loops were open than can be stored.
     merged_pairs: int
 
 
@@ -80,7 +80,7 @@ class Block:
 
     #: Its bytes.
     data: bytes = dataclasses.field(repr=False)
-    #: Why the drive cannot invert it, where it cannot: it then predicts only.
+    #: Why the drive can only predict and not invert; None if it can do both.
     without_inverse: str | None = None
 
     @classmethod
@@ -89,11 +89,11 @@ class Block:
         return cls(_gmhm.read_block(path))
 
     def save(self, path: Path, *, address: int = 0) -> None:
-        """Writes it as the ending of the path says: `.bin`, `.hex` (Intel HEX at an address) or `.h` (an array for C)."""
+        """Writes it in the format of the path's ending: `.bin`, `.hex` (Intel HEX at an address) or `.h` (an array for C)."""
         _gmhm.write_block(self.data, path, address)
 
     def to_dict(self) -> dict[str, Any]:
-        """What it holds in SI units, as `gmhm inspect --json` writes it."""
+        """Its contents in SI units, as `gmhm inspect --json` writes it."""
         contents: dict[str, Any] = json.loads(_gmhm.inspect(self.data, "block"))
         return contents
 
@@ -116,7 +116,7 @@ class Model:
 
     @classmethod
     def load(cls, path: Path) -> Model:
-        """Reads a model file (TOML). What is not exactly one raises `ModelError` with line and key."""
+        """Reads a model file (TOML). An invalid file raises `ModelError` with line and key."""
         return cls(_gmhm.Model.load(path))
 
     @classmethod
@@ -125,7 +125,7 @@ class Model:
         return cls(_gmhm.Model.parse(text, file))
 
     def save(self, path: Path) -> None:
-        """Writes the model file, whole or not at all."""
+        """Writes the model file; on failure an existing file is not changed."""
         self._native.save(path)
 
     def to_toml(self) -> str:
@@ -192,7 +192,7 @@ class Model:
         return Prediction(torque, elastic, hysteresis, dict(terms), out_of_range, merged)
 
     def invert(self, torque: Source, *, rated_deflection_rad: float | None = None) -> Inversion:
-        """Finds the deflection that each torque takes, in order, as `gmhm invert`.
+        """Computes the deflection for each torque, in order, as `gmhm invert`.
 
         Args:
             torque: an array of torques in the unit of the model (N·m, A), shape `(rows,)`; or a recording, path, dict
@@ -253,9 +253,9 @@ class Model:
         """Makes the parameter block, ready for a drive, as `gmhm pack`.
 
         Args:
-            scalar: what the drive computes in.
-            period_s: control period, s; law `time` needs it.
-            gear: which gear the block is for, at most 16 bytes; by default from the model's name.
+            scalar: arithmetic of the drive.
+            period_s: control period, s; required for law `time`.
+            gear: gear that the block is for, at most 16 bytes; by default from the model's name.
             stack_depth: turning points that the drive has room for, even, 4 or more.
             rated_deflection_rad: instead of the model's, rad.
         """

@@ -53,7 +53,7 @@ class Recording:
 
     @property
     def torque_unit(self) -> str:
-        """`"nm"`, or `"a"` where a motor current stands in for the torque."""
+        """`"nm"`, or `"a"` where a motor current replaces the torque."""
         return self._native.torque_unit
 
     @property
@@ -80,7 +80,7 @@ class Recording:
 
     @property
     def torque(self) -> Array:
-        """The torque, N·m, or the current that stands in for it, A; shape `(rows,)`."""
+        """The torque, N·m, or the current that replaces it, A; shape `(rows,)`."""
         return self["current_a" if self.torque_unit == "a" else "torque_nm"]
 
     def to_dict(self) -> dict[str, Array]:
@@ -119,9 +119,9 @@ def read(
             arrays, a frame of pandas or polars, a table of PyArrow, a structured array. Columns are recognised by
             their names, as those of files (`torque_nm`, `deflection_mrad`, `Time [s]`).
         map: columns under other names, scaled, flipped or shifted: `"torque_nm=tau*0.001,deflection_rad=-x"`.
-        from_s, to_s: rows before and after these times are left out, s of the time column.
+        from_s, to_s: rows before and after these times are ignored, s of the time column.
         name: for messages and reports, of columns in memory.
-        copy: the recording gets rows of its own. Otherwise it reads columns that are contiguous arrays of float64 in SI
+        copy: the recording gets its own rows. Otherwise it reads columns that are contiguous arrays of float64 in SI
             units, shape `(rows,)`, where they lie: do not write to them while the recording is in use. What is done with
             a recording whose arrays were written to raises `RecordingError`. All other columns are converted, which
             leaves the arrays as they are.
@@ -199,7 +199,7 @@ def _is_mapping(source: Any) -> TypeGuard[Mapping[Any, Any]]:
 
 
 def _numbers(column: Any, copy: bool) -> Array:
-    """A column as contiguous floats, itself where it is that already; an exception says what it holds instead."""
+    """A column as contiguous floats, without a copy if it has this form; an exception names any other content."""
     import numpy as np
 
     array = np.asarray(column.to_numpy() if hasattr(column, "to_numpy") else column)

@@ -28,7 +28,7 @@ class Result:
         values: dict[str, Any] = {}
         for field in dataclasses.fields(self):
             value = getattr(self, field.name)
-            # Fields that hold arrays or models are no part of the JSON; some are left out where they are None.
+            # Fields that hold arrays or models are not in the JSON; some are omitted if they are None.
             if field.metadata.get("json", True) and not (value is None and field.metadata.get("optional", False)):
                 values[field.name.removesuffix("_")] = _written(value)
         return values
@@ -63,12 +63,12 @@ def _shown(item: tuple[str, Any]) -> tuple[str, object]:
 
 
 def beside_json() -> Any:
-    """A field that is no part of the JSON."""
+    """A field that is not in the JSON."""
     return dataclasses.field(metadata={"json": False}, repr=False, compare=False)
 
 
 def left_out_if_none() -> Any:
-    """A field that the JSON leaves out where it is None."""
+    """A field that is not in the JSON if it is None."""
     return dataclasses.field(default=None, metadata={"optional": True})
 
 

@@ -30,7 +30,7 @@ def loop(fit: Fit, index: int = 0, *, axes: Axes | None = None) -> Axes:
 
 
 def residual(fit: Fit, index: int = 0, *, axes: Axes | None = None) -> Axes:
-    """What a fit leaves of one of its recordings, over time."""
+    """The residual of one recording of a fit, over time."""
     axes = _axes(axes)
     recording = fit.recordings[index]
     axes.plot(recording.time_s, fit.residuals[index], linewidth=0.7, label="measured − fitted")
@@ -38,7 +38,7 @@ def residual(fit: Fit, index: int = 0, *, axes: Axes | None = None) -> Axes:
 
 
 def torque(model: Model, recording: Recording, *, axes: Axes | None = None) -> Axes:
-    """The torque of a recording over time: measured, as a model predicts it, and what each part of the model adds."""
+    """The torque of a recording over time: measured, as a model predicts it, and each part of the model."""
     axes = _axes(axes)
     prediction = model.predict(recording)
     if {"torque_nm", "current_a"} & set(recording.columns):

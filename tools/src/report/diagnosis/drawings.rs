@@ -55,7 +55,7 @@ pub(super) fn before_and_after(finding: &Finding, coordinate: &str, unit: Torque
     };
     let mut curves = vec![curve("base model refitted", Role::Second, &verdict.base.residual)];
     if finding.diagnosis.mismatch {
-        curves.push(curve("with what was found", Role::Model, &verdict.extended.residual));
+        curves.push(curve("with the effects found", Role::Model, &verdict.extended.residual));
     }
     let figure = Figure {
         title: format!("Residual along the {}", words(coordinate)),
@@ -94,7 +94,7 @@ pub(super) fn torques(finding: &Finding, recordings: &[Recording], unit: TorqueU
         };
         model("base model refitted", Role::Second, &base);
         if finding.diagnosis.mismatch {
-            model("with what was found", Role::Model, &extended);
+            model("with the effects found", Role::Model, &extended);
         }
         // Angles within a turn jump: a line would cross the figure.
         if coordinate.ends_with("angle") {
@@ -130,7 +130,7 @@ pub(super) fn residual_over_time(finding: &Finding, unit: TorqueUnit) -> Drawing
     let (base, extended) = (apart(&verdict.base.residual), apart(&verdict.extended.residual));
     let mut over_time = vec![("base model refitted", Role::Second, &base[..])];
     if found.mismatch {
-        over_time.push(("with what was found", Role::Model, &extended[..]));
+        over_time.push(("with the effects found", Role::Model, &extended[..]));
     }
     let shaded: &[(f64, f64)] = if seconds.len() < 20 { &seconds } else { &[] };
     figures::residual_over_time(

@@ -156,7 +156,7 @@ fn places(finding: &Finding, unit: TorqueUnit) -> Section {
         let lines: Vec<(f64, f64)> = after.iter().map(|l| (l.order, l.power)).collect();
         drawings.push((
             figures::spectrum(
-                "Orders of the motor turn, with what was found",
+                "Orders of the motor turn, with the effects found",
                 "order of the motor turn",
                 label,
                 &lines,

@@ -1,4 +1,4 @@
-//! The tables of a diagnosis: the error before and after, the effects with their parameters, the evidence, and what stays open.
+//! The tables of a diagnosis: the error before and after, the effects with their parameters, the evidence, and open questions.
 
 use super::words;
 use crate::diagnose::Finding;
@@ -95,7 +95,7 @@ pub(super) fn evidence(finding: &Finding) -> Section {
             format!("– a free curve over {}", words(free)),
             whole(effect.free_gain),
             "–".into(),
-            "what any law of that coordinate could explain, net of its freedom".into(),
+            "upper limit for any law of this coordinate, corrected for its parameters".into(),
         ]));
         for (kind, gain, numbers) in effect.tried.iter().filter(|(kind, ..)| *kind != effect.name).take(6) {
             let verdict = if effect.equivalents.contains(kind) { "cannot be distinguished" } else { "rejected" };
@@ -111,9 +111,9 @@ pub(super) fn evidence(finding: &Finding) -> Section {
         ]));
     }
     let head = ["explanation", "gain of −2 ln L", "numbers", ""].map(str::to_owned).to_vec();
-    Section::new("The evidence, and what was rejected")
-        .text("Each kind is refitted together with the base model, against noise whose colour is fitted with it. A name is given only where it explains what a free curve of the same coordinates can; kinds within 11 of the best are not told apart.")
-        .table(Table { caption: "Explanations tried in the place of each effect".into(), head, rows })
+    Section::new("Evidence and rejected explanations")
+        .text("Each kind is refitted together with the base model, against noise whose colour is fitted with it. A name is given only where it explains what a free curve of the same coordinates can; kinds within 11 of the best cannot be distinguished.")
+        .table(Table { caption: "Explanations tried for each effect".into(), head, rows })
 }
 
 pub(super) fn bias(finding: &Finding) -> Section {
@@ -147,7 +147,7 @@ pub(super) fn bias(finding: &Finding) -> Section {
         }
     }
     let head = ["parameter", "unit", "without the effect", "with it", "bias"].map(str::to_owned).to_vec();
-    Section::new("What the omission had done to the base model").table(Table {
+    Section::new("Effect of the omission on the base model").table(Table {
         caption: "Parameters of the base model".into(),
         head,
         rows,
@@ -155,14 +155,13 @@ pub(super) fn bias(finding: &Finding) -> Section {
 }
 
 pub(super) fn open(found: &Diagnosis) -> Section {
-    let section = Section::new("What stays open");
+    let section = Section::new("Open questions");
     let rows: Vec<TableRow> =
         found.undecidable.iter().map(|u| TableRow::new([words(&u.name), u.experiment.clone()])).collect();
     let section = if rows.is_empty() {
-        section.text("Every kind of the vocabulary would have been seen at a plausible size.")
+        section.text("These recordings can show every kind of effect at a plausible size.")
     } else {
-        let head =
-            ["kind that these recordings could not have shown", "experiment that would"].map(str::to_owned).to_vec();
+        let head = ["kind that these recordings cannot show", "experiment that can"].map(str::to_owned).to_vec();
         section.table(Table { caption: "Undecidable".into(), head, rows })
     };
     let next = found.next_experiment.to_string();

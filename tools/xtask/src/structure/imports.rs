@@ -42,7 +42,7 @@ pub fn read(root: &Path) -> Result<Vec<Source>> {
         let module = module_of(&path);
         let tokens: TokenStream = text.parse().map_err(|error| anyhow!("{}: {error}", file.display()))?;
         let mut scan = Scan { module: module.clone(), ..Scan::default() };
-        scan.walk(tokens, 0);
+        scan.scan(tokens, 0);
         modules.insert(module, index);
         sources.push(Source {
             path,
@@ -109,7 +109,7 @@ struct Scan {
 
 impl Scan {
     /// Walks tokens inside `depth` inline modules.
-    fn walk(&mut self, tokens: TokenStream, depth: usize) {
+    fn scan(&mut self, tokens: TokenStream, depth: usize) {
         let tokens: Vec<TokenTree> = tokens.into_iter().collect();
         let mut at = 0;
         while at < tokens.len() {
@@ -147,7 +147,7 @@ impl Scan {
                     let inline = group.delimiter() == Delimiter::Brace
                         && at >= 2
                         && matches!(&tokens[at - 2], TokenTree::Ident(word) if *word == "mod");
-                    self.walk(group.stream(), depth + usize::from(inline));
+                    self.scan(group.stream(), depth + usize::from(inline));
                 }
                 TokenTree::Literal(literal) => {
                     let text = literal.to_string();
@@ -260,7 +260,7 @@ mod tests {
 
     fn scan(text: &str) -> Scan {
         let mut scan = Scan { module: vec!["fit".to_owned(), "select".to_owned()], ..Scan::default() };
-        scan.walk(text.parse().unwrap(), 0);
+        scan.scan(text.parse().unwrap(), 0);
         scan
     }
 
