@@ -273,7 +273,7 @@ fn an_output_is_not_named_as_what_it_is_not() {
     dir.misuse("diagnose gear.toml rec.csv -o other.parquet", &["must end in .toml: a model file is written"]);
     assert_eq!(dir.read("other.csv"), other);
     dir.misuse("export gear.toml --to fmu -o gear.c", &["-o must end in .fmu"]);
-    dir.misuse("export gear.toml --to c -o gear.c", &["-o names the folder"]);
+    dir.misuse("export gear.toml --to c -o gear.c", &["-o must be a folder"]);
 }
 
 #[test]

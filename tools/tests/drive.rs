@@ -15,7 +15,7 @@ fn parameters_are_tried_kept_and_taken_back() {
     dir.succeed(&format!("flash params.bin --to {to}"));
 
     let tried = drive("try softer.bin");
-    assert!(tried.contains("on trial, read back") && tried.contains("to be sequence 2"), "{tried}");
+    assert!(tried.contains("on trial, read back") && tried.contains("stores it as sequence 2"), "{tried}");
     assert!(drive("status").contains("on trial, in RAM: sequence 2"));
     drive("revert");
     let status = drive("status --json status.json");

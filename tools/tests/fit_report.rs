@@ -156,7 +156,7 @@ fn what_is_left_is_what_the_fit_leaves_whatever_the_gear_went_through_before() {
     let largest = assessment.residuals.iter().flatten().fold(0.0_f64, |a, r| a.max(r.abs()));
     assert!(largest < 0.6, "{largest} N·m beside noise of 0.1");
     let html = page(&fit, &assessment, &recordings, Provenance::default()).to_html();
-    assert!(html.contains("as fitted with what the gear remembered at the first row"));
+    assert!(html.contains("as fitted, with the estimated memory at the first row"));
 }
 
 #[test]

@@ -323,7 +323,7 @@ fn notes(plan: &Plan) -> String {
         lines.push("Torques are counted in amperes of motor current: read A for N*m and _a for _nm.".to_owned());
     }
     for kind in &plan.left_out {
-        lines.push(format!("Left out: {kind}, a fault of the measurement."));
+        lines.push(format!("Left out: {kind}, a measurement fault."));
     }
     if let Some(why) = &plan.without_inverse {
         lines.push(format!("Without inverse: {}", comment(why)));

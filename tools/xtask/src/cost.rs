@@ -26,8 +26,8 @@ const CYCLES_TOLERANCE: f64 = 0.05;
 /// What is counted on one machine.
 struct Image {
     machine: Machine,
-    /// What the table says of it.
-    place: &'static str,
+    /// Its heading in the table.
+    target: &'static str,
     /// What a control loop there can afford, instructions. Exceeding that fails.
     limits: &'static [(&'static str, f64)],
 }
@@ -39,8 +39,8 @@ const WORST_CASE: &str = "worst_case";
 const ADAPTATION: &str = "adapt_cost";
 
 const IMAGES: [Image; 2] = [
-    Image { machine: machine::M4F, place: "Cortex-M4F in `f32`", limits: &LIMITS },
-    Image { machine: machine::M0, place: "Cortex-M0 in fixed point", limits: &FIXED_LIMITS },
+    Image { machine: machine::M4F, target: "Cortex-M4F in `f32`", limits: &LIMITS },
+    Image { machine: machine::M0, target: "Cortex-M0 in fixed point", limits: &FIXED_LIMITS },
 ];
 
 const LIMITS: [(&str, f64); 14] = [
@@ -75,8 +75,8 @@ const CLOSED_FORM: &str = "closed form of the paper";
 
 /// One line of the table.
 pub struct Call {
-    /// Where it was counted.
-    pub place: String,
+    /// The core and scalar that it was counted for.
+    pub target: String,
     /// What is called.
     pub name: String,
     /// What a call takes.
@@ -88,18 +88,18 @@ pub struct Call {
 /// Counts every call. A count above that of the table fails, unless it is accepted by `overwrite`.
 pub fn run(shell: &Shell, overwrite: bool) -> Result<()> {
     let mut calls = Vec::new();
-    for Image { machine, place, limits } in IMAGES {
-        let counted = count(shell, machine, place)?;
+    for Image { machine, target, limits } in IMAGES {
+        let counted = count(shell, machine, target)?;
         for (name, limit) in limits {
             let call =
                 counted.iter().find(|call| call.name == *name).with_context(|| format!("`{name}` was not counted"))?;
             if call.instructions > *limit {
-                bail!("{place}: {name}: {} instructions, and at most {limit} are allowed", call.instructions);
+                bail!("{target}: {name}: {} instructions, and at most {limit} are allowed", call.instructions);
             }
         }
         calls.extend(counted);
     }
-    let own = |call: &&Call| call.name == LIMITS[0].0 && call.place == IMAGES[0].place;
+    let own = |call: &&Call| call.name == LIMITS[0].0 && call.target == IMAGES[0].target;
     let own = calls.iter().find(own).context("law `masing` was not counted")?.instructions;
     for call in calls.iter().filter(|call| call.name.starts_with(CLOSED_FORM)) {
         ensure!(own < call.instructions, "law `masing` takes {own} instructions and no less than {}", call.name);
@@ -115,7 +115,7 @@ pub fn run(shell: &Shell, overwrite: bool) -> Result<()> {
     compare(&parse(&golden), &calls)
 }
 
-fn count(shell: &Shell, machine: Machine, place: &str) -> Result<Vec<Call>> {
+fn count(shell: &Shell, machine: Machine, target: &str) -> Result<Vec<Call>> {
     let image = machine.build(shell, "cost")?;
     let counted = emulator::lines(&image, machine, Clock::Instructions)?;
     let estimated = if machine.has_floats() { cycles::lines(shell, &image, machine)? } else { String::new() };
@@ -131,7 +131,7 @@ fn count(shell: &Shell, machine: Machine, place: &str) -> Result<Vec<Call>> {
         let fits = cycles.is_none_or(|cycles| cycles > 0.98 * ticks * machine.instructions_per_tick - TOLERANCE);
         ensure!(fits, "{name}: fewer cycles than instructions: the trace of the emulator was not understood");
         Ok(Call {
-            place: place.to_owned(),
+            target: target.to_owned(),
             name: name.to_owned(),
             instructions: (ticks * machine.instructions_per_tick).round(),
             cycles: cycles.map(f64::round),
@@ -175,13 +175,13 @@ fn table(calls: &[Call], accuracy: &Accuracy) -> Result<String> {
          the range. No bound is proved: a call evaluates the torque at most four times to find its branch (of the eight that sixteen turning points leave), and the steps\n\
          of the root beyond the second are rare, not impossible. Of three million calls along the same test path the worst takes 675 in `f32` and 5163 in fixed point.\n",
     );
-    let (mut place, mut estimated) = ("", false);
+    let (mut target, mut estimated) = ("", false);
     for call in calls {
-        if call.place != place {
-            (place, estimated) = (&call.place, call.cycles.is_some());
+        if call.target != target {
+            (target, estimated) = (&call.target, call.cycles.is_some());
             let (more, line) =
                 if estimated { (" cycles (estimate) | held-out error, N·m |", "---:|---:|") } else { ("", "") };
-            write!(text, "\n{HEADING}{place}\n\n| call | instructions |{more}\n|---|---:|{line}\n")?;
+            write!(text, "\n{HEADING}{target}\n\n| call | instructions |{more}\n|---|---:|{line}\n")?;
         }
         write!(text, "| {} | {} |", call.name, call.instructions)?;
         if estimated {
@@ -198,39 +198,39 @@ fn table(calls: &[Call], accuracy: &Accuracy) -> Result<String> {
 const HEADING: &str = "## ";
 
 fn parse(table: &str) -> Vec<Call> {
-    let mut place = "";
+    let mut target = "";
     let mut row = |line| {
-        place = str::strip_prefix(line, HEADING).unwrap_or(place);
+        target = str::strip_prefix(line, HEADING).unwrap_or(target);
         let mut cells = line.trim_matches('|').split(" | ").map(str::trim);
         let (name, instructions) = (cells.next()?.to_owned(), cells.next()?.parse().ok()?);
         let cycles = cells.next().and_then(|cell| cell.parse().ok());
-        Some(Call { place: place.to_owned(), name, instructions, cycles })
+        Some(Call { target: target.to_owned(), name, instructions, cycles })
     };
     table.lines().filter_map(&mut row).collect()
 }
 
 fn compare(golden: &[Call], calls: &[Call]) -> Result<()> {
     let mut complaints = Vec::new();
-    let same = |a: &Call, b: &Call| a.place == b.place && a.name == b.name;
+    let same = |a: &Call, b: &Call| a.target == b.target && a.name == b.name;
     for call in calls {
-        let Call { place, name, instructions, cycles } = call;
+        let Call { target, name, instructions, cycles } = call;
         match golden.iter().find(|known| same(known, call)) {
-            None => complaints.push(format!("{place}: {name}: not in the table")),
+            None => complaints.push(format!("{target}: {name}: not in the table")),
             Some(known) if *instructions > (1.0 + SHARE) * known.instructions + TOLERANCE => complaints
-                .push(format!("{place}: {name}: {instructions} instructions, {} in the table", known.instructions)),
+                .push(format!("{target}: {name}: {instructions} instructions, {} in the table", known.instructions)),
             Some(known) if *instructions < (1.0 - SHARE) * known.instructions - TOLERANCE => {
-                println!("cost: {place}: {name} fell from {}: lower the table with --overwrite", known.instructions);
+                println!("cost: {target}: {name} fell from {}: lower the table with --overwrite", known.instructions);
             }
             Some(known) => {
                 let (now, then) = (cycles.unwrap_or_default(), known.cycles.unwrap_or_default());
                 if (now - then).abs() > CYCLES_TOLERANCE * then + TOLERANCE {
-                    complaints.push(format!("{place}: {name}: {now} cycles, {then} in the table"));
+                    complaints.push(format!("{target}: {name}: {now} cycles, {then} in the table"));
                 }
             }
         }
     }
     for known in golden.iter().filter(|known| !calls.iter().any(|call| same(known, call))) {
-        complaints.push(format!("{}: {}: in the table, but no longer counted", known.place, known.name));
+        complaints.push(format!("{}: {}: in the table, but no longer counted", known.target, known.name));
     }
     if complaints.is_empty() {
         return Ok(());

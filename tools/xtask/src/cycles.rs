@@ -47,36 +47,36 @@ pub fn lines(shell: &Shell, image: &Path, machine: Machine) -> Result<String> {
 fn readings(image: &Path, machine: Machine, program: &Program, reading: u64) -> Result<Vec<u32>> {
     let mut trace = emulator::trace(image, machine)?;
     let mut lines = BufReader::new(trace.output().context("the emulator has no trace")?);
-    let (mut place, mut before) = (Place::default(), Place::default());
+    let (mut progress, mut before) = (Progress::default(), Progress::default());
     let (mut readings, mut line, mut known) = (Vec::new(), Vec::new(), HashMap::new());
     while lines.read_until(b'\n', &mut line)? > 0 {
         if line.starts_with(b"Trace") {
             // Trace 0: host address [flags/address/…] symbol
             let field = line.split(|&byte| byte == b'/').nth(1).context("the trace names no address")?;
             let to = u64::from_str_radix(std::str::from_utf8(field)?, 16)?;
-            before = place;
-            if let Some(from) = place.at.replace(to) {
-                place.cycles += *known.entry((from, to)).or_insert_with(|| stretch(program, from, to));
+            before = progress;
+            if let Some(from) = progress.at.replace(to) {
+                progress.cycles += *known.entry((from, to)).or_insert_with(|| stretch(program, from, to));
             }
             if to == reading {
-                readings.truncate(place.readings);
-                readings.push(place.cycles as u32 & 0x00ff_ffff);
-                place.readings += 1;
+                readings.truncate(progress.readings);
+                readings.push(progress.cycles as u32 & 0x00ff_ffff);
+                progress.readings += 1;
             }
         } else if line.starts_with(b"Stopped") {
             // The stretch was entered and left at once; it will be entered again.
-            place = before;
+            progress = before;
         }
         line.clear();
     }
-    readings.truncate(place.readings);
+    readings.truncate(progress.readings);
     ensure!(!readings.is_empty(), "the trace of {} holds no reading of its counter", image.display());
     Ok(readings)
 }
 
-/// How far along the trace.
+/// Progress along the trace.
 #[derive(Debug, Clone, Copy, Default)]
-struct Place {
+struct Progress {
     at: Option<u64>,
     cycles: u64,
     readings: usize,

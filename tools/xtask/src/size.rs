@@ -183,7 +183,7 @@ fn is_close(table: &str, golden: &str) -> bool {
     let same_row = |(now, then): (&str, &str)| {
         let cells = |row: &str| row.split('|').map(|cell| cell.trim().to_owned()).collect::<Vec<_>>();
         let (now, then) = (cells(now), cells(then));
-        let same = |(place, (now, then)): (usize, (&String, &String))| now == then || place == 2 && close(now, then);
+        let same = |(column, (now, then)): (usize, (&String, &String))| now == then || column == 2 && close(now, then);
         now.len() == then.len() && now.iter().zip(&then).enumerate().all(same)
     };
     table.lines().count() == golden.lines().count() && table.lines().zip(golden.lines()).all(same_row)
