@@ -196,7 +196,7 @@ fn results_are_never_lost_nor_mixed() {
     dir.succeed("fit --each joint-0.csv --ndjson fits.ndjson");
     let before = dir.read("fits.ndjson");
     dir.refuse("fit --each joint-1.csv --ndjson fits.ndjson", &["fits.ndjson: exists already", "--resume"]);
-    dir.refuse("fit --each joint-1.csv --ndjson joint-0.csv --resume", &["joint-0.csv: line 1 is no result"]);
+    dir.refuse("fit --each joint-1.csv --ndjson joint-0.csv --resume", &["joint-0.csv: line 1 is not the result"]);
     assert_eq!(dir.read("fits.ndjson"), before);
 
     let held = std::fs::File::options().append(true).open(dir.path("fits.ndjson")).unwrap();

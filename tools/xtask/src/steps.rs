@@ -58,3 +58,33 @@ impl Beside {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The program that runs beside is this test program.
+    fn beside(arguments: &[&str]) -> Result<()> {
+        Beside::start("beside", arguments, std::path::Path::new("list"))?.end()
+    }
+
+    #[test]
+    fn a_part_that_fails_beside_is_a_failure() {
+        beside(&["--list"]).unwrap();
+        assert!(beside(&["--no-such-option"]).unwrap_err().to_string().contains("`beside` failed"));
+    }
+
+    #[test]
+    fn steps_run_in_order_to_the_first_failure() {
+        let shell = Shell::new().unwrap();
+        let folder = shell.create_temp_dir().unwrap();
+        shell.change_dir(folder.path());
+        let steps: [Step; 3] = [
+            ("one", |shell| Ok(shell.write_file("one", "")?)),
+            ("two", |_| anyhow::bail!("it fails")),
+            ("three", |shell| Ok(shell.write_file("three", "")?)),
+        ];
+        assert_eq!(run(&shell, &steps).unwrap_err().to_string(), "it fails");
+        assert!(shell.path_exists("one") && !shell.path_exists("three"));
+    }
+}

@@ -69,8 +69,11 @@ pub fn run(shell: &Shell, part: Option<Part>) -> Result<()> {
     Ok(())
 }
 
-/// Runs the tests of all packages.
+/// Runs the tests of all packages, and those of this program.
 fn host_tests(shell: &Shell) -> Result<()> {
+    cmd!(shell, "cargo test --quiet --locked --manifest-path tools/xtask/Cargo.toml --target-dir target/xtask")
+        .run()
+        .context("a test of xtask failed")?;
     cmd!(shell, "cargo test --workspace --locked").run().context("a host test failed")?;
     cmd!(shell, "cargo test --package gmhm --features micromath --lib --locked")
         .run()
