@@ -230,7 +230,7 @@ def main(words=None):
     for size, quantity, joint, _, last in ranked[: asked.diagnose][:SHOWN]:
         found = findings[joint, last["session"]]
         named = found["diagnosis_error"] or ", ".join(found["effects"]) or "no physics beyond the model"
-        print(f"{joint}: {quantity or 'nothing'} moved by {size:.1f} standard deviations; {named}")
+        print(f"{joint}: {quantity or 'nothing'} changed by {size:.1f} standard deviations; {named}")
     asked.output.with_suffix(".ranking.json").write_text(
         json.dumps([{"joint": joint, "quantity": quantity, "standard_deviations": size} for size, quantity, joint, *_ in ranked])
     )
