@@ -12,7 +12,7 @@ use gmhm_tools::numerics::mark::Mark;
 use gmhm_tools::recording::Recording;
 use gmhm_tools::regression::columns::{Column, Columns, Contribution, Evaluate, Offset, Stretch};
 use gmhm_tools::regression::note::{Note, Remedy};
-use gmhm_tools::regression::problem::Problem;
+use gmhm_tools::regression::problem::{Problem, Sweep};
 use gmhm_tools::regression::rows::{Past, Rows};
 use gmhm_tools::regression::uncertainty::of_columns;
 use rayon::prelude::*;
@@ -158,7 +158,8 @@ fn without_a_noise_model_the_scatter_of_blocks_gives_standard_deviations() {
                 counts: None,
             }];
             let problem = Problem { rows: &rows, corrections: Vec::new(), contributions: vec![&Offset, &waves] };
-            let known = of_columns(&problem, &[], None, Remedy::Amplitudes);
+            let linear = problem.solve(&[], Sweep::PLAIN).0;
+            let known = of_columns(&problem, &[], &linear, None, Remedy::Amplitudes);
             known.parameters.iter().map(|p| (p.value, p.sd.unwrap())).collect()
         })
         .collect();

@@ -74,7 +74,8 @@ pub fn fit(recordings: &[Recording], options: &FitOptions, progress: &dyn Progre
         return Err(EstimateError::Cancelled);
     }
     let weights = prewhitened.then_some(&noise[..]);
-    let mut uncertainty = uncertainty::of_columns(&problem, &result.nonlinear, weights, Remedy::JointMotion);
+    let mut uncertainty =
+        uncertainty::of_columns(&problem, &result.nonlinear, &result.linear, weights, Remedy::JointMotion);
     uncertainty.per(first.torque_unit);
     let (residuals, rss, counted) = left(&problem, &result);
     let name = given.map(|m| m.name.clone()).filter(|n| !n.is_empty()).unwrap_or_else(|| first.name.clone());

@@ -60,7 +60,6 @@ use crate::numerics::autoregression::Noise;
 use crate::numerics::mark::Mark;
 use crate::numerics::particle_swarm::Stop;
 use crate::recording::{Recording, RecordingError};
-use crate::regression::base::Play;
 use crate::regression::polish::Polished;
 use crate::regression::problem::Problem;
 use crate::regression::uncertainty::{Estimated, Fitted, Uncertainty};
@@ -219,7 +218,7 @@ fn fit_together(recordings: &[Recording], options: &FitOptions, progress: &dyn P
         return joint::fit(recordings, options, progress);
     }
     let Optimum {
-        prepared: Prepared { rows, mut gear, rated_deflection_rad, torque_nm, start, zeros },
+        prepared: Prepared { rows, mut gear, rated_deflection_rad, start, zeros, .. },
         selection,
         selection_rows,
         assembly,
@@ -227,13 +226,11 @@ fn fit_together(recordings: &[Recording], options: &FitOptions, progress: &dyn P
         gauge_omega_per_s,
         mut evaluations,
     } = Optimum::of(recordings, options, progress)?;
-    let structure = assembly.structure;
     let rated_is_largest_seen = options.rated_deflection_rad.or(gear.rated_deflection_rad).is_none();
     let weights = prewhitened.then_some(&noise[..]);
     let held_invertible = options.method == Method::Auto && invertible::hold(&assembly, &rows, &mut result, weights);
     evaluations += result.evaluations;
     let (elastic, memory) = assembly.coefficients(&result.nonlinear, &result.linear, gauge_omega_per_s);
-    let (zeros_rad, _) = assembly.split(&result.nonlinear);
     let mut deflection_zeros: Vec<DeflectionZero> = (recordings.iter().enumerate())
         .map(|(index, recording)| DeflectionZero {
             recording: recording.name.clone(),
@@ -244,15 +241,12 @@ fn fit_together(recordings: &[Recording], options: &FitOptions, progress: &dyn P
     gear.deflection_zero_rad = deflection_zeros[0].rad;
     gear.rated_deflection_rad = Some(rated_deflection_rad);
     let fitted = Fitted {
-        rated_deflection_rad,
-        elastic,
+        assembly: &assembly,
+        nonlinear: &result.nonlinear,
+        linear: &result.linear,
         memory,
         known_start: &start.known,
-        zeros: assembly.free_zeros(),
-        zeros_rad,
         stored_zero_rad: gear.deflection_zero_rad,
-        searched_play: matches!(structure.play, Play::UpTo(_)),
-        torque_nm,
         rated_sd_rad: if rated_is_largest_seen { start::tip_sd_rad(&rows) } else { 0.0 },
     };
     let (mut uncertainty, zeros_sd_rad) = uncertainty::assess(&fitted, &rows, weights)?;

@@ -166,19 +166,9 @@ fn uncertainty(dataset: &Dataset<'_>, fitted: &Fitted) -> Uncertainty {
     let directions = dataset.layout().directions(&fitted.of_places(), &fitted.residual);
     let sds = dataset.standard_deviations(fitted);
     let line = |((&free, direction), sd): ((&FreeParameter, _), Option<f64>)| {
-        let (name, unit) = name_of(model, free);
         let value = parameters::value(model, free);
         let at_bound = parameters::room(model, free) == 0.0;
-        let vague = sd.is_some_and(|sd| 2.0 * sd >= value.abs()) && free != FreeParameter::Zero;
-        let undetermined = !at_bound && (sd.is_none() || vague);
-        let note = match sd {
-            _ if at_bound => Some(Note::AtBound),
-            None => Some(Note::Open(None)),
-            Some(sd) if vague => Some(Note::Vague { relative: sd / value.abs(), remedy: None }),
-            Some(_) => None,
-        };
-        let sd = sd.filter(|_| !at_bound);
-        (Estimated { name, value, sd, unit, at_bound, undetermined, note }, direction)
+        (Estimated::new(name_of(model, free), value, sd, at_bound, Note::Open(None), None), direction)
     };
     correlated(fitted.places.iter().zip(directions).zip(sds).map(line).collect())
 }

@@ -45,6 +45,20 @@ impl Assembly {
         Ok(Self { structure, rated_deflection_rad, memory, zeros: None })
     }
 
+    /// The same parts for another rated deflection.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn with_rated_deflection(
+        &self,
+        rated_deflection_rad: f64,
+        rows: &[Rows<'_>],
+        known_start: &[bool],
+    ) -> Result<Self, EstimateError> {
+        let zeros = self.zeros.clone();
+        Ok(Self { zeros, ..Self::new(self.structure, rated_deflection_rad, rows, known_start)? })
+    }
+
     /// With zeros of the deflection to be found, as many as there are recordings or a single one.
     #[must_use]
     pub fn with_free_zeros(mut self, count: usize) -> Self {

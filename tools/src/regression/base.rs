@@ -48,17 +48,20 @@ impl Structure {
     }
 }
 
+/// Names and units of c1, c2, c3.
+pub const ELASTIC: [(&str, &str); 3] =
+    [("c1_nm_per_rad", "N·m/rad"), ("c2_nm_per_rad3", "N·m/rad³"), ("c3_nm_per_rad5", "N·m/rad⁵")];
+
 /// c1, c2, c3.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct ElasticPart;
 
 impl Contribution for ElasticPart {
     fn columns(&self) -> &[Column] {
-        static COLUMNS: [Column; 3] = [
-            Column::of_gear("c1_nm_per_rad", "N·m/rad", Bound::Free),
-            Column::of_gear("c2_nm_per_rad3", "N·m/rad³", Bound::Free),
-            Column::of_gear("c3_nm_per_rad5", "N·m/rad⁵", Bound::Free),
-        ];
+        const fn column((name, unit): (&'static str, &'static str)) -> Column {
+            Column::of_gear(name, unit, Bound::Free)
+        }
+        static COLUMNS: [Column; 3] = [column(ELASTIC[0]), column(ELASTIC[1]), column(ELASTIC[2])];
         &COLUMNS
     }
 
