@@ -153,7 +153,6 @@ impl Failure {
                 "name a model file first, as in gmhm diagnose M.toml RECORDING -o M2.toml (gmhm fit makes one); or add the simulated torque as torque_sim_nm"
                     .to_owned(),
             ),
-            Failure::Discover(DiagnoseError::Dataset(e)) => e.fix(),
             Failure::Discover(DiagnoseError::Estimate(e)) => e.fix(),
             Failure::Adapt(AdaptReplayError::Implausible(e)) => Some(e.fix()),
             Failure::NoRealNoise { .. } => {

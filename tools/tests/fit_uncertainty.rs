@@ -159,7 +159,7 @@ fn without_a_noise_model_the_scatter_of_blocks_gives_standard_deviations() {
             }];
             let problem = Problem { rows: &rows, corrections: Vec::new(), contributions: vec![&Offset, &waves] };
             let linear = problem.solve(&[], Sweep::PLAIN).0;
-            let known = of_columns(&problem, &[], &linear, None, Remedy::Amplitudes);
+            let known = of_columns(&problem, &[], &linear, None, Some(Remedy::Amplitudes));
             known.parameters.iter().map(|p| (p.value, p.sd.unwrap())).collect()
         })
         .collect();

@@ -10,8 +10,8 @@ use gmhm_tools::physics::Evaluation;
 use gmhm_tools::physics::columns::{get, set};
 use gmhm_tools::recording::Recording;
 use gmhm_tools::regression::dataset::Dataset;
-use gmhm_tools::regression::parameters::{of_gear, of_term, put, step, value};
-use gmhm_tools::regression::variable_projection::{VariableProjection, Weights, is_linear, linear_together};
+use gmhm_tools::regression::parameters::{is_linear, linear_together, of_gear, of_term, put, step, value};
+use gmhm_tools::regression::variable_projection::{VariableProjection, Weights};
 
 const ROWS: usize = 2000;
 

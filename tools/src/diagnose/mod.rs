@@ -42,20 +42,16 @@ mod unchanged;
 pub use crate::diagnose::pipeline::{Finding, Options, diagnose};
 
 use crate::physics::PredictError;
-use crate::regression::error::DatasetError;
 use crate::regression::error::EstimateError;
 use crate::signal::plausible::Implausible;
 
 /// Why nothing was diagnosed.
 #[derive(Debug, thiserror::Error)]
 pub enum DiagnoseError {
-    /// The recordings cannot be taken together.
-    #[error(transparent)]
-    Dataset(#[from] DatasetError),
     /// Recordings and model cannot be of one gear.
     #[error(transparent)]
     Implausible(#[from] Implausible),
-    /// The recordings cannot be prepared.
+    /// The recordings cannot be prepared, or the model not be fitted.
     #[error(transparent)]
     Estimate(#[from] EstimateError),
     /// The caller asked for it.
@@ -65,6 +61,6 @@ pub enum DiagnoseError {
 
 impl From<PredictError> for DiagnoseError {
     fn from(error: PredictError) -> Self {
-        Self::Dataset(error.into())
+        Self::Estimate(error.into())
     }
 }

@@ -3,7 +3,7 @@
 use crate::diagnose::nonparametric;
 use crate::diagnose::search::MARGIN;
 use crate::regression::dataset::{Dataset, untouched};
-use crate::regression::error::DatasetError;
+use crate::regression::error::EstimateError;
 use crate::regression::fit::Fitted;
 
 /// Pieces of which what any past adds is made.
@@ -15,7 +15,7 @@ impl Dataset<'_> {
     ///
     /// # Errors
     /// A model that cannot be evaluated.
-    pub fn allow_any_past(&mut self, fit: &Fitted) -> Result<bool, DatasetError> {
+    pub fn allow_any_past(&mut self, fit: &Fitted) -> Result<bool, EstimateError> {
         let mut admitted = Vec::new();
         for (recording, span) in self.recordings.iter().zip(&self.spans) {
             let Some(room) = untouched(recording, &fit.model)? else { continue };

@@ -14,7 +14,7 @@ use crate::numerics::vector::dot;
 use crate::progress::Progress;
 use crate::recording::{Recording, TorqueUnit};
 use crate::regression::dataset::Dataset;
-use crate::regression::error::DatasetError;
+use crate::regression::error::EstimateError;
 use crate::regression::fit::Fitted;
 use crate::signal::plausible;
 use crate::signal::plausible::Remark;
@@ -62,7 +62,7 @@ pub fn diagnose(
     progress: &dyn Progress,
 ) -> Result<Finding, DiagnoseError> {
     if recordings.is_empty() {
-        return Err(DatasetError::NoRecording.into());
+        return Err(EstimateError::NoRecording.into());
     }
     let model = prepared(model, recordings, options)?;
     let mut remarks = plausible::examine(recordings, holdout, &model)?;

@@ -6,8 +6,7 @@
 //! | [`select`] | law, kernel, gate and play by held-out prediction |
 //! | `optimum`, `refine` | structure, outliers, zeros, colour in turn |
 //! | `invertible` | the parameters held where feed-forward has an inverse |
-//! | [`with_terms`] | models with terms, refitted whole |
-//! | [`joint`] | joint logs: gravity, inertia, friction |
+//! | [`with_terms`] | models with terms, and joint logs: gravity, inertia, friction |
 //! | [`coverage`], [`rated`], [`verdict`] | what the recordings exercise, whether the rated deflection is theirs, and whether the fit is good enough for the drive |
 //! | [`thresholds`] | what decides, in one place |
 //! | [`units`] | quantities that no gear reaches |
@@ -23,7 +22,6 @@
 pub mod comparison;
 pub mod coverage;
 pub(crate) mod invertible;
-pub mod joint;
 pub(crate) mod optimum;
 pub mod options;
 pub mod paper;
@@ -54,7 +52,6 @@ use crate::fit::optimum::Optimum;
 use crate::fit::prepare::Prepared;
 use crate::fit::refine::Weighted;
 use crate::fit::select::Candidate;
-use crate::kinds::JOINT_BASE;
 use crate::model::{GearSection, Model};
 use crate::numerics::autoregression::Noise;
 use crate::numerics::mark::Mark;
@@ -175,16 +172,13 @@ fn is_missed(recording: &Recording, left: &[f64]) -> bool {
     squares > left.len() as f64 * (THRESHOLDS.missed_share * sd).powi(2)
 }
 
-/// Recordings whose largest deflections differ by more than this factor are perhaps in different units.
-const OTHER_SIZE: f64 = 10.0;
-
 /// Whether the largest deflections of recordings, rad, differ so much that their units may.
 pub fn differ_in_size(largest_rad: &[f64]) -> bool {
     let largest = largest_rad.iter().copied().fold(0.0, f64::max);
-    largest_rad.iter().any(|own| OTHER_SIZE * own < largest)
+    largest_rad.iter().any(|own| THRESHOLDS.other_size_ratio * own < largest)
 }
 
-/// Fits the base model to recordings of one gear. Joint logs, which know no deflection, have the base model of [`joint`].
+/// Fits the base model to recordings of one gear. Joint logs, which know no deflection, have a base model [of terms](with_terms).
 ///
 /// # Errors
 /// When a recording lacks what is needed, or `progress` cancels.
@@ -208,14 +202,9 @@ fn fit_together(recordings: &[Recording], options: &FitOptions, progress: &dyn P
         recordings.iter().try_for_each(|recording| plausible::units(recording, &model))?;
     }
     let joint = !recordings.is_empty() && recordings.iter().all(Recording::is_joint_log);
-    let is_base = |model: &Model| joint && model.terms.iter().all(|term| JOINT_BASE.contains(&term.kind.as_str()));
-    if let Some(model) = options.start.as_ref().filter(|model| !model.terms.is_empty() && !is_base(model))
-        && options.method == Method::Auto
-    {
-        return with_terms::fit(recordings, model, options, progress);
-    }
-    if options.method == Method::Auto && joint {
-        return joint::fit(recordings, options, progress);
+    let has_terms = options.start.as_ref().is_some_and(|model| !model.terms.is_empty());
+    if options.method == Method::Auto && (joint || has_terms) {
+        return with_terms::fit(recordings, options, progress);
     }
     let Optimum {
         prepared: Prepared { rows, mut gear, rated_deflection_rad, start, zeros, .. },
@@ -249,37 +238,64 @@ fn fit_together(recordings: &[Recording], options: &FitOptions, progress: &dyn P
         stored_zero_rad: gear.deflection_zero_rad,
         rated_sd_rad: if rated_is_largest_seen { start::tip_sd_rad(&rows) } else { 0.0 },
     };
-    let (mut uncertainty, zeros_sd_rad) = uncertainty::assess(&fitted, &rows, weights)?;
+    let (uncertainty, zeros_sd_rad) = uncertainty::assess(&fitted, &rows, weights)?;
     if let Some(zeros) = assembly.free_zeros() {
         deflection_zeros.iter_mut().enumerate().for_each(|(k, zero)| zero.sd_rad = zeros_sd_rad[zeros.place(k)]);
     }
-    uncertainty.per(recordings[0].torque_unit);
-    let (residuals, rss, counted) = left(&assembly.problem(&rows), &result);
+    let model = named_model(options.start.as_ref(), recordings, gear, elastic, memory);
+    let weighted = Weighted { polished: result, noise, prewhitened, heldout_rms };
+    let fit = finished(recordings, options, &assembly.problem(&rows), weighted, model, uncertainty);
     Ok(Fit {
-        model: named_model(options.start.as_ref(), recordings, gear, elastic, memory),
-        method: options.method,
-        seed: options.seed,
-        unit: recordings[0].torque_unit.suffix(),
-        uncertainty,
         rated_is_largest_seen,
-        started_from_model: options.start.is_some(),
         selection,
         selection_rows,
-        rms: (rss / counted.max(1) as f64).sqrt(),
-        rss,
-        residuals,
-        heldout_rms,
-        rows: counted,
-        offsets: result.linear.recordings.iter().map(|l| l[0]).collect(),
         deflection_zeros,
         known_start: start.known,
         unsettled_rows: start.unsettled,
+        held_invertible,
+        evaluations,
+        ..fit
+    })
+}
+
+/// What there is to say of any fitted problem.
+fn finished(
+    recordings: &[Recording],
+    options: &FitOptions,
+    problem: &Problem<'_>,
+    weighted: Weighted,
+    model: Model,
+    mut uncertainty: Uncertainty,
+) -> Fit {
+    let Weighted { polished, noise, prewhitened, heldout_rms } = weighted;
+    let unit = recordings[0].torque_unit;
+    uncertainty.per(unit);
+    let (residuals, rss, rows) = left(problem, &polished);
+    Fit {
+        model,
+        method: options.method,
+        seed: options.seed,
+        unit: unit.suffix(),
+        uncertainty,
+        rated_is_largest_seen: false,
+        started_from_model: options.start.is_some(),
+        selection: Vec::new(),
+        selection_rows: 0,
+        rms: (rss / rows.max(1) as f64).sqrt(),
+        rss,
+        residuals,
+        heldout_rms,
+        rows,
+        offsets: polished.linear.recordings.iter().map(|l| l[0]).collect(),
+        deflection_zeros: Vec::new(),
+        known_start: vec![true; recordings.len()],
+        unsettled_rows: vec![0; recordings.len()],
         noise,
         prewhitened,
-        held_invertible,
-        stop: result.stop,
-        evaluations,
-    })
+        held_invertible: false,
+        stop: polished.stop,
+        evaluations: polished.evaluations,
+    }
 }
 
 /// The rated deflection of a recording by itself: the largest deflection about its zero, rad.

@@ -3,6 +3,7 @@
 use crate::fit::options::{FitOptions, Method};
 use crate::fit::select;
 use crate::fit::start::{Start, decide_start};
+use crate::fit::thresholds::THRESHOLDS;
 use crate::fit::zeros;
 use crate::fit::zeros::Zeros;
 use crate::model::GearSection;
@@ -82,18 +83,16 @@ impl<'a> Prepared<'a> {
     }
 }
 
-/// What a deflection in rad and a torque in N·m or A may vary by: far more and far less than those of any gear, in whatever units they are taken.
-const BELIEVABLE: std::ops::Range<f64> = 1e-15..1e15;
-
 /// Refuses numbers whose powers and products are none.
 pub fn believable(rows: &Rows<'_>) -> Result<(), EstimateError> {
+    let [least, most] = THRESHOLDS.believable;
     let unit = rows.recording.torque_unit;
     let channels: [(&'static str, &[f64], &'static str); 2] =
         [("deflection", &rows.deflection_rad, "rad"), (unit.quantity(), &rows.torque, unit.symbol())];
     for (what, values, unit) in channels {
         let (low, high) = range(values);
         let size = high - low;
-        if size != 0.0 && !BELIEVABLE.contains(&size) {
+        if size != 0.0 && !(least..most).contains(&size) {
             return Err(EstimateError::Absurd { recording: rows.recording.name.clone(), what, size, unit });
         }
     }

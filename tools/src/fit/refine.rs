@@ -93,14 +93,10 @@ fn known_starts(
     let (free, known) = (parts(false)?, parts(true)?);
     let bounds = Assembly::new(structure, rated_deflection_rad, rows, &start.known)?.problem(rows).bounds();
     let rss = |all: &Shared| bounded::solve(&all.factor().0, &bounds).rss;
-    let after = Shared::after(&free);
-    let mut before: Option<Shared> = None;
-    for index in 0..rows.len() {
-        let others = before.as_ref().map_or_else(|| after[index].clone(), |before| before.with(&after[index]));
+    Shared::each_beside_others(&free, |index, others| {
         start.known[index] = !is_significant(rss(&others.with(&known[index])), rss(&others.with(&free[index])));
-        let own = if start.known[index] { &known[index] } else { &free[index] };
-        before = Some(before.map_or_else(|| own.clone(), |before| before.with(own)));
-    }
+        if start.known[index] { known[index].clone() } else { free[index].clone() }
+    });
     Ok(())
 }
 
@@ -201,15 +197,11 @@ const PLENTY: f64 = 3000.0;
 fn restore_slowness(problem: &Problem<'_>, nonlinear: &[f64], noise: &mut [Noise]) {
     let rows = problem.rows;
     let bounds = problem.bounds();
-    // Only one recording at a time differs: the others are added up once.
     let part = |index: usize, noise: &[Noise]| {
         problem.shared_of(index, nonlinear, Sweep { noise: Some(noise), ..Sweep::PLAIN })
     };
     let parts: Vec<Shared> = (0..noise.len()).map(|index| part(index, noise)).collect();
-    let after = Shared::after(&parts);
-    let mut before: Option<Shared> = None;
-    for index in 0..noise.len() {
-        let others = before.as_ref().map_or_else(|| after[index].clone(), |before| before.with(&after[index]));
+    Shared::each_beside_others(&parts, |index, others| {
         let criterion = |noise: &[Noise]| {
             let all = others.with(&part(index, noise));
             let solution = bounded::solve(&all.factor().0, &bounds);
@@ -219,9 +211,8 @@ fn restore_slowness(problem: &Problem<'_>, nonlinear: &[f64], noise: &mut [Noise
             freedom * solution.rss.ln() + covariance + all.log_determinant(&solution.at_bound)
         };
         slow_down(index, rows[index].len(), noise, &criterion);
-        let own = part(index, noise);
-        before = Some(before.map_or_else(|| own.clone(), |before| before.with(&own)));
-    }
+        part(index, noise)
+    });
 }
 
 /// Moves the first reflection coefficient of a recording's noise to the least of a criterion.
@@ -332,7 +323,8 @@ pub fn noise_of(problem: &Problem<'_>, fit: &Polished) -> Vec<Noise> {
         })
         .collect();
     let typical = noise.iter().map(|n| n.innovation_sd).sum::<f64>() / noise.len() as f64;
-    let unequal = noise.iter().any(|n| n.innovation_sd > 1.25 * typical || n.innovation_sd < 0.8 * typical);
+    let ratio = THRESHOLDS.unequal_noise_ratio;
+    let unequal = noise.iter().any(|n| n.innovation_sd > ratio * typical || ratio * n.innovation_sd < typical);
     if unequal && typical > 1e-9 * size {
         for noise in &mut noise {
             noise.weight = typical / noise.innovation_sd.max(1e-3 * typical);

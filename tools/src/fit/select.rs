@@ -41,14 +41,11 @@ pub struct Candidate {
     fold_errors: Vec<f64>,
 }
 
-/// Widest reversal play that is tried, in rated deflections.
-const WIDEST_PLAY: f64 = 0.1;
-
 /// All structures that the core has.
 pub fn structures(rated_deflection_rad: f64) -> Vec<Structure> {
     let mut all = vec![
         Structure::MASING,
-        Structure { play: Play::UpTo(WIDEST_PLAY * rated_deflection_rad), ..Structure::MASING },
+        Structure { play: Play::UpTo(THRESHOLDS.widest_play_share * rated_deflection_rad), ..Structure::MASING },
     ];
     for law in [Law::Phase, Law::Time] {
         for kernel in [Kernel::Deflection, Kernel::Rate] {

@@ -42,13 +42,13 @@ pub(crate) fn tip_sd_rad(rows: &[Rows<'_>]) -> f64 {
 pub fn settled_row(deflection_rad: &[f64], rated_deflection_rad: f64) -> Option<usize> {
     let (lowest, highest) = range(deflection_rad);
     // Noise decides which cycle holds the very extreme; the first visit to its neighbourhood counts, at the furthest point of that visit.
-    let margin = 0.02 * (highest - lowest);
+    let margin = THRESHOLDS.settled_margin_share * (highest - lowest);
     let furthest = |height: &dyn Fn(f64) -> f64, level: f64| {
         let arrival = deflection_rad.iter().position(|&theta| height(theta) >= level)?;
         let visit = deflection_rad[arrival..].iter().take_while(|&&theta| height(theta) >= level).enumerate();
         visit.max_by(|a, b| height(*a.1).total_cmp(&height(*b.1)).then(b.0.cmp(&a.0))).map(|(row, _)| arrival + row)
     };
-    let tip = furthest(&f64::abs, 0.98 * rated_deflection_rad);
+    let tip = furthest(&f64::abs, THRESHOLDS.settled_tip_share * rated_deflection_rad);
     let both = furthest(&|theta| -theta, -lowest - margin).zip(furthest(&|theta| theta, highest - margin));
     let both = both.map(|(low, high)| low.max(high));
     match (tip, both) {
@@ -70,7 +70,10 @@ pub(crate) fn leave_out_unsettled(rows: &mut [Rows<'_>], rated_deflection_rad: f
         .map(|r| {
             let row = settled_row(&r.deflection_rad, rated_deflection_rad).unwrap_or(0);
             // Where too little would be left, the recording is taken as it is.
-            if (r.len() - row) * 5 >= r.len() * 2 && r.len() - row >= 24 { row } else { 0 }
+            let stays = r.len() - row;
+            let enough =
+                stays as f64 >= THRESHOLDS.settled_rows_share * r.len() as f64 && stays >= THRESHOLDS.settled_rows;
+            if enough { row } else { 0 }
         })
         .collect();
     for (rows, &row) in rows.iter_mut().zip(&settled) {
@@ -92,12 +95,9 @@ pub(crate) fn decide_start(rows: &mut [Rows<'_>], rated_deflection_rad: f64) -> 
     };
     let floor = (1e-8 * rows::torque_size(rows)).powi(2);
     let mut start = Start { known: vec![true; rows.len()], unsettled: vec![0; rows.len()] };
-    // Only one recording at a time differs: the others are added up once.
     let parts: Vec<Shared> = (0..rows.len()).map(|index| part(rows, index)).collect();
-    let after = Shared::after(&parts);
-    let mut before: Option<Shared> = None;
-    for (index, &row) in settled.iter().enumerate() {
-        let others = before.as_ref().map_or_else(|| after[index].clone(), |before| before.with(&after[index]));
+    Shared::each_beside_others(&parts, |index, others| {
+        let row = settled[index];
         let (without, freedom) = misfit(&others.with(&parts[index]));
         let kept: Vec<Mark> = rows[index].marks[..row].to_vec();
         rows[index].marks[..row].fill(Mark::Used);
@@ -116,15 +116,15 @@ pub(crate) fn decide_start(rows: &mut [Rows<'_>], rated_deflection_rad: f64) -> 
         // Chow's test of further observations (Econometrica 28, 1960): F with (early rows, freedom) degrees.
         let ratio = (with - without) / row as f64 / (without / freedom.max(1.0) + floor);
         let usual = FisherSnedecor::new(row as f64, freedom.max(1.0))
-            .map_or(2.0, |f| f.inverse_cdf(1.0 - THRESHOLDS.unsettled_probability));
-        if row > 0 && ratio > usual.max(2.0) {
+            .map_or(0.0, |f| f.inverse_cdf(1.0 - THRESHOLDS.unsettled_probability));
+        if row > 0 && ratio > usual.max(THRESHOLDS.unsettled_ratio) {
             rows[index].marks[..row].copy_from_slice(&kept);
             rows[index].past = Past::Rising;
             start.known[index] = false;
             start.unsettled[index] = row;
             own = parts[index].clone();
         }
-        before = Some(before.map_or_else(|| own.clone(), |before| before.with(&own)));
-    }
+        own
+    });
     Ok(start)
 }

@@ -15,6 +15,16 @@ pub struct Thresholds {
     pub missed_share: f64,
     /// A start other than from rest has to explain a recording better by this many variances of the residual (5 σ).
     pub other_start_variances: f64,
+    /// The loop has settled, whatever came before, where the deflection has reached this share of the rated one,
+    pub settled_tip_share: f64,
+    /// or has been within this share of its range of both its extremes: noise decides which cycle holds the very extreme.
+    pub settled_margin_share: f64,
+    /// Rows before that are left out where at least this share of the recording stays,
+    pub settled_rows_share: f64,
+    /// and at least so many rows.
+    pub settled_rows: usize,
+    /// Rows before that leave less than so many times the variance of the others are not left out.
+    pub unsettled_ratio: f64,
     /// Probability at which rows before the loop has settled are left out although a start from rest is true (Chow's test).
     pub unsettled_probability: f64,
     /// A zero, or a start, counts where it is this many standard deviations from none.
@@ -25,6 +35,14 @@ pub struct Thresholds {
     pub centred_share: f64,
     /// A zero that is refined has to leave less than this share of the held-out rms.
     pub zero_heldout_share: f64,
+    /// Recordings whose noise differs from the mean by this factor are weighted by it.
+    pub unequal_noise_ratio: f64,
+    /// Recordings whose largest deflections differ by more than this factor are perhaps in different units.
+    pub other_size_ratio: f64,
+    /// What a deflection in rad and a torque in N·m or A may vary by: far more and far less than those of any gear, in whatever units they are taken.
+    pub believable: [f64; 2],
+    /// The widest reversal play that is tried, in rated deflections.
+    pub widest_play_share: f64,
     /// A fit against coloured noise whose held-out rms is this many times that of plain least squares took physics for noise.
     pub physics_as_noise_ratio: f64,
     /// Parameters are held where feed-forward has an inverse unless that costs this many squared standard deviations (3 σ).
@@ -62,11 +80,20 @@ pub const THRESHOLDS: Thresholds = Thresholds {
     same_heldout_share: 0.01,
     missed_share: 0.3,
     other_start_variances: 25.0,
+    settled_tip_share: 0.98,
+    settled_margin_share: 0.02,
+    settled_rows_share: 0.4,
+    settled_rows: 24,
+    unsettled_ratio: 2.0,
     unsettled_probability: 1e-4,
     zero_significance: 5.0,
     zeros_squares_share: 0.8,
     centred_share: 0.05,
     zero_heldout_share: 0.98,
+    unequal_noise_ratio: 1.25,
+    other_size_ratio: 10.0,
+    believable: [1e-15, 1e15],
+    widest_play_share: 0.1,
     physics_as_noise_ratio: 1.05,
     inverse_cost_variances: 9.0,
     rated_off_share: 1e-4,

@@ -1,86 +1,178 @@
-//! Models with terms: gear and terms refitted together, by the data set and the variable projection that the diagnosis uses.
+//! Models with terms, and joint logs, whose base model is made of terms: gear and terms refitted together.
 //!
-//! Kinds, shapes and the law stay as given; every number is refitted. The zero of the deflection is refitted where that clearly explains more.
+//! Kinds, shapes and the law stay as given; every number is refitted. The zero of the deflection is refitted where that clearly explains more. A joint log knows an angle and a
+//! torque (or current) and no deflection: its base model is gravity, inertia, Coulomb and viscous friction.
 
-use std::borrow::Cow;
+use gmhm::terms::{Role, kind};
 
-use gmhm::Law;
-
-use crate::fit::options::{FitOptions, Method};
+use crate::fit::options::FitOptions;
 use crate::fit::thresholds::THRESHOLDS;
-use crate::fit::{DeflectionZero, Fit};
-use crate::model::Model;
-use crate::numerics::autoregression::mark_outliers;
-use crate::numerics::mark::Mark;
-use crate::numerics::particle_swarm::Stop;
-use crate::numerics::vector::dot;
-use crate::physics::PredictError;
+use crate::fit::{DeflectionZero, Fit, finished, refine, select};
+use crate::kinds::{JOINT_BASE, SMOOTHING};
+use crate::model::{Model, Term, TermValue};
+use crate::numerics::autoregression;
+use crate::numerics::extremes::largest;
+use crate::physics::Signals;
 use crate::progress::Progress;
 use crate::recording::Recording;
-use crate::regression::dataset::Dataset;
+use crate::regression::columns::{Column, Contribution, Offset};
+use crate::regression::dataset;
 use crate::regression::deflection_zeros::DEFLECTION_ZERO;
-use crate::regression::error::{DatasetError, EstimateError};
-use crate::regression::fit::Fitted;
-use crate::regression::note::Note;
-use crate::regression::parameters::{self, FreeParameter};
-use crate::regression::uncertainty::{Estimated, Uncertainty, correlated};
+use crate::regression::error::EstimateError;
+use crate::regression::heldout::heldout;
+use crate::regression::model_part::ModelPart;
+use crate::regression::note::Remedy;
+use crate::regression::parameters;
+use crate::regression::polish::polish;
+use crate::regression::problem::{Problem, Sweep};
+use crate::regression::ready::Ready;
+use crate::regression::rows::{self, Rows};
+use crate::regression::uncertainty;
 
-/// Rows that are fitted at most. Of longer recordings means of rows are taken, of the motion as of the torque.
+/// Rows of a gear that are fitted at most. Of longer recordings means of rows are taken, of the motion as of the torque.
 const MOST_ROWS: usize = 250_000;
 
-/// Steps of the descent, at most.
-const MOST_STEPS: usize = 30;
+/// Fits and searches for outliers in turn, at most so often.
+const ROUNDS: usize = 2;
 
-/// Refits a model with terms to recordings of its gear or joint.
+/// Where the search for the smoothing of a joint's Coulomb friction begins, over the largest velocity.
+const FIRST_SMOOTHING: f64 = 0.03;
+
+/// Refits the model to start from; of joint logs whose model has no other terms, the base model.
 ///
 /// # Errors
 /// Recordings that cannot be taken together, a model that cannot be evaluated on them, or `progress` cancelling.
-pub fn fit(
-    recordings: &[Recording],
-    start: &Model,
-    options: &FitOptions,
-    progress: &dyn Progress,
-) -> Result<Fit, EstimateError> {
-    let (model, rated_is_largest_seen) = prepared(start, recordings, options)?;
-    let rows: usize = recordings.iter().map(Recording::len).sum();
-    let means = rows.div_ceil(MOST_ROWS);
+pub fn fit(recordings: &[Recording], options: &FitOptions, progress: &dyn Progress) -> Result<Fit, EstimateError> {
+    let given = options.start.as_ref().filter(|model| !is_joint_base(model));
+    let total: usize = recordings.iter().map(Recording::len).sum();
+    let means = if given.is_some_and(|model| model.elastic.is_some()) { total.div_ceil(MOST_ROWS) } else { 1 };
     // What another simulator predicted is no part of a refit.
     let own = |recording: &Recording| {
         let recording = if means > 1 { recording.in_means(means) } else { recording.clone() };
         Recording { torque_sim_nm: None, ..recording }
     };
     let own: Vec<Recording> = recordings.iter().map(own).collect();
-    let mut dataset = Dataset::new(&own, &model).map_err(refused)?;
-    let check = || if progress.cancelled() { Err(EstimateError::Cancelled) } else { Ok(()) };
-    let descend = |dataset: &Dataset<'_>, model: &Model, zero: bool| {
-        let free = dataset.free_parameters(model, zero);
-        dataset.fit(model, &free, None, MOST_STEPS).map_err(refused)
+    let mut rows = rows::without_deflection(&own)?;
+    if rows::torque_size(&rows) <= 0.0 {
+        return Err(EstimateError::NoTorqueChange { recording: own[0].name.clone() });
+    }
+    let (model, rated_is_largest_seen) = match given {
+        Some(model) => prepared(model, recordings, options)?,
+        None => (joint_base(recordings, options)?, false),
     };
-    progress.report("refitting gear and terms", 0.1);
-    let first = descend(&dataset, &model, false)?;
-    check()?;
-    let found: usize = (dataset.spans.iter().zip(&mut dataset.marks))
-        .map(|(span, marks)| mark_outliers(&first.residual[span.clone()], marks))
-        .sum();
-    progress.report("refitting gear and terms", 0.4);
-    let mut fitted = if found > 0 { descend(&dataset, &first.model, false)? } else { first };
-    check()?;
-    if model.elastic.is_some() {
-        let with_zero = descend(&dataset, &fitted.model, true)?;
-        let gain = fitted.minus_two_log_likelihood - with_zero.minus_two_log_likelihood;
-        if gain > THRESHOLDS.zero_likelihood_gain + (dataset.counted() as f64).ln() {
-            fitted = with_zero;
+    let past = own.iter().map(|recording| dataset::past(recording, &model)).collect::<Result<Vec<_>, _>>()?;
+    let past: Option<Vec<_>> = past.into_iter().collect();
+    let past = past.as_deref().map(of_past);
+    let beside = |model: &Model, zero: bool| ModelPart::new(model, &own, &parameters::free(model, zero));
+    progress.report("refitting gear and terms", 0.0);
+    let mut part = beside(&model, false)?;
+    let (mut from, searched) = match given {
+        Some(_) => (part.start_values(), 0),
+        None => select::search(&problem(&rows, past.as_ref(), &part), options.seed, progress),
+    };
+    for _ in 0..ROUNDS {
+        let beside_rows = problem(&rows, past.as_ref(), &part);
+        let plain = polish(&beside_rows, &from, Sweep::PLAIN, progress);
+        let residuals = beside_rows.residuals(&plain.nonlinear, &plain.linear);
+        // The bounds of a shape go with it.
+        part = beside(&part.model(&plain.nonlinear, &plain.linear), false)?;
+        from = part.start_values();
+        let found: usize =
+            rows.iter_mut().zip(&residuals).map(|(r, left)| autoregression::mark_outliers(left, &mut r.marks)).sum();
+        if found == 0 {
+            break;
         }
     }
-    progress.report("refitting gear and terms", 0.8);
-    let fitted = dataset.settled(fitted).map_err(refused)?;
-    check()?;
-    report(&dataset, fitted, recordings, options, rated_is_largest_seen)
+    let mut plain = polish(&problem(&rows, past.as_ref(), &part), &from, Sweep::PLAIN, progress);
+    if progress.cancelled() {
+        return Err(EstimateError::Cancelled);
+    }
+    if model.elastic.is_some() {
+        let with_zero = beside(&part.model(&plain.nonlinear, &plain.linear), true)?;
+        let (without, with) = (problem(&rows, past.as_ref(), &part), problem(&rows, past.as_ref(), &with_zero));
+        let found = polish(&with, &with_zero.start_values(), Sweep::PLAIN, progress);
+        let noise = refine::noise_of(&with, &found);
+        let sweep = Sweep { noise: Some(&noise), ..Sweep::PLAIN };
+        let left = polish(&with, &found.nonlinear, sweep, progress).rss;
+        let gain = polish(&without, &plain.nonlinear, sweep, progress).rss - left;
+        let count = rows.iter().map(Rows::len).sum::<usize>() as f64;
+        if gain > (THRESHOLDS.zero_likelihood_gain + count.ln()) * left / count {
+            (part, plain) = (with_zero, found);
+        }
+    }
+    let problem = problem(&rows, past.as_ref(), &part);
+    let heldout_rms = heldout(&problem, &plain.nonlinear, None).rms;
+    let weighted = refine::against_noise(&problem, plain, heldout_rms, progress)?;
+    if progress.cancelled() {
+        return Err(EstimateError::Cancelled);
+    }
+    let found = &weighted.polished;
+    let weights = weighted.prewhitened.then_some(&weighted.noise[..]);
+    let remedy = given.is_none().then_some(Remedy::JointMotion);
+    let mut known = uncertainty::of_columns(&problem, &found.nonlinear, &found.linear, weights, remedy);
+    let mut refitted = part.model(&found.nonlinear, &found.linear);
+    if given.is_some() {
+        // In the order of the file.
+        let order = parameters::free(&refitted, true).into_iter().map(|place| parameters::named(&refitted, place).0);
+        let order: Vec<_> = order.collect();
+        known.parameters.sort_by_key(|p| order.iter().position(|name| *name == p.name));
+    }
+    if refitted.name.is_empty() {
+        refitted.name.clone_from(&recordings[0].name);
+    }
+    let zero_sd = known.parameters.iter().find(|p| p.name == DEFLECTION_ZERO).and_then(|p| p.sd);
+    let zero = refitted.gear.deflection_zero_rad;
+    let zeros = recordings.iter().filter(|_| refitted.elastic.is_some());
+    let zeros = zeros.map(|r| DeflectionZero { recording: r.name.clone(), rad: zero, sd_rad: zero_sd }).collect();
+    let fit = finished(recordings, options, &problem, weighted, refitted, known);
+    let evaluations = fit.evaluations + searched;
+    Ok(Fit { rated_is_largest_seen, deflection_zeros: zeros, evaluations, ..fit })
+}
+
+/// Recordings beside a model, their offsets and what the gear may remember.
+fn problem<'p>(rows: &'p [Rows<'p>], past: Option<&'p Ready<'p>>, part: &'p ModelPart<'p>) -> Problem<'p> {
+    let mut contributions: Vec<&dyn Contribution> = vec![&Offset];
+    contributions.extend(past.map(|past| past as &dyn Contribution));
+    contributions.push(part);
+    Problem { rows, corrections: Vec::new(), contributions }
+}
+
+/// What a gear may remember from before the first row of each recording.
+fn of_past(recordings: &[Vec<Vec<f64>>]) -> Ready<'_> {
+    let columns = recordings[0].iter().map(|_| Column::of_recording("past", "1")).collect();
+    Ready::new(columns, recordings.iter().map(|own| own.iter().map(Vec::as_slice).collect()).collect())
+}
+
+/// Whether a model has the terms of a joint's base model and no others.
+fn is_joint_base(model: &Model) -> bool {
+    model.elastic.is_none() && model.terms.iter().all(|term| JOINT_BASE.contains(&term.kind.as_str()))
+}
+
+/// The base model of joint logs before it is fitted.
+fn joint_base(recordings: &[Recording], options: &FitOptions) -> Result<Model, EstimateError> {
+    let first = &recordings[0];
+    let gear = options.gear(first.torque_unit);
+    let velocities = recordings.iter().filter_map(|r| Signals::new(r, &gear).velocity_rad_per_s);
+    let fastest = velocities.map(|v| largest(&v)).fold(0.0, f64::max);
+    if fastest == 0.0 {
+        return Err(EstimateError::NoMovement { recording: first.name.clone() });
+    }
+    let term = |name: &&str| {
+        let keys = kind(name).map_or(&[][..], |info| info.keys).iter();
+        let linear = keys.clone().filter(|key| key.role == Role::Linear).map(|key| (key.name, 0.0));
+        let smoothing = keys.filter(|key| key.name == SMOOTHING).map(|key| (key.name, FIRST_SMOOTHING * fastest));
+        let values = linear.chain(smoothing).map(|(key, value)| (key.to_owned(), TermValue::Number(value)));
+        Term { kind: (*name).to_owned(), values: values.collect() }
+    };
+    let name = options.start.as_ref().map(|model| model.name.clone()).unwrap_or_default();
+    let terms = JOINT_BASE.iter().map(term).collect();
+    Ok(Model { name, gear, torque_unit: first.torque_unit, elastic: None, memory: None, terms })
 }
 
 /// The model with the canonical signs of its memory and a rated deflection, and whether that is the largest seen.
 fn prepared(start: &Model, recordings: &[Recording], options: &FitOptions) -> Result<(Model, bool), EstimateError> {
-    let mut model = start.clone();
+    let torque_unit = recordings[0].torque_unit;
+    let mut model = Model { gear: options.gear(torque_unit), torque_unit, ..start.clone() };
     if model.elastic.is_none() {
         return Ok((model, false));
     }
@@ -97,101 +189,4 @@ fn prepared(start: &Model, recordings: &[Recording], options: &FitOptions) -> Re
         model.memory = Some(params?.memory());
     }
     Ok((model, given.is_none()))
-}
-
-fn refused(error: DatasetError) -> EstimateError {
-    match error {
-        DatasetError::NoRecording => EstimateError::NoRecording,
-        DatasetError::NoTorque(recording) => EstimateError::NoTorque { recording },
-        DatasetError::MixedUnits { first, other } => EstimateError::MixedUnits { first, other },
-        error => EstimateError::Joint { why: error.to_string() },
-    }
-}
-
-fn report(
-    dataset: &Dataset<'_>,
-    fitted: Fitted,
-    recordings: &[Recording],
-    options: &FitOptions,
-    rated_is_largest_seen: bool,
-) -> Result<Fit, EstimateError> {
-    let unit = recordings[0].torque_unit;
-    let residual = dataset.layout().masked(&fitted.residual);
-    let (rss, rows) = (dot(&residual, &residual), dataset.counted());
-    let total = dataset.total(&fitted.model).map_err(|error: PredictError| refused(error.into()))?;
-    let offset = |(span, marks): (&std::ops::Range<usize>, &Vec<Mark>)| {
-        let counted: Vec<f64> = (span.clone().zip(marks))
-            .filter(|(_, mark)| matches!(mark, Mark::Used | Mark::First))
-            .map(|(row, _)| dataset.target[row] - total[row] - fitted.residual[row])
-            .collect();
-        counted.iter().sum::<f64>() / counted.len().max(1) as f64
-    };
-    let mut uncertainty = uncertainty(dataset, &fitted);
-    uncertainty.per(unit);
-    let zero = fitted.model.gear.deflection_zero_rad;
-    let zero_sd = uncertainty.parameters.iter().find(|p| p.name == DEFLECTION_ZERO).and_then(|p| p.sd);
-    let zeros = recordings.iter().filter(|_| fitted.model.elastic.is_some());
-    Ok(Fit {
-        method: Method::Auto,
-        seed: options.seed,
-        unit: unit.suffix(),
-        uncertainty,
-        rated_is_largest_seen,
-        started_from_model: true,
-        selection: Vec::new(),
-        selection_rows: 0,
-        rms: (rss / rows.max(1) as f64).sqrt(),
-        rss,
-        residuals: dataset.spans.iter().map(|span| fitted.residual[span.clone()].to_vec()).collect(),
-        heldout_rms: dataset.rms_of_blocks(&fitted),
-        rows,
-        offsets: dataset.spans.iter().zip(&dataset.marks).map(offset).collect(),
-        deflection_zeros: zeros
-            .map(|recording| DeflectionZero { recording: recording.name.clone(), rad: zero, sd_rad: zero_sd })
-            .collect(),
-        known_start: vec![true; recordings.len()],
-        unsettled_rows: vec![0; recordings.len()],
-        prewhitened: !fitted.plain,
-        held_invertible: false,
-        stop: Stop::Converged,
-        evaluations: 0,
-        noise: fitted.noise,
-        model: Model { torque_unit: unit, ..fitted.model },
-    })
-}
-
-/// Every free number with its standard deviation: that of the noise, or that by which blocks of the recordings scatter where that is larger.
-fn uncertainty(dataset: &Dataset<'_>, fitted: &Fitted) -> Uncertainty {
-    let model = &fitted.model;
-    let directions = dataset.layout().directions(&fitted.of_places(), &fitted.residual);
-    let sds = dataset.standard_deviations(fitted);
-    let line = |((&free, direction), sd): ((&FreeParameter, _), Option<f64>)| {
-        let value = parameters::value(model, free);
-        let at_bound = parameters::room(model, free) == 0.0;
-        (Estimated::new(name_of(model, free), value, sd, at_bound, Note::Open(None), None), direction)
-    };
-    correlated(fitted.places.iter().zip(directions).zip(sds).map(line).collect())
-}
-
-/// The name of a free number, as in the model file, and its unit. A term's follows its kind, a second of its kind is numbered, and so are the numbers of lists.
-fn name_of(model: &Model, free: FreeParameter) -> (Cow<'static, str>, Cow<'static, str>) {
-    let time = model.memory.is_some_and(|memory| memory.law == Law::Time);
-    let (name, unit) = match free {
-        FreeParameter::Elastic(0) => ("c1_nm_per_rad", "N·m/rad"),
-        FreeParameter::Elastic(1) => ("c2_nm_per_rad3", "N·m/rad³"),
-        FreeParameter::Elastic(_) => ("c3_nm_per_rad5", "N·m/rad⁵"),
-        FreeParameter::Memory(0) if time => ("alpha", ""),
-        FreeParameter::Memory(_) if time => ("beta_per_s", "1/s"),
-        FreeParameter::Memory(0) => ("e", "N·m/rad"),
-        FreeParameter::Memory(_) => ("h", "N·m/rad"),
-        FreeParameter::Zero => (DEFLECTION_ZERO, "rad"),
-        FreeParameter::Term { term, key, index } => {
-            let kind = &model.terms[term].kind;
-            let before = model.terms[..term].iter().filter(|other| other.kind == *kind).count();
-            let number = if before > 0 { format!("_{}", before + 1) } else { String::new() };
-            let index = index.map_or_else(String::new, |index| format!("[{index}]"));
-            return (format!("{kind}{number}.{}{index}", key.name).into(), key.unit.into());
-        }
-    };
-    (name.into(), unit.into())
 }

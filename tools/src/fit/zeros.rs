@@ -235,12 +235,9 @@ impl<'a> Trial<'a> {
         let (zeros, bounds) = (vec![0.0; count], assembly.problem(rows).bounds());
         let part = |rows: &[Rows<'_>], index: usize| assembly.problem(rows).shared_of(index, &zeros, Sweep::PLAIN);
         let parts: Vec<Shared> = (0..rows.len()).map(|index| part(rows, index)).collect();
-        let after = Shared::after(&parts);
-        let mut before: Option<Shared> = None;
-        for index in 0..rows.len() {
+        Shared::each_beside_others(&parts, |index, others| {
             let mut own = parts[index].clone();
             if self.settled[index] == 0 {
-                let others = before.as_ref().map_or_else(|| after[index].clone(), |before| before.with(&after[index]));
                 let pasts = [Past::Rest, Past::Rising, Past::Falling].map(|past| {
                     rows[index].past = past;
                     let own = part(rows, index);
@@ -250,7 +247,7 @@ impl<'a> Trial<'a> {
                     (rows[index].past, own) = (best.0, best.2);
                 }
             }
-            before = Some(before.map_or_else(|| own.clone(), |before| before.with(&own)));
-        }
+            own
+        });
     }
 }

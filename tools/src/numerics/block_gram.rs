@@ -194,14 +194,6 @@ impl BlockGram {
         }
         left
     }
-
-    /// The part of each column's mean square that the chosen columns do not follow.
-    pub fn independent_part(&self, column: usize, chosen: &[usize]) -> f64 {
-        let g = DMatrix::from_fn(chosen.len(), 1, |i, _| self.total[(chosen[i], column)]);
-        let beta = solve(part(&self.total, chosen), &g, &self.ridges(&Chosen::plain(chosen)));
-        let own = self.total[(column, column)].max(f64::MIN_POSITIVE);
-        ((own - beta.column(0).dot(&g.column(0))) / own).clamp(0.0, 1.0)
-    }
 }
 
 fn without(total: &DMatrix<f64>, held: &[DMatrix<f64>], parts: &[[DMatrix<f64>; 3]], block: usize) -> DMatrix<f64> {

@@ -26,6 +26,8 @@ pub enum Scope {
     Gear,
     /// A nuisance of each recording: its offset, its memory at the start. Always free of bounds.
     Recording,
+    /// Nobody's: what is there whatever the linear parameters are. Its coefficient is 1.
+    Known,
 }
 
 /// A linear parameter.
@@ -45,6 +47,11 @@ impl Column {
     /// A parameter of the gear.
     pub const fn of_gear(name: &'static str, unit: &'static str, bound: Bound) -> Self {
         Self { name: Cow::Borrowed(name), unit: Cow::Borrowed(unit), bound, scope: Scope::Gear }
+    }
+
+    /// What is there whatever the linear parameters are.
+    pub const fn known() -> Self {
+        Self { name: Cow::Borrowed("known"), unit: Cow::Borrowed("1"), bound: Bound::Free, scope: Scope::Known }
     }
 
     /// A nuisance of each recording.
@@ -119,6 +126,17 @@ pub trait Contribution: Sync {
 
     /// Starts at the first row of recording number `index`.
     fn start<'a>(&'a self, nonlinear: &[f64], rows: &'a Rows<'a>, index: usize) -> Box<dyn Evaluate + 'a>;
+
+    /// Starts the sum of its columns, each times its coefficient, as a single column, where that costs less than the columns.
+    fn start_sum<'a>(
+        &'a self,
+        _nonlinear: &[f64],
+        _coefficients: &[f64],
+        _rows: &'a Rows<'a>,
+        _index: usize,
+    ) -> Option<Box<dyn Evaluate + 'a>> {
+        None
+    }
 }
 
 /// A contribution at work on a recording.

@@ -11,7 +11,7 @@ use crate::numerics::extremes;
 use crate::numerics::mark::Mark;
 use crate::physics::{Evaluation, PredictError, Signals};
 use crate::recording::{Recording, TorqueUnit};
-use crate::regression::error::DatasetError;
+use crate::regression::error::EstimateError;
 use crate::regression::parameters::FreeParameter;
 use crate::regression::rows;
 use crate::signal::acceleration::acceleration;
@@ -44,16 +44,23 @@ impl<'a> Dataset<'a> {
     ///
     /// # Errors
     /// Recordings without a torque or with too few rows, or a model that cannot be evaluated on them.
-    pub fn new(recordings: &'a [Recording], model: &Model) -> Result<Self, DatasetError> {
+    pub fn new(recordings: &'a [Recording], model: &Model) -> Result<Self, EstimateError> {
         let mut spans = Vec::with_capacity(recordings.len());
         let mut target = Vec::new();
         for recording in recordings {
-            let torque = recording.torque.as_deref().ok_or_else(|| DatasetError::NoTorque(recording.name.clone()))?;
+            let torque = recording
+                .torque
+                .as_deref()
+                .ok_or_else(|| EstimateError::NoTorque { recording: recording.name.clone() })?;
             if recording.len() < FEWEST_ROWS {
-                return Err(DatasetError::TooFewRows { recording: recording.name.clone(), rows: recording.len() });
+                return Err(EstimateError::TooFewRows {
+                    recording: recording.name.clone(),
+                    rows: recording.len(),
+                    needed: FEWEST_ROWS,
+                });
             }
             if recording.torque_unit != recordings[0].torque_unit {
-                return Err(DatasetError::MixedUnits {
+                return Err(EstimateError::MixedUnits {
                     first: recordings[0].name.clone(),
                     other: recording.name.clone(),
                 });
@@ -63,7 +70,7 @@ impl<'a> Dataset<'a> {
         }
         let simulated = recordings.iter().filter(|r| r.torque_sim_nm.is_some()).count();
         if simulated != 0 && simulated != recordings.len() {
-            return Err(DatasetError::SomeSimulated);
+            return Err(EstimateError::SomeSimulated);
         }
         let marks = recordings.iter().map(|r| rows::gaps(&r.time_s)).collect();
         let accelerations = recordings.iter().map(|r| acceleration(r, &model.gear)).collect();
@@ -203,7 +210,7 @@ impl<'a> Dataset<'a> {
         Ok(total)
     }
 
-    fn evaluate_one(&self, model: &Model, index: usize) -> Result<Evaluation<'_>, PredictError> {
+    pub(crate) fn evaluate_one(&self, model: &Model, index: usize) -> Result<Evaluation<'_>, PredictError> {
         let recording = &self.recordings[index];
         let mut signals = Signals::new(recording, &model.gear);
         signals.acceleration_rad_per_s2.clone_from(&self.accelerations[index]);
@@ -288,26 +295,33 @@ fn nuisances(
     recordings: &[Cow<'_, Recording>],
     spans: &[Range<usize>],
     model: &Model,
-) -> Result<Vec<Vec<f64>>, DatasetError> {
+) -> Result<Vec<Vec<f64>>, EstimateError> {
     let rows = spans.last().map_or(0, |s| s.end);
     let mut columns = Vec::new();
     for (recording, span) in recordings.iter().zip(spans) {
         let mut ones = vec![0.0; rows];
         ones[span.clone()].fill(1.0);
         columns.push(ones);
-        let Some(room) = untouched(recording, model)? else { continue };
-        let mut own = vec![vec![0.0; rows]; 4];
-        for (row, (above, below)) in span.clone().zip(room) {
-            let powers = [above * below, above * above * below, above * below * below, (above * below).powi(2)];
-            own.iter_mut().zip(powers).for_each(|(column, power)| column[row] = power);
-        }
-        columns.extend(own);
+        let Some(past) = past(recording, model)? else { continue };
+        columns.extend(past.into_iter().map(|own| {
+            let mut line = vec![0.0; rows];
+            line[span.clone()].copy_from_slice(&own);
+            line
+        }));
     }
     Ok(columns)
 }
 
+/// What a gear may remember from before the first row of a recording, where law `masing` remembers: the polynomials of which its torque is made.
+pub(crate) fn past(recording: &Recording, model: &Model) -> Result<Option<Vec<Vec<f64>>>, PredictError> {
+    let Some(room) = untouched(recording, model)? else { return Ok(None) };
+    let power = |of: fn(f64, f64) -> f64| room.iter().map(|(above, below)| of(*above, *below)).collect();
+    let powers: [fn(f64, f64) -> f64; 4] = [|a, b| a * b, |a, b| a * a * b, |a, b| a * b * b, |a, b| (a * b).powi(2)];
+    Ok(Some(powers.into_iter().map(power).collect()))
+}
+
 /// Row by row the parts of the rated deflection that lie above the highest and below the lowest one so far, where law `masing` remembers.
-pub(crate) fn untouched(recording: &Recording, model: &Model) -> Result<Option<Vec<(f64, f64)>>, DatasetError> {
+pub(crate) fn untouched(recording: &Recording, model: &Model) -> Result<Option<Vec<(f64, f64)>>, PredictError> {
     let masing = model.memory.is_some_and(|m| m.law == Law::Masing);
     let Some(rated) = model.gear.rated_deflection_rad.filter(|_| masing) else { return Ok(None) };
     let evaluation = Evaluation::new(model, None, recording)?;

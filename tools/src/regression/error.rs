@@ -14,7 +14,7 @@ pub enum EstimateError {
     #[error("no recording was given")]
     NoRecording,
     /// Too little to fit.
-    #[error("{recording}: {rows} rows are too few to fit a gear, at least {needed} are needed")]
+    #[error("{recording}: {rows} rows are too few, at least {needed} are needed")]
     TooFewRows {
         /// The recording.
         recording: String,
@@ -103,7 +103,7 @@ pub enum EstimateError {
         recording: String,
     },
     /// Newton-metres and amperes.
-    #[error("{first} and {other} hold torque in different units: fit them apart")]
+    #[error("{first} and {other} hold torque in different units: take them apart")]
     MixedUnits {
         /// The first recording.
         first: String,
@@ -111,16 +111,21 @@ pub enum EstimateError {
         other: String,
     },
     /// A term that cannot be fitted.
-    #[error("the model has a term {kind}, which fit does not refit: use diagnose")]
+    #[error("the model has a term {kind}, and only a base model can be fitted here")]
     HasTerms {
         /// Its kind.
         kind: String,
     },
-    /// A joint log that the base terms cannot be evaluated on.
+    /// A simulation of some recordings only.
+    #[error("some recordings have a column torque_sim_nm and others have none: give it for all or for none")]
+    SomeSimulated,
+    /// The model cannot be evaluated on a recording.
     #[error("{why}")]
-    Joint {
+    Unpredictable {
         /// Why.
         why: String,
+        /// How to fix it.
+        fix: Option<String>,
     },
     /// A recording and the model given cannot be of one gear.
     #[error(transparent)]
@@ -138,6 +143,7 @@ impl EstimateError {
     pub fn fix(&self) -> Option<String> {
         let text = match self {
             Self::Implausible(error) => return Some(error.fix()),
+            Self::Unpredictable { fix, .. } => return fix.clone(),
             Self::TooFewRows { .. } => "record for longer, or at a higher rate",
             Self::NoMovement { .. } => {
                 "check that the column is the right one (--map deflection_rad=COLUMN), and record while the gear is loaded"
@@ -162,55 +168,17 @@ impl EstimateError {
                 };
                 return Some(format!("check its unit: --map scales a column, as in {column}=COLUMN*1e-3"));
             }
-            Self::HasTerms { .. } => "remove its [[term]] from the file given by --model, or run gmhm diagnose",
+            Self::HasTerms { .. } => {
+                "remove its [[term]] from the file given by --model; gmhm fit without --method pso refits terms"
+            }
             _ => return None,
         };
         Some(text.to_owned())
     }
 }
 
-/// Why recordings cannot be taken together as the data of a model.
-#[derive(Debug, thiserror::Error)]
-pub enum DatasetError {
-    /// No recording.
-    #[error("no recording was given")]
-    NoRecording,
-    /// No torque to explain.
-    #[error(
-        "{0}: column torque_nm (or current_a) is missing; name it, or map another column to it with --map torque_nm=…"
-    )]
-    NoTorque(String),
-    /// Too little to tell anything.
-    #[error("{recording}: {rows} rows are too few for a diagnosis, at least 64 are needed")]
-    TooFewRows {
-        /// The recording.
-        recording: String,
-        /// Its rows.
-        rows: usize,
-    },
-    /// Newton-metres and amperes.
-    #[error("{first} and {other} hold torque in different units: diagnose them apart")]
-    MixedUnits {
-        /// The first recording.
-        first: String,
-        /// The one that differs.
-        other: String,
-    },
-    /// A simulation of some recordings only.
-    #[error("some recordings have a column torque_sim_nm and others have none: give it for all or for none")]
-    SomeSimulated,
-    /// The model cannot be evaluated.
-    #[error(transparent)]
-    Predict(#[from] PredictError),
-}
-
-impl DatasetError {
-    /// How to fix it, where there is more to say than the message does.
-    pub fn fix(&self) -> Option<String> {
-        match self {
-            Self::Predict(error) => error.fix(),
-            Self::TooFewRows { .. } => Some("record for longer, or at a higher rate".to_owned()),
-            _ => None,
-        }
+impl From<PredictError> for EstimateError {
+    fn from(error: PredictError) -> Self {
+        Self::Unpredictable { why: error.to_string(), fix: error.fix() }
     }
 }

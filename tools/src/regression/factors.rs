@@ -72,31 +72,19 @@ impl Shared {
         sum
     }
 
-    /// For each part the sum of those after it.
-    pub fn after(parts: &[Self]) -> Vec<Self> {
-        let mut after: Vec<Self> = Vec::with_capacity(parts.len());
-        for part in parts.iter().rev() {
-            let sum = match after.last() {
-                Some(sum) => sum.with(&parts[parts.len() - after.len()]),
-                None => Self::nothing(part.triangle.columns()),
-            };
-            after.push(sum);
+    /// Visits each part beside the sum of all others: what a visit returns takes the place of the part for those after it. Only one part at a time differs, so the others are added up
+    /// once.
+    pub fn each_beside_others(parts: &[Self], mut visit: impl FnMut(usize, &Self) -> Self) {
+        let Some(first) = parts.first() else { return };
+        let mut before = Self::nothing(first.triangle.columns());
+        let mut after = vec![before.clone()];
+        for part in parts[1..].iter().rev() {
+            after.push(after[after.len() - 1].with(part));
         }
-        after.reverse();
-        after
-    }
-
-    /// For each part the sum of all others.
-    pub fn others(parts: &[Self]) -> Vec<Self> {
-        let mut others = Self::after(parts);
-        let mut before: Option<Self> = None;
-        for (others, part) in others.iter_mut().zip(parts) {
-            if let Some(before) = &before {
-                others.add(before);
-            }
-            before = Some(before.map_or_else(|| part.clone(), |before| before.with(part)));
+        for (index, after) in after.iter().rev().enumerate() {
+            let own = visit(index, &before.with(after));
+            before.add(&own);
         }
-        others
     }
 
     /// ln det XᵀX of the columns that are not held at a bound, the nuisances among them. Without derivatives.

@@ -9,11 +9,11 @@ use crate::numerics::vector::dot;
 use crate::physics::PredictError;
 use crate::physics::columns::Evaluation;
 use crate::regression::dataset::Dataset;
-use crate::regression::error::DatasetError;
+use crate::regression::error::EstimateError;
 use crate::regression::likelihood::Layout;
 use crate::regression::parameters;
 use crate::regression::parameters::FreeParameter;
-use crate::regression::variable_projection::{VariableProjection, Weights, is_linear};
+use crate::regression::variable_projection::{VariableProjection, Weights};
 
 /// A model fitted to the dataset, and what the next step needs of it.
 #[derive(Clone)]
@@ -43,12 +43,7 @@ impl Dataset<'_> {
 
     /// The free numbers of a model. `zero` frees the zero of the deflection.
     pub fn free_parameters(&self, model: &Model, zero: bool) -> Vec<FreeParameter> {
-        let mut free = parameters::of_gear(model);
-        if zero {
-            free.push(FreeParameter::Zero);
-        }
-        free.extend((0..model.terms.len()).flat_map(|term| parameters::of_term(model, term)));
-        free
+        parameters::free(model, zero)
     }
 
     /// The change of the torque with a place of a model that was evaluated.
@@ -61,37 +56,12 @@ impl Dataset<'_> {
         place: FreeParameter,
         evaluations: &[Evaluation<'_>],
     ) -> Result<Vec<f64>, PredictError> {
-        let value = parameters::value(model, place);
-        let at = |to: f64| {
-            let mut moved = model.clone();
-            parameters::put(&mut moved, place, to);
-            self.changed(&moved, place, value, evaluations)
-        };
-        let (low, high) = parameters::sides(model, place);
-        let low = if is_linear(model, place) { value } else { low };
-        let (above, below) = (at(high)?, at(low)?);
-        Ok(above.iter().zip(&below).map(|(a, b)| (a - b) / (high - low)).collect())
-    }
-
-    /// The total of a model that differs from an evaluated one only in a place, which is `now` there, less what stays as it was.
-    fn changed(
-        &self,
-        moved: &Model,
-        place: FreeParameter,
-        now: f64,
-        evaluations: &[Evaluation<'_>],
-    ) -> Result<Vec<f64>, PredictError> {
-        if let FreeParameter::Term { term, .. } = place {
-            let parts = evaluations.iter().map(|evaluation| evaluation.part(&moved.terms[term]));
-            let parts: Option<Vec<Vec<f64>>> = parts.collect::<Result<_, _>>()?;
-            if let Some(parts) = parts {
-                return Ok(parts.iter().flat_map(|part| self.looked_at(part)).collect());
-            }
+        let mut line = Vec::with_capacity(self.len());
+        for (index, evaluation) in evaluations.iter().enumerate() {
+            let total = |moved: &Model| Ok(self.evaluate_one(moved, index)?.total().to_vec());
+            line.extend(self.looked_at(&parameters::derivative(model, place, evaluation, total)?));
         }
-        Ok(match parameters::value(moved, place) == now {
-            true => evaluations.iter().flat_map(|evaluation| self.looked_at(evaluation.total())).collect(),
-            false => self.total(moved)?,
-        })
+        Ok(line)
     }
 
     /// Target less total, each recording about its own mean.
@@ -118,7 +88,7 @@ impl Dataset<'_> {
         places: &[FreeParameter],
         noise: Option<&[Noise]>,
         most_steps: usize,
-    ) -> Result<Fitted, DatasetError> {
+    ) -> Result<Fitted, EstimateError> {
         self.fit_beside(model, places, noise, most_steps, None)
     }
 
@@ -133,7 +103,7 @@ impl Dataset<'_> {
         noise: Option<&[Noise]>,
         most_steps: usize,
         beside: Option<&Fitted>,
-    ) -> Result<Fitted, DatasetError> {
+    ) -> Result<Fitted, EstimateError> {
         if noise.is_some() {
             return self.fit_from(model, places, noise, most_steps, beside);
         }
@@ -149,7 +119,7 @@ impl Dataset<'_> {
         noise: Option<&[Noise]>,
         most_steps: usize,
         beside: Option<&Fitted>,
-    ) -> Result<Fitted, DatasetError> {
+    ) -> Result<Fitted, EstimateError> {
         let direct = self.descend(model, places, noise, most_steps, beside)?;
         if most_steps < WHITE_STEPS {
             return Ok(direct);
@@ -167,7 +137,7 @@ impl Dataset<'_> {
     ///
     /// # Errors
     /// A model that cannot be evaluated.
-    pub fn settled(&self, fit: Fitted) -> Result<Fitted, DatasetError> {
+    pub fn settled(&self, fit: Fitted) -> Result<Fitted, EstimateError> {
         let plain = self.descend(&fit.model, &fit.places, None, PLAIN_STEPS, None)?;
         Ok(if self.rms_of_blocks(&plain) < CLEARLY * self.rms_of_blocks(&fit) { plain } else { fit })
     }
@@ -181,7 +151,7 @@ impl Dataset<'_> {
         model: &Model,
         places: &[FreeParameter],
         most_steps: usize,
-    ) -> Result<Fitted, DatasetError> {
+    ) -> Result<Fitted, EstimateError> {
         self.descend(model, places, None, most_steps, None)
     }
 
@@ -193,7 +163,7 @@ impl Dataset<'_> {
         noise: Option<&[Noise]>,
         most_steps: usize,
         beside: Option<&Fitted>,
-    ) -> Result<Fitted, DatasetError> {
+    ) -> Result<Fitted, EstimateError> {
         let layout = self.layout();
         let plain = noise.is_none();
         let weights = noise.map_or(Weights::White, |noise| Weights::Coloured(noise.to_vec()));

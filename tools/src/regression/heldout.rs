@@ -41,7 +41,12 @@ impl<'f> Blocks<'f> {
     pub fn of(factors: &'f Factors) -> Self {
         let parts: Vec<Shared> = (0..factors.recordings()).map(|index| factors.shared(index, |_| true)).collect();
         let held = factors.combine(|_, _| true).shared.scaled(LEFT_OUT);
-        Self { factors, held, others: Shared::others(&parts) }
+        let mut others = Vec::with_capacity(parts.len());
+        Shared::each_beside_others(&parts, |index, beside| {
+            others.push(beside.clone());
+            parts[index].clone()
+        });
+        Self { factors, held, others }
     }
 
     /// The factor of the gear's columns without one block of one recording. Costs no more with many recordings than with few.

@@ -156,16 +156,11 @@ impl Layout<'_> {
 
     /// Standard deviation of the weight of each column, given all others and the nuisances free; `None` where the rows do not distinguish it from others.
     pub fn standard_deviations(&self, columns: &[&[f64]], residual: &[f64]) -> Vec<Option<f64>> {
-        self.directions(columns, residual).into_iter().map(|direction| direction.map(|d| d.norm())).collect()
-    }
-
-    /// For the weight of each column a vector whose norm is its standard deviation, and whose angle to another says how the two correlate.
-    pub fn directions(&self, columns: &[&[f64]], residual: &[f64]) -> Vec<Option<DVector<f64>>> {
         let noise = self.noise(residual, columns.len() + self.nuisances.len());
         let system = self.system(columns, residual, &noise);
         let directions = Singular::of(&system.shared, &system.norms, SINGULAR);
         let unit = |k: usize| DVector::from_fn(columns.len(), |i, _| if i == k { 1.0 } else { 0.0 });
-        (0..columns.len()).map(|k| directions.direction(&unit(k))).collect()
+        (0..columns.len()).map(|k| directions.direction(&unit(k)).map(|d| d.norm())).collect()
     }
 
     /// What the weights of columns are without each block of the recordings.

@@ -20,6 +20,7 @@ pub mod factors;
 pub mod fit;
 pub mod heldout;
 pub mod likelihood;
+pub mod model_part;
 pub mod note;
 pub mod parameters;
 pub mod polish;

@@ -1,12 +1,17 @@
 //! The free numbers of a model: those of the gear and those of its terms, in one list that an optimiser can walk.
 
+use std::borrow::Cow;
+
 use gmhm::Law;
-use gmhm::terms::{Form, KeyInfo, Role};
+use gmhm::terms::{Domain, Form, KeyInfo, Role};
 
 use crate::kinds;
-use crate::model::{Model, TermValue};
-use crate::physics::columns::{get, set};
+use crate::model::{Model, Term, TermValue};
+use crate::physics::PredictError;
+use crate::physics::columns::{Evaluation, get, set};
 use crate::regression::assembly::from_cycle;
+use crate::regression::base::ELASTIC;
+use crate::regression::deflection_zeros::DEFLECTION_ZERO;
 
 /// The key of harmonic orders.
 const ORDERS: &str = "orders";
@@ -43,6 +48,12 @@ pub fn of_gear(model: &Model) -> Vec<FreeParameter> {
         places.extend((0..2).map(FreeParameter::Memory));
     }
     places
+}
+
+/// The free numbers of a model. `zero` frees the zero of the deflection.
+pub fn free(model: &Model, zero: bool) -> Vec<FreeParameter> {
+    let terms = (0..model.terms.len()).flat_map(|term| of_term(model, term));
+    of_gear(model).into_iter().chain(zero.then_some(FreeParameter::Zero)).chain(terms).collect()
 }
 
 /// The free numbers of a term.
@@ -96,6 +107,18 @@ pub fn value(model: &Model, place: FreeParameter) -> f64 {
 
 /// Sets a place, within what it accepts.
 pub fn put(model: &mut Model, place: FreeParameter, value: f64) {
+    let value = match place {
+        FreeParameter::Term { .. } => {
+            let (low, high) = bounds(model, place);
+            value.clamp(low, high)
+        }
+        _ => value,
+    };
+    put_freely(model, place, value);
+}
+
+/// Sets a place to whatever a search that keeps bounds of its own has found.
+pub fn put_freely(model: &mut Model, place: FreeParameter, value: f64) {
     match place {
         FreeParameter::Elastic(i) => {
             if let Some(c) = &mut model.elastic {
@@ -119,21 +142,27 @@ pub fn put(model: &mut Model, place: FreeParameter, value: f64) {
         }
         FreeParameter::Zero => model.gear.deflection_zero_rad = value,
         FreeParameter::Term { term, key, index } => {
-            let (low, high) = bounds(model, term, key, index);
-            model.terms[term] = set(&model.terms[term], key, index, value.clamp(low, high));
+            model.terms[term] = set(&model.terms[term], key, index, value);
         }
     }
 }
 
 /// How far a place may be lowered: the difference to its lowest value, not above 0.
 pub fn room(model: &Model, place: FreeParameter) -> f64 {
-    let value = value(model, place);
-    let low = match place {
-        FreeParameter::Memory(_) => 0.0,
-        FreeParameter::Term { term, key, index } => bounds(model, term, key, index).0,
-        _ => f64::NEG_INFINITY,
-    };
-    (low - value).min(0.0)
+    (bounds(model, place).0 - value(model, place)).min(0.0)
+}
+
+/// The bounds of a place.
+pub fn bounds(model: &Model, place: FreeParameter) -> (f64, f64) {
+    let open = (f64::NEG_INFINITY, f64::INFINITY);
+    match place {
+        FreeParameter::Memory(_) => (0.0, f64::INFINITY),
+        FreeParameter::Term { term, key, index } => {
+            let own = &model.terms[term];
+            kinds::of_term(own).map_or(open, |kind| kind.bounds(model, own, key, index))
+        }
+        FreeParameter::Elastic(_) | FreeParameter::Zero => open,
+    }
 }
 
 /// A derivative is taken at least this share of the value away from it, the square root of the resolution: what is less is lost in rounding.
@@ -168,21 +197,96 @@ fn usual_step(model: &Model, place: FreeParameter) -> f64 {
     }
 }
 
-/// The bounds of a number of a term.
-fn bounds(model: &Model, term: usize, key: &KeyInfo, index: Option<usize>) -> (f64, f64) {
-    let own = &model.terms[term];
-    kinds::of_term(own).map_or((f64::NEG_INFINITY, f64::INFINITY), |kind| kind.bounds(model, own, key, index))
-}
-
 /// The two values at which a derivative is taken.
 pub fn sides(model: &Model, place: FreeParameter) -> (f64, f64) {
     let (value, step) = (value(model, place), step(model, place));
-    let low = match place {
-        FreeParameter::Memory(_) => 0.0,
-        FreeParameter::Term { term, key, index } => bounds(model, term, key, index).0,
-        _ => f64::NEG_INFINITY,
+    ((value - step).max(bounds(model, place).0), value + step)
+}
+
+/// Whether the torque is linear in a place while the others stay.
+pub fn is_linear(model: &Model, place: FreeParameter) -> bool {
+    match place {
+        FreeParameter::Elastic(_) => true,
+        FreeParameter::Memory(i) => match model.memory.map(|m| m.law) {
+            Some(Law::Masing) => true,
+            Some(Law::Time) => i == 0,
+            _ => false,
+        },
+        FreeParameter::Zero => false,
+        FreeParameter::Term { key, .. } => key.role == Role::Linear && domain(model, place) != Some(Domain::Deflection),
+    }
+}
+
+/// Which of the places the torque is linear in, all of them together.
+pub fn linear_together(model: &Model, places: &[FreeParameter]) -> Vec<bool> {
+    let followed = model.terms.iter().any(Term::follows_base);
+    // T_base is the gear's torque, or the load of a joint without one.
+    let of_base = |place: FreeParameter| match place {
+        FreeParameter::Term { .. } => model.elastic.is_none() && domain(model, place) == Some(Domain::Load),
+        _ => true,
     };
-    ((value - step).max(low), value + step)
+    places.iter().map(|&place| is_linear(model, place) && !(followed && of_base(place))).collect()
+}
+
+/// Where the term of a place acts.
+pub fn domain(model: &Model, place: FreeParameter) -> Option<Domain> {
+    match place {
+        FreeParameter::Term { term, .. } => model.terms[term].info().map(|info| info.domain),
+        _ => None,
+    }
+}
+
+/// The change of the torque with a place of a model that was evaluated on a recording; `total` is the torque of another model there.
+///
+/// # Errors
+/// A model that cannot be evaluated.
+pub fn derivative(
+    model: &Model,
+    place: FreeParameter,
+    evaluation: &Evaluation<'_>,
+    total: impl Fn(&Model) -> Result<Vec<f64>, PredictError>,
+) -> Result<Vec<f64>, PredictError> {
+    let now = value(model, place);
+    let at = |to: f64| {
+        let mut moved = model.clone();
+        put(&mut moved, place, to);
+        if let FreeParameter::Term { term, .. } = place
+            && let Some(part) = evaluation.part(&moved.terms[term])?
+        {
+            return Ok(part);
+        }
+        if value(&moved, place) == now { Ok(evaluation.total().to_vec()) } else { total(&moved) }
+    };
+    let (low, high) = sides(model, place);
+    let low = if is_linear(model, place) { now } else { low };
+    let (above, below) = (at(high)?, at(low)?);
+    Ok(above.iter().zip(&below).map(|(a, b)| (a - b) / (high - low)).collect())
+}
+
+/// Whether a place of a joint's model resists motion: friction and inertia have a sign.
+pub fn resists(model: &Model, place: FreeParameter) -> bool {
+    matches!(place, FreeParameter::Term { key, .. } if model.elastic.is_none() && key.plausible.0 >= 0.0)
+}
+
+/// The name of a free number, as in the model file, and its unit. A term's follows its kind, a second of its kind is numbered, and so are the numbers of lists.
+pub fn named(model: &Model, free: FreeParameter) -> (Cow<'static, str>, Cow<'static, str>) {
+    let time = model.memory.is_some_and(|memory| memory.law == Law::Time);
+    let (name, unit) = match free {
+        FreeParameter::Elastic(i) => ELASTIC[i],
+        FreeParameter::Memory(0) if time => ("alpha", ""),
+        FreeParameter::Memory(_) if time => ("beta_per_s", "1/s"),
+        FreeParameter::Memory(0) => ("e", "N·m/rad"),
+        FreeParameter::Memory(_) => ("h", "N·m/rad"),
+        FreeParameter::Zero => (DEFLECTION_ZERO, "rad"),
+        FreeParameter::Term { term, key, index } => {
+            let kind = &model.terms[term].kind;
+            let before = model.terms[..term].iter().filter(|other| other.kind == *kind).count();
+            let number = if before > 0 { format!("_{}", before + 1) } else { String::new() };
+            let index = index.map_or_else(String::new, |index| format!("[{index}]"));
+            return (format!("{kind}{number}.{}{index}", key.name).into(), key.unit.into());
+        }
+    };
+    (name.into(), unit.into())
 }
 
 #[cfg(test)]

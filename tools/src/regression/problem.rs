@@ -126,15 +126,15 @@ impl<'a> Problem<'a> {
         let layout = self.layout();
         let mut residuals = Vec::with_capacity(self.rows.len());
         for (index, rows) in self.rows.iter().enumerate() {
-            let weights: Vec<f64> = linear.recordings[index].iter().chain(&linear.gear).copied().collect();
+            let weights = layout.coefficients(linear, index);
             let mut residual = rows.torque.to_vec();
-            let mut chain = Chain::start(self, &self.split(nonlinear), rows, index, None);
-            let mut block = Block::new(layout.nuisances + layout.gear, BLOCK);
+            let mut chain = Chain::start(self, &layout, &self.split(nonlinear), rows, index, None);
+            let mut block = Block::new(weights.len(), BLOCK);
             let mut deflection = Vec::new();
             for range in stretches(0..rows.len()) {
                 block.set_rows(range.len());
                 chain.correct(rows, &range, &mut deflection);
-                chain.fill(rows, &range, &deflection, &mut block, 0, &layout);
+                chain.fill(rows, &range, &deflection, &mut block, 0);
                 for (column, weight) in weights.iter().enumerate() {
                     let values = residual[range.clone()].iter_mut().zip(block.column(column));
                     values.for_each(|(r, x)| *r -= weight * x);
@@ -146,15 +146,16 @@ impl<'a> Problem<'a> {
     }
 
     fn layout(&self) -> Layout {
-        let nuisances = self.nuisance_columns().len();
-        let (mut local, mut gear) = (0, nuisances);
-        let mut place = |column: &Column| {
-            let next = if column.scope == Scope::Recording { &mut local } else { &mut gear };
-            *next += 1;
-            *next - 1
+        let (nuisances, gear) = (self.nuisance_columns().len(), self.gear_columns().len());
+        let (mut next_nuisance, mut next_gear) = (0..nuisances, nuisances..nuisances + gear);
+        let mut place = |column: &Column| match column.scope {
+            Scope::Recording => next_nuisance.next(),
+            Scope::Gear => next_gear.next(),
+            Scope::Known => Some(nuisances + gear),
         };
-        let at = self.contributions.iter().map(|c| c.columns().iter().map(&mut place).collect()).collect();
-        Layout { nuisances, gear: gear - nuisances, at }
+        let places = |c: &&dyn Contribution| c.columns().iter().filter_map(&mut place).collect();
+        let at = self.contributions.iter().map(places).collect();
+        Layout { nuisances, gear, known: !self.columns(Scope::Known).is_empty(), at }
     }
 
     /// The parameters of each correction, then of each contribution.
@@ -219,11 +220,11 @@ impl<'a> Problem<'a> {
         let modelled = layout.nuisances + layout.gear;
         let derivatives = tangent.map_or(0, |t| t.parameters.len());
         let width = modelled + derivatives + 1;
-        let mut chain = Chain::start(self, &self.split(nonlinear), rows, index, None);
+        let mut chain = Chain::start(self, layout, &self.split(nonlinear), rows, index, None);
         let mut sides = tangent.map_or_else(Vec::new, |t| self.start_sides(t, nonlinear, rows, index, layout));
         let mut raw = Block::new(width, history + BLOCK);
         let mut filtered = Block::new(if history > 0 { width } else { 0 }, BLOCK);
-        let mut scratch = Block::new(modelled, BLOCK);
+        let mut scratch = Block::new(modelled + 1, BLOCK);
         let (mut deflection, mut moved) = (Vec::new(), Vec::new());
         let mut filter = Filter::start();
         let mut factors = Vec::with_capacity(sweep.folds);
@@ -234,20 +235,24 @@ impl<'a> Problem<'a> {
             for range in stretches(bounds) {
                 raw.set_rows(history + range.len());
                 chain.correct(rows, &range, &mut deflection);
-                chain.fill(rows, &range, &deflection, &mut raw, history, layout);
+                chain.fill(rows, &range, &deflection, &mut raw, history);
+                // What is known stands where the first derivative or the torque will.
+                for (row, torque) in rows.torque[range.clone()].iter().enumerate() {
+                    let known = if layout.known { raw.column(modelled)[history + row] } else { 0.0 };
+                    raw.column_mut(width - 1)[history + row] = torque - known;
+                }
                 for (k, side) in sides.iter_mut().enumerate() {
                     raw.column_mut(modelled + k)[history..].fill(0.0);
                     for (chain, weights) in side {
                         chain.correct(rows, &range, &mut moved);
                         scratch.set_rows(range.len());
-                        chain.fill(rows, &range, &moved, &mut scratch, 0, layout);
+                        chain.fill(rows, &range, &moved, &mut scratch, 0);
                         for &(column, weight) in weights.iter() {
                             let to = raw.column_mut(modelled + k)[history..].iter_mut();
                             to.zip(scratch.column(column)).for_each(|(d, x)| *d += weight * x);
                         }
                     }
                 }
-                raw.column_mut(width - 1)[history..].copy_from_slice(&rows.torque[range.clone()]);
                 let marks = &rows.marks[range.clone()];
                 match noise {
                     Some(noise) if history > 0 => {
@@ -280,8 +285,7 @@ impl<'a> Problem<'a> {
         index: usize,
         layout: &Layout,
     ) -> Vec<Side<'a>> {
-        let coefficients: Vec<f64> =
-            tangent.linear.recordings[index].iter().chain(&tangent.linear.gear).copied().collect();
+        let coefficients = layout.coefficients(tangent.linear, index);
         let side = |&parameter: &usize| {
             if !self.concerns(parameter, index) {
                 return Vec::new();
@@ -293,11 +297,20 @@ impl<'a> Problem<'a> {
                 None => (0..coefficients.len()).collect(),
             };
             let at = |value: f64, sign: f64| {
+                let weight = sign / (high - low);
                 let mut moved = nonlinear.to_vec();
                 moved[parameter] = value;
-                let chain = Chain::start(self, &self.split(&moved), rows, index, owner);
-                let weights = columns.iter().map(|&c| (c, sign * coefficients[c] / (high - low))).collect();
-                (chain, weights)
+                let split = self.split(&moved);
+                let own: Vec<f64> = columns.iter().map(|&c| coefficients[c]).collect();
+                let sum = owner.and_then(|contribution| {
+                    let nonlinear = split[self.corrections.len() + contribution];
+                    self.contributions[contribution].start_sum(nonlinear, &own, rows, index)
+                });
+                if let Some(sum) = sum {
+                    return (Chain { corrections: Vec::new(), contributions: vec![(sum, vec![0])] }, vec![(0, weight)]);
+                }
+                let chain = Chain::start(self, layout, &split, rows, index, owner);
+                (chain, columns.iter().zip(own).map(|(&c, own)| (c, weight * own)).collect())
             };
             vec![at(high, 1.0), at(low, -1.0)]
         };
@@ -312,19 +325,30 @@ type Side<'a> = Vec<(Chain<'a>, Vec<(usize, f64)>)>;
 struct Layout {
     nuisances: usize,
     gear: usize,
+    /// Whether a column after these is known.
+    known: bool,
     at: Vec<Vec<usize>>,
 }
 
-/// Corrections and contributions at work on one recording.
+impl Layout {
+    /// The coefficients of all columns in a recording.
+    fn coefficients(&self, linear: &Linear, recording: usize) -> Vec<f64> {
+        let known = self.known.then_some(&1.0);
+        linear.recordings[recording].iter().chain(&linear.gear).chain(known).copied().collect()
+    }
+}
+
+/// Corrections and contributions at work on one recording, each of these with the places of its columns.
 struct Chain<'a> {
     corrections: Vec<Box<dyn Correct + 'a>>,
-    contributions: Vec<Option<Box<dyn Evaluate + 'a>>>,
+    contributions: Vec<(Box<dyn Evaluate + 'a>, Vec<usize>)>,
 }
 
 impl<'a> Chain<'a> {
     /// All parts, or of the contributions `only` one.
     fn start(
         problem: &'a Problem<'_>,
+        layout: &Layout,
         split: &[&[f64]],
         rows: &'a Rows<'a>,
         index: usize,
@@ -332,11 +356,12 @@ impl<'a> Chain<'a> {
     ) -> Self {
         let first = problem.corrections.len();
         let corrections = problem.corrections.iter().zip(split).map(|(c, p)| c.start(p, rows, index)).collect();
-        let contributions = problem.contributions.iter().zip(&split[first..]).enumerate();
-        let contributions = contributions
-            .map(|(number, (c, p))| only.is_none_or(|o| o == number).then(|| c.start(p, rows, index)))
-            .collect();
-        Self { corrections, contributions }
+        let chosen = (0..problem.contributions.len()).filter(|number| only.is_none_or(|o| o == *number));
+        let started = chosen.map(|number| {
+            let evaluate = problem.contributions[number].start(split[first + number], rows, index);
+            (evaluate, layout.at[number].clone())
+        });
+        Self { corrections, contributions: started.collect() }
     }
 
     fn correct(&mut self, rows: &Rows<'_>, range: &Range<usize>, deflection: &mut Vec<f64>) {
@@ -349,20 +374,10 @@ impl<'a> Chain<'a> {
         }
     }
 
-    fn fill(
-        &mut self,
-        rows: &Rows<'_>,
-        range: &Range<usize>,
-        deflection: &[f64],
-        block: &mut Block,
-        first_row: usize,
-        layout: &Layout,
-    ) {
+    fn fill(&mut self, rows: &Rows<'_>, range: &Range<usize>, deflection: &[f64], block: &mut Block, first_row: usize) {
         let stretch = Stretch { rows, range: range.clone(), deflection_rad: deflection };
-        for (contribution, at) in self.contributions.iter_mut().zip(&layout.at) {
-            if let Some(contribution) = contribution {
-                contribution.fill(&stretch, &mut Columns { block, at, first_row });
-            }
+        for (contribution, at) in &mut self.contributions {
+            contribution.fill(&stretch, &mut Columns { block, at, first_row });
         }
     }
 }

@@ -248,8 +248,8 @@ pub fn of_recordings<'a>(recordings: &'a [Recording], gear: &GearSection) -> Res
 /// Counts below this share of the range are as good as none. Those of an encoder of 26 bits, 4e-5 of the published gear's range, still take 2 % off e.
 const FINEST: f64 = 1e-6;
 
-/// The rows of joint logs, which have no deflection.
-pub fn of_joint_logs(recordings: &[Recording]) -> Result<Vec<Rows<'_>>, EstimateError> {
+/// The rows of recordings whose model sees to the deflection, or has none.
+pub fn without_deflection(recordings: &[Recording]) -> Result<Vec<Rows<'_>>, EstimateError> {
     with_deflection(recordings, |_| Ok((Cow::Borrowed(&[]), None)))
 }
 

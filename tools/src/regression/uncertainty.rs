@@ -186,21 +186,22 @@ pub fn of_columns(
     nonlinear: &[f64],
     linear: &Linear,
     noise: Option<&[Noise]>,
-    remedy: Remedy,
+    remedy: Option<Remedy>,
 ) -> Uncertainty {
     let (columns, infos) = (problem.gear_columns(), problem.nonlinear());
     let named = columns.iter().map(|c| (&c.name, &c.unit)).chain(infos.iter().map(|n| (&n.name, &n.unit)));
-    let bounds = problem.bounds();
+    let at_least_0 = columns.iter().map(|c| c.bound == Bound::NonNegative).chain(infos.iter().map(|n| n.low == 0.0));
+    let values = linear.gear.iter().chain(nonlinear);
     let all: Vec<usize> = (0..columns.len() + infos.len()).collect();
     let spread = Spread::of(problem, nonlinear, linear, noise, &all);
-    let line = |(k, ((name, unit), value)): (usize, ((&Cow<'static, str>, &Cow<'static, str>), &f64))| {
+    let mut lines = Vec::with_capacity(all.len());
+    for (k, (((name, unit), at_least_0), value)) in named.zip(at_least_0).zip(values).enumerate() {
         let direction = spread.direction(&DVector::from_fn(all.len(), |i, _| if i == k { 1.0 } else { 0.0 }));
-        let at_bound = bounds.get(k) == Some(&Bound::NonNegative) && *value == 0.0;
         let sd = direction.as_ref().map(|d| spread.sd(d));
-        let (open, remedy) = (Note::Open(Some(remedy)), Some(remedy));
-        (Estimated::new((name.clone(), unit.clone()), *value, sd, at_bound, open, remedy), direction)
-    };
-    correlated(named.zip(linear.gear.iter().chain(nonlinear)).enumerate().map(line).collect())
+        let (name, at_bound) = ((name.clone(), unit.clone()), at_least_0 && *value == 0.0);
+        lines.push((Estimated::new(name, *value, sd, at_bound, Note::Open(remedy), remedy), direction));
+    }
+    correlated(lines)
 }
 
 /// Parameters with the directions of those that have a standard deviation.

@@ -11,8 +11,7 @@
 //!
 //! The whole chain of the core judges every step; nothing is linearised but the step.
 
-use gmhm::Law;
-use gmhm::terms::{Domain, Role};
+use gmhm::terms::Domain;
 use rayon::prelude::*;
 
 use crate::model::{Model, Term};
@@ -25,40 +24,8 @@ use crate::physics::PredictError;
 use crate::regression::dataset::Dataset;
 use crate::regression::fit::Fitted;
 use crate::regression::parameters;
-use crate::regression::parameters::FreeParameter;
+use crate::regression::parameters::{FreeParameter, domain, linear_together};
 use crate::regression::polish::project;
-
-/// Whether the torque is linear in a place while the others stay.
-pub fn is_linear(model: &Model, place: FreeParameter) -> bool {
-    match place {
-        FreeParameter::Elastic(_) => true,
-        FreeParameter::Memory(i) => match model.memory.map(|m| m.law) {
-            Some(Law::Masing) => true,
-            Some(Law::Time) => i == 0,
-            _ => false,
-        },
-        FreeParameter::Zero => false,
-        FreeParameter::Term { key, .. } => key.role == Role::Linear && domain(model, place) != Some(Domain::Deflection),
-    }
-}
-
-/// Which of the places the torque is linear in, all of them together.
-pub fn linear_together(model: &Model, places: &[FreeParameter]) -> Vec<bool> {
-    let followed = model.terms.iter().any(Term::follows_base);
-    // T_base is the gear's torque, or the load of a joint without one.
-    let of_base = |place: FreeParameter| match place {
-        FreeParameter::Term { .. } => model.elastic.is_none() && domain(model, place) == Some(Domain::Load),
-        _ => true,
-    };
-    places.iter().map(|&place| is_linear(model, place) && !(followed && of_base(place))).collect()
-}
-
-fn domain(model: &Model, place: FreeParameter) -> Option<Domain> {
-    match place {
-        FreeParameter::Term { term, .. } => model.terms[term].info().map(|info| info.domain),
-        _ => None,
-    }
-}
 
 /// A fit under way.
 pub struct VariableProjection<'w, 's> {

@@ -12,9 +12,10 @@ use crate::numerics::mark::Mark;
 use crate::recording::Recording;
 use crate::regression::assembly::Assembly;
 use crate::regression::base::Structure;
-use crate::regression::columns::{Column, Columns, Contribution, Evaluate, Stretch};
+use crate::regression::columns::Column;
 use crate::regression::polish::polish;
 use crate::regression::problem::Sweep;
+use crate::regression::ready::Ready;
 use crate::regression::rows::{Past, Rows};
 
 /// The size is met within this share.
@@ -121,7 +122,8 @@ impl Refit {
         let mut rss = 0.0;
         for _ in 0..ZERO_STEPS {
             let rows = self.rows(recording, target.clone(), zero_rad);
-            let shift = ZeroShift(self.zero_column(recording, zero_rad)?);
+            let column = self.zero_column(recording, zero_rad)?;
+            let shift = Ready::new(vec![Column::of_recording("deflection_zero_rad", "rad")], vec![vec![&column]]);
             let assembly = self.assembly(&rows)?;
             let mut problem = assembly.problem(&rows);
             problem.contributions.push(&shift);
@@ -160,30 +162,6 @@ impl Refit {
             past: Past::default(),
             counts: None,
         }]
-    }
-}
-
-/// A small shift of the encoders' zero.
-struct ZeroShift(Vec<f64>);
-
-impl Contribution for ZeroShift {
-    fn columns(&self) -> &[Column] {
-        static COLUMNS: [Column; 1] = [Column::of_recording("deflection_zero_rad", "rad")];
-        &COLUMNS
-    }
-
-    fn start<'a>(&'a self, _: &[f64], _: &'a Rows<'a>, _: usize) -> Box<dyn Evaluate + 'a> {
-        Box::new(ZeroColumn(&self.0))
-    }
-}
-
-struct ZeroColumn<'a>(&'a [f64]);
-
-impl Evaluate for ZeroColumn<'_> {
-    fn fill(&mut self, stretch: &Stretch<'_>, columns: &mut Columns<'_>) {
-        for (row, value) in self.0[stretch.range.clone()].iter().enumerate() {
-            columns.set(row, &[*value]);
-        }
     }
 }
 

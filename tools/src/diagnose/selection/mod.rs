@@ -36,7 +36,7 @@ use significance::{T_OTHERS, repeats};
 use crate::diagnose::DiagnoseError;
 use crate::diagnose::explain;
 use crate::regression::dataset::Dataset;
-use crate::regression::error::DatasetError;
+use crate::regression::error::EstimateError;
 use crate::regression::fit::Fitted;
 
 /// A kind that was selected.
@@ -243,7 +243,7 @@ impl Dataset<'_> {
             }
             fit = refitted;
         }
-        result.ok_or_else(|| DatasetError::NoRecording.into())
+        result.ok_or_else(|| EstimateError::NoRecording.into())
     }
 
     fn summed_up(

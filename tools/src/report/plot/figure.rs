@@ -65,13 +65,6 @@ impl Curve {
         self
     }
 
-    /// With error bars of ± these.
-    #[must_use]
-    pub fn with_error(mut self, error: Vec<f64>) -> Self {
-        self.error = error;
-        self
-    }
-
     /// Of the state before or after an extension.
     #[must_use]
     pub fn in_phase(mut self, phase: Option<Phase>) -> Self {
