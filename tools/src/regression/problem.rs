@@ -237,10 +237,10 @@ impl<'a> Problem<'a> {
                 chain.correct(rows, &range, &mut deflection);
                 chain.fill(rows, &range, &deflection, &mut raw, history);
                 // What is known stands where the first derivative or the torque will.
-                for (row, torque) in rows.torque[range.clone()].iter().enumerate() {
-                    let known = if layout.known { raw.column(modelled)[history + row] } else { 0.0 };
-                    raw.column_mut(width - 1)[history + row] = torque - known;
-                }
+                let known = layout.known.then(|| raw.column(modelled)[history..].to_vec());
+                let torque = &mut raw.column_mut(width - 1)[history..];
+                torque.copy_from_slice(&rows.torque[range.clone()]);
+                torque.iter_mut().zip(known.iter().flatten()).for_each(|(torque, known)| *torque -= known);
                 for (k, side) in sides.iter_mut().enumerate() {
                     raw.column_mut(modelled + k)[history..].fill(0.0);
                     for (chain, weights) in side {
