@@ -110,12 +110,12 @@ fn what_is_not_excited_teaches_nothing() {
             let torque = 1.02 * gear.step(&mut path, a * u).torque + off;
             adaptation.period(&mut state, &path, torque);
             if k == 90_000 {
-                learnt = Some((*state.estimate(), state.variances()));
+                learnt = Some((state.estimate(), state.variances()));
             }
         }
         let (estimate, variances) = learnt.expect("a minute of motion");
         assert!((estimate[0] + estimate[1] + estimate[2] - 0.02).abs() < 1e-3, "{estimate:?}");
-        assert_eq!(*state.estimate(), estimate, "motion {number}");
+        assert_eq!(state.estimate(), estimate, "motion {number}");
         assert_eq!(state.variances(), variances, "motion {number}");
     }
 }
@@ -217,7 +217,7 @@ fn an_unknown_past_is_no_obstacle() {
         assert!(t > 60.0 || change == Change::None, "{change:?} at {t} s, with nothing to tell");
     }
     // The level that nobody knows may keep it in the shadow: what counts is what was learnt.
-    let [k1, k3, .., e, h] = *state.estimate();
+    let [k1, k3, .., e, h] = state.estimate();
     let slope = k1 + 3.0 * 0.09 * k3 - 0.86 * e;
     assert!(state.stretches() > 100 && slope < -0.02 && h.abs() < 0.02, "{:?}", state.estimate());
 }

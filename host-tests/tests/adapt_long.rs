@@ -159,7 +159,7 @@ fn long_run(samples: u64) {
             Change::GivenBack => in_force = gear,
         }
         if k % 1000 == 0 {
-            for (value, variance) in state.estimate().iter().zip(state.variances()) {
+            for (value, variance) in state.estimate().into_iter().zip(state.variances()) {
                 assert!(value.abs() < 0.25, "sample {k}: {:?}", state.estimate());
                 assert!(variance > 0.0 && variance <= prior * 1.000_1, "sample {k}: {variance}");
             }

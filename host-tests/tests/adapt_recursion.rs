@@ -67,13 +67,11 @@ fn largest_difference<S: Float>(motion: Motion) -> f64 {
     let gear = Gear::<S, _>::with_law(&block, Masing::new(&block));
     let (mut state, mut path) = (adaptation.start(), gear.start::<16>(S::ZERO));
     let nominal = drift::Coefficients::of(&Constants::PUBLISHED);
-    // So near that no sample lies beyond four standard deviations of those before.
     let other = nominal.scaled(0.99, 1.02);
     let (mut plant, mut shape) =
         (drift::Gear::new(&Constants::PUBLISHED, 0.0), drift::Gear::new(&Constants::PUBLISHED, 0.0));
     let unit_loop = drift::Coefficients { elastic: [0.0; 3], e: 0.0, h: 1.0 / a };
     let mut mover = Mover::new(motion, 3);
-    // Uniform noise: nothing lies beyond four standard deviations, so that every sample has the weight 1.
     let mut sensor = Sensor::new(0.0, [0.0; 2], rated, 3);
     let mut noise = 12345_u64;
     let nominal_change = adapting::change(&block, &nominal);
@@ -90,8 +88,11 @@ fn largest_difference<S: Float>(motion: Motion) -> f64 {
     }
     let mut right = [0.0; 5];
     let (mut rows, mut sums, mut before, mut variance) = (Vec::<Row>::new(), [0.0; 8], None, 0.0);
+    // Weights: mean residual of the block before, and variance of samples about it.
+    let (mut centre, mut about) = (0.0, 0.02_f64.powi(2));
     let (start, mut samples) = (2_000, 0);
-    for k in 0..SAMPLES + start {
+    // To the end of the stretch that the last of them is in.
+    for k in 0.. {
         let u = mover.at(f64::from(k) * PERIOD_S);
         let theta = S::from_f64(a * u);
         let exact = theta.to_f64();
@@ -108,8 +109,7 @@ fn largest_difference<S: Float>(motion: Motion) -> f64 {
         let taken = state.takes_samples();
         adaptation.period(&mut state, &path, says);
         if state.stretches() > stretches {
-            // v is learnt from what the stretch told, after it: but the first one's comes with it.
-            let variance = if stretches == 0 { state.variance().to_f64() } else { variance };
+            // v is learnt from what the stretch told, after it.
             for row in &triangle(&rows)[2..] {
                 if row[2..7].iter().map(|x| x * x * prior).sum::<f64>() >= LEAST_TOLD * variance {
                     for i in 0..5 {
@@ -123,6 +123,9 @@ fn largest_difference<S: Float>(motion: Motion) -> f64 {
             rows.clear();
             // What was begun of a block is dropped.
             (sums, samples) = ([0.0; 8], 0);
+            if k >= SAMPLES + start {
+                break;
+            }
         }
         if !taken {
             before = None;
@@ -134,13 +137,16 @@ fn largest_difference<S: Float>(motion: Motion) -> f64 {
         let row =
             [1.0, before.map_or(0.0, |before| p - before), x[0], x[1], x[2], x[3], x[4], says.to_f64() / rated - p];
         before = Some(p);
+        let square = (row[7] - centre).powi(2) / about;
+        about += about * (square.min(9.0) - 1.0) / 256.0;
         for (sum, x) in sums.iter_mut().zip(row) {
-            *sum += x;
+            *sum += x * (16.0 / square).min(1.0);
         }
         samples += 1;
         if samples == per_block {
             samples = 0;
-            rows.push(sums.map(|sum| sum / f64::from(per_block).sqrt()));
+            centre = sums[7] / sums[0];
+            rows.push(sums.map(|sum| sum / sums[0].sqrt()));
             sums = [0.0; 8];
         }
     }

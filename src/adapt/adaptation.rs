@@ -1,16 +1,15 @@
 //! The adaptation of a gear: what its block and its settings make of it.
 
-use super::bounds::Bounds;
+use super::bounds::{Bounds, bounds};
 use super::coefficients::{self, changed};
-use super::filter::Estimate;
+use super::estimate::Estimate;
 use super::health::{Health, Passed};
 use super::state::AdaptationState;
-use super::stretch::{Stretch, Sums};
-use super::supervision::{Noise, Supervision};
-use super::trial::{Losses, Trial};
+use super::supervision::Noise;
+use super::trial::Trial;
 use super::warnings::Warnings;
-use super::work::Work;
-use super::{AdaptError, BLOCK_S, Coefficients, LONGEST_S, SHORTEST_S, Settings};
+use super::work::ROWS;
+use super::{AdaptError, BLOCK_S, Coefficients, LONGEST_S, SHORTEST_S, Settings, reversed};
 use crate::memory::Frame;
 use crate::params::{Law, ParamError, Params};
 use crate::scalar::Float;
@@ -29,19 +28,21 @@ pub struct Adaptation<S> {
     pub(super) samples: u16,
     /// Pieces of work in a period.
     pub(super) pieces: u16,
-    /// A quarter of the samples of a block.
-    pub(super) least_weight: S,
     pub(super) fewest_blocks: S,
     pub(super) most_blocks: S,
     /// κ of the [filter](super::filter).
     pub(super) drift: S,
-    /// Prior variance of each coefficient.
+    /// Prior deviation of each coefficient, and its square.
+    pub(super) deviation: S,
     pub(super) prior: S,
-    /// What multiplies changes of the coefficients in their common factor γ = Σ p·(x·δ)/Σ p² over the rated cycle.
-    pub(super) common: Coefficients<S>,
+    /// 1 over the most that a coefficient may change.
+    pub(super) inverse_change: S,
     pub(super) bounds: Bounds<S>,
     pub(super) health: Health<S>,
-    pub(super) supervision: Supervision<S>,
+    /// The square of the share of the block's torque that residuals may have.
+    pub(super) gain: S,
+    /// Spikes a block that a stretch may have.
+    pub(super) spikes: S,
     /// ln(1/α).
     pub(super) threshold: S,
 }
@@ -70,15 +71,16 @@ impl<S: Float> Adaptation<S> {
             inverse_torque: S::from_f64(1.0 / block.torque_scale_nm()),
             samples: samples as u16,
             pieces: libm::ceil(settings.period_s / 1e-3 - 1e-6).clamp(1.0, 1000.0) as u16,
-            least_weight: S::from_f64(0.25 * samples),
             fewest_blocks: S::from_f64(blocks(SHORTEST_S)),
             most_blocks: S::from_f64(blocks(LONGEST_S)),
             drift: S::from_f64(drift * drift),
+            deviation: S::from_f64(deviation),
             prior: S::from_f64(deviation * deviation),
-            common,
-            bounds: Bounds::new(&block_coefficients, S::from_f64(settings.largest_change)),
-            health: Health::new(&block_coefficients, &common),
-            supervision: Supervision::new(settings),
+            inverse_change: S::from_f64(1.0 / settings.largest_change),
+            bounds: bounds(&block_coefficients, &common, S::from_f64(settings.largest_change)),
+            health: Health::new(settings, &block_coefficients, &common),
+            gain: S::from_f64((settings.largest_change + 0.1) * (settings.largest_change + 0.1)),
+            spikes: S::from_f64(0.01 * samples),
             threshold: S::from_f64(-libm::log(settings.false_acceptance)),
         })
     }
@@ -86,21 +88,22 @@ impl<S: Float> Adaptation<S> {
     /// Nothing learnt yet: the block is in force.
     pub fn start(&self) -> AdaptationState<S> {
         AdaptationState {
-            sums: Sums::default(),
-            samples: 0,
-            work: Work::None,
-            stretch: Stretch::new(),
-            estimate: Estimate::new(self.prior),
-            trial: Trial::new(),
-            losses: [Losses::default(); 3],
+            sums: [S::ZERO; ROWS],
+            row: [S::ZERO; ROWS],
+            triangle: [S::ZERO; ROWS * (ROWS + 1) / 2],
+            blocks: S::ZERO,
+            estimate: Estimate::new(self.deviation),
+            trial: Trial::new(self.threshold),
             noise: Noise::new(),
+            last: S::ZERO,
+            known: S::ZERO,
+            samples: 0,
             warnings: Warnings::default(),
             passed: Passed::default(),
-            last: S::ZERO,
-            range: [S::ZERO; 2],
-            unknown: S::from_f64(S::LARGEST),
+            work: 0,
+            hold: 0,
+            held: false,
             continues: false,
-            known: false,
         }
     }
 
@@ -109,7 +112,7 @@ impl<S: Float> Adaptation<S> {
     /// # Errors
     /// Rounding brought them to the edge of what [`Params::new`] accepts.
     pub fn params(&self, state: &AdaptationState<S>, block: &Params) -> Result<Params, ParamError> {
-        changed(block, &state.trial.in_force)
+        changed(block, &state.in_force())
     }
 
     /// The parameters of the shadow, bounds kept: what a host may commit.
@@ -122,10 +125,6 @@ impl<S: Float> Adaptation<S> {
 
     /// Changes of the normalised coefficients of the shadow, bounds kept.
     pub fn shadow_change(&self, state: &AdaptationState<S>) -> Coefficients<S> {
-        let mut change = state.estimate.value;
-        Bounds::lift(&self.block, &state.estimate, &mut change, 0);
-        Bounds::lift(&self.block, &state.estimate, &mut change, 1);
-        self.bounds.shrink(&self.block, &self.common, &mut change);
-        change
+        reversed(state.trial.shadow)
     }
 }

@@ -1,6 +1,6 @@
 //! Normalised coefficients of parameters, and parameters of changed coefficients.
 
-use super::kernel::dot;
+use super::triangle::dot;
 use super::{COEFFICIENTS, Coefficients};
 use crate::elastic::{Elastic, Polynomial};
 use crate::memory::Frame;
@@ -8,12 +8,12 @@ use crate::memory::masing::Masing;
 use crate::params::{Memory, ParamError, Params};
 use crate::scalar::Float;
 
-/// The normalised coefficients of parameters.
+/// The normalised coefficients of parameters, the other way round.
 pub(super) fn of<S: Float>(params: &Params) -> Coefficients<S> {
     let Polynomial { k1, k3, k5 } =
         params.elastic().normalised(params.rated_deflection_rad(), params.torque_scale_nm());
     let Masing { e, h, .. } = Masing::<S>::new(params);
-    [S::from_f64(k1), S::from_f64(k3), S::from_f64(k5), e, h]
+    [h, e, S::from_f64(k5), S::from_f64(k3), S::from_f64(k1)]
 }
 
 /// A block's parameters with changes of their normalised coefficients. e and h become α, β and ω with the block's β² + ω².
@@ -51,7 +51,7 @@ pub(super) fn common<S: Float>(frame: &Frame<S>, block: &Coefficients<S>) -> Coe
         let theta = frame.deflection(u);
         for side in [S::ONE, -S::ONE] {
             let [a, b, c] = Polynomial::columns(u);
-            let x = [a, b, c, -(u * frame.gate(theta)), (S::ONE - u * u).signed(side)];
+            let x = [(S::ONE - u * u).signed(side), -(u * frame.gate(theta)), c, b, a];
             let p = dot(&x, block);
             for (sum, x) in sums.iter_mut().zip(x) {
                 *sum = *sum + p * x;

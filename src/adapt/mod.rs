@@ -11,24 +11,23 @@
 //!
 //! | part | file | what |
 //! |---|---|---|
-//! | samples | `samples` | a control period: samples into blocks, blocks into stretches |
-//! | blocks and stretches | `stretch` | samples become rows; offset and delay of the signal are taken out |
+//! | samples | `samples` | a control period: samples into blocks, blocks into stretches, offset and delay of the signal taken out |
 //! | supervision | `supervision` | which stretches are fit to be learnt from |
-//! | estimate | `filter` | recursive least squares, square-root form, forgetting by direction |
+//! | estimate | `estimate` | recursive least squares, square-root form, forgetting by direction |
 //! | bounds | `bounds` | what may ever be in force |
 //! | trial | `trial` | the shadow beside those in force: sequential test, takeover, return |
-//! | health | `health`, `warnings` | drift beyond its uncertainty, latched |
-//! | work on a stretch | `work` | its pieces, one a period, and their order |
-//! | loops | `kernel` | what all of these do to five numbers, once in flash |
+//! | health | `health`, `warnings` | delay, offset and drift beyond their uncertainty, latched |
+//! | work | `work` | what is done with blocks and stretches: a countdown of pieces, one a period |
+//! | rotations | `triangle` | the loops that all of these are made of, each once in flash |
 //!
-//! **Samples.** One beyond 4σ of the mean residual of the block before gets the weight 4σ/abs(r) (Huber), one that is not finite 0. σ is that of the samples about that mean.
+//! **Samples.** One beyond 4σ of the mean residual of the block before gets the weight (4σ/r)², r its distance, one that is not finite 0. σ is that of the samples about that mean.
 //!
-//! **Blocks** of [`BLOCK_S`] average the samples. **Stretches** end after [`SHORTEST_S`] as soon as the block's torque has moved over [`LEAST_SPAN`] of T_A; one that has not after
+//! **Blocks** of [`BLOCK_S`] average the samples. **Stretches** of samples end after [`SHORTEST_S`] as soon as the block's torque has moved by [`LEAST_MOTION`] of T_A; one that has not after
 //! [`LONGEST_S`] is dropped. So standing still, tiny amplitudes and slow drifts of the signal teach nothing. A stretch's offset and delay are free, so steady loads teach nothing either, and a
 //! loop that a delay explains as well as h does is not taken for h.
 //!
-//! **Work** is spread: a block is worked in beside the samples of the next, a stretch takes some 60 periods, one piece each, in which no samples are taken. Periods longer than 1 ms do as many pieces as
-//! they have milliseconds.
+//! **Work** is spread: a period takes a sample or does a piece of work. A block takes 7 pieces, a stretch some 120. Periods longer than 1 ms do as many pieces as they have milliseconds, and then take
+//! their sample.
 //!
 //! **Coloured noise.** The variance v of the rows is learnt from their innovations from stretch to stretch, not only from the residuals within one: what the noise does at the pace of the motion, and
 //! what the law misses, counts in full. A row is learnt from only where its information is at least [`LEAST_TOLD`] times that of the prior (standard deviation: half the largest change).
@@ -68,15 +67,14 @@
 mod adaptation;
 mod bounds;
 mod coefficients;
-mod filter;
+mod estimate;
 mod health;
-mod kernel;
 mod samples;
 mod settings;
 mod state;
-mod stretch;
 mod supervision;
 mod trial;
+mod triangle;
 mod warnings;
 mod work;
 
@@ -90,16 +88,21 @@ pub use warnings::{Warning, Warnings};
 /// How many coefficients law `masing` is linear in.
 pub const COEFFICIENTS: usize = 5;
 
-/// c1·A, c2·A³, c3·A⁵, e·A, h·A over T_A, or changes of them.
+/// c1·A, c2·A³, c3·A⁵, e·A, h·A over T_A, or changes of them. Within this module they are the other way round: the rows of a stretch are made orthogonal to the last column first, and that of c1 moves most.
 pub type Coefficients<S> = [S; COEFFICIENTS];
+
+/// The other way round.
+fn reversed<S>([a, b, c, d, e]: Coefficients<S>) -> Coefficients<S> {
+    [e, d, c, b, a]
+}
 
 /// Seconds of a block.
 pub const BLOCK_S: f64 = 0.025;
-/// Seconds of a stretch at least, and blocks at least.
+/// Seconds of samples of a stretch at least.
 pub const SHORTEST_S: f64 = 1.0;
-/// Seconds after which a stretch that moved too little is dropped.
+/// Seconds of samples after which a stretch that moved too little is dropped.
 pub const LONGEST_S: f64 = 20.0;
-/// What the block's torque must move over within a stretch, of T_A.
-pub const LEAST_SPAN: f64 = 0.2;
+/// What the block's torque must move by within a stretch: rms about its mean, of T_A. A sine over 20 % of T_A does.
+pub const LEAST_MOTION: f64 = 0.07;
 /// Information of a row that is learnt from, over that of the prior in its direction, at least.
 pub const LEAST_TOLD: f64 = 4.0;

@@ -1,17 +1,20 @@
-//! A control period: samples into blocks, blocks into stretches.
+//! A control period: a sample, or a piece of work. Samples become blocks, blocks a stretch.
+//!
+//! A sample is a row [r, x5 … x1, ṗ, 1] with a weight w: p the block's own torque, ṗ its change a period, x the regressors, r the measured torque less p. A block is one row of them,
+//! Σw·row/√Σw, and a stretch the triangle of its blocks. Whatever an offset or a delay of the signal explains is in the two longest rows of the triangle, so the five below
+//! say what the coefficients alone can explain, and the shortest what nothing explains.
 
-use super::kernel::dot;
 use super::state::AdaptationState;
-use super::stretch::{ROWS, Stretch, Sums};
-use super::work::Work;
-use super::{Adaptation, Change, LEAST_SPAN};
+use super::triangle::{add, clear, dot, root};
+use super::work::BEGIN;
+use super::{Adaptation, Change};
 use crate::elastic::Polynomial;
-use crate::gear::State;
+use crate::gear::{State, Status};
 use crate::memory::masing::{LoopPath, Masing, Path};
 use crate::scalar::Float;
 
-/// What is unknown of the loop may shrink by this within a stretch, of T_A.
-const KNOWN_LOOP: f64 = 0.005;
+/// What is unknown of the loop may shrink by this within a stretch, of its half-width.
+const KNOWN_LOOP: f64 = 0.05;
 
 impl<S: Float> Adaptation<S> {
     /// One control period: the gear after its step along the measured deflection, and the torque at the same time, N·m, terms taken off. Says what becomes of the parameters in force; the
@@ -23,43 +26,45 @@ impl<S: Float> Adaptation<S> {
         gear: &State<S, N, L>,
         torque: S,
     ) -> Change {
-        if !state.work.is_beside() {
-            return self.work(state);
+        let mut change = Change::None;
+        let mut pieces = self.pieces;
+        while state.work > 0 && pieces > 0 {
+            let now = self.piece(state);
+            change = if now == Change::None { change } else { now };
+            pieces -= 1;
         }
-        // The first period of a block looks back instead.
-        if let Work::Rotate(number, from) = state.work
-            && state.samples > 0
-        {
-            self.rotate(state, number, from);
+        let continues = core::mem::replace(&mut state.continues, false);
+        // A period of work takes no sample.
+        if pieces == 0 {
+            return change;
         }
-        let status = gear.status();
-        let Some(path) = L::path(gear.memory()) else { return Change::None };
+        let Some(path) = L::path(gear.memory()) else { return change };
         if state.samples == 0 {
             self.look_back(state, path);
         }
+        if gear.status() != Status::default() || path.is_merged() {
+            return change;
+        }
         let theta = gear.theta();
-        let taken = state.known && !(status.out_of_range || status.refused || status.quarantined || status.restarted);
-        if taken {
-            let u = self.frame.fraction(theta);
-            let [a, b, c] = Polynomial::columns(u);
-            let [d, e] = Masing::columns(&self.frame, path, theta);
-            let x = [a, b, c, d, e];
-            let p = dot(&x, &self.block);
-            let residual = torque * self.inverse_torque - p;
-            let weight = self.supervision.weigh(&mut state.noise, residual, &mut state.warnings);
-            if weight > S::ZERO {
-                let slope = if state.continues { p - state.last } else { S::ZERO };
-                state.sums.add(weight, slope, &x, residual);
-                state.range = [state.range[0].min(p), state.range[1].max(p)];
+        let u = self.frame.fraction(theta);
+        let [a, b, c] = Polynomial::columns(u);
+        let [d, e] = Masing::columns(&self.frame, path, theta);
+        let mut row = [S::ZERO, e, d, c, b, a, S::ZERO, S::ONE];
+        let [residual, x @ .., slope, _] = &mut row;
+        let p = dot(x, &self.block);
+        *residual = torque * self.inverse_torque - p;
+        *slope = if continues { p - state.last } else { S::ZERO };
+        state.last = p;
+        state.continues = true;
+        let weight = state.noise.weigh(*residual, &mut state.warnings);
+        if weight > S::ZERO {
+            add(&mut state.sums, &row, weight);
+            state.samples += 1;
+            if state.samples == self.samples {
+                state.work = BEGIN;
             }
-            state.last = p;
         }
-        state.continues = taken;
-        state.samples += 1;
-        if state.samples < self.samples {
-            return Change::None;
-        }
-        self.end_block(state)
+        change
     }
 
     /// Whether the past of the loop lets the next block be learnt from.
@@ -67,63 +72,42 @@ impl<S: Float> Adaptation<S> {
     /// What is unknown of it stays the same while the deflection keeps within the places that it has been to: an offset of η, which a stretch is free of. Beyond them it changes.
     #[inline(never)]
     fn look_back<const N: usize>(&self, state: &mut AdaptationState<S>, path: &Path<S, N>) {
-        let unknown = path.start_uncertainty(&self.frame) * self.block[4];
-        if state.unknown - unknown > S::from_f64(KNOWN_LOOP) {
-            state.unknown = unknown;
-            self.begin_stretch(state);
-            state.work = Work::None;
+        let known = S::ONE - path.start_uncertainty(&self.frame);
+        if known - state.known > S::from_f64(KNOWN_LOOP) {
+            state.known = known;
+            Self::begin_stretch(state);
         }
-        state.known = !path.is_merged();
     }
 
-    /// The block is whole. The one before is worked in by then, unless blocks are shorter than that takes: then all its work is done here.
-    #[inline(never)]
-    fn end_block(&self, state: &mut AdaptationState<S>) -> Change {
-        let sums = core::mem::take(&mut state.sums);
-        let mut change = Change::None;
-        while state.work != Work::None {
-            let now = self.piece(state);
-            change = if now == Change::None { change } else { now };
-        }
+    fn begin_block(state: &mut AdaptationState<S>) {
+        clear(&mut state.sums);
         state.samples = 0;
-        // A block without a quarter of its samples says too little.
-        if sums.weight >= self.least_weight {
-            state.noise.centre = sums.mean();
-            state.stretch.push(&sums);
-            state.work = Work::Rotate(0, 0);
-        }
-        change
     }
 
-    /// A step of the pending block into the triangle; after the last, says whether the stretch is whole.
-    #[inline(always)]
-    pub(super) fn rotate(&self, state: &mut AdaptationState<S>, number: u8, from: u8) {
-        if state.stretch.rotate(usize::from(number), usize::from(from)) {
-            state.work = Work::Rotate(number, from + 2);
-        } else if usize::from(number) + 1 < ROWS {
-            state.work = Work::Rotate(number + 1, 0);
-        } else {
-            self.end_rotation(state);
-        }
+    /// A block is whole: its row.
+    #[inline]
+    pub(super) fn take_block(state: &mut AdaptationState<S>) {
+        let [residual, .., weight] = state.sums;
+        state.noise.centre = residual.over(weight);
+        clear(&mut state.row);
+        add(&mut state.row, &state.sums, root(weight).recip());
+        Self::begin_block(state);
     }
 
-    #[inline(never)]
-    fn end_rotation(&self, state: &mut AdaptationState<S>) {
-        state.stretch.count();
-        let moved = state.range[1] - state.range[0] >= S::from_f64(LEAST_SPAN);
-        let blocks = state.stretch.blocks;
-        let whole = blocks >= self.fewest_blocks && moved;
-        state.work = if whole { Work::Begin } else { Work::None };
-        if !whole && blocks >= self.most_blocks {
-            self.begin_stretch(state);
+    /// A block was folded in: the stretch goes on, or is assessed.
+    #[inline]
+    pub(super) fn end_block(&self, state: &mut AdaptationState<S>) {
+        clear(&mut state.row);
+        state.blocks = state.blocks + S::ONE;
+        if state.blocks < self.fewest_blocks {
+            state.work = 0;
         }
     }
 
     #[inline(never)]
-    pub(super) fn begin_stretch(&self, state: &mut AdaptationState<S>) {
-        (state.stretch, state.sums, state.samples) = (Stretch::new(), Sums::default(), 0);
-        state.noise.begin_stretch();
-        state.continues = false;
-        state.range = [state.last; 2];
+    pub(super) fn begin_stretch(state: &mut AdaptationState<S>) {
+        clear(&mut state.triangle);
+        (state.blocks, state.noise.spikes) = (S::ZERO, S::ZERO);
+        Self::begin_block(state);
     }
 }

@@ -1,57 +1,65 @@
 //! What the adaptation of one joint has learnt.
 
-use super::Coefficients;
-use super::filter::Estimate;
+use super::estimate::Estimate;
 use super::health::Passed;
-use super::stretch::{Stretch, Sums};
 use super::supervision::Noise;
-use super::trial::{Losses, Trial};
+use super::trial::Trial;
 use super::warnings::Warnings;
-use super::work::Work;
+use super::work::ROWS;
+use super::{Coefficients, reversed};
 use crate::scalar::Float;
 
 /// What the adaptation of one joint has learnt.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AdaptationState<S> {
-    pub(super) sums: Sums<S>,
-    pub(super) samples: u16,
-    pub(super) work: Work,
-    pub(super) stretch: Stretch<S>,
+    /// Weighted sums of the samples of a block; while a stretch is learnt from, a place to work in.
+    pub(super) sums: [S; ROWS],
+    /// The block that is folded in; while a stretch is worked on, a place to work in.
+    pub(super) row: [S; ROWS],
+    /// The triangle of the stretch.
+    pub(super) triangle: [S; ROWS * (ROWS + 1) / 2],
+    /// Its blocks, a whole number.
+    pub(super) blocks: S,
     pub(super) estimate: Estimate<S>,
     pub(super) trial: Trial<S>,
-    pub(super) losses: [Losses<S>; 3],
     pub(super) noise: Noise<S>,
+    /// The block's torque at the last sample.
+    pub(super) last: S,
+    /// How much less the loop's torque may be off over the stretch, for want of its past, than without any.
+    pub(super) known: S,
+    /// Samples of the block.
+    pub(super) samples: u16,
     pub(super) warnings: Warnings,
     pub(super) passed: Passed,
-    /// The block's torque at the last sample, and its range over the stretch.
-    pub(super) last: S,
-    pub(super) range: [S; 2],
-    /// How far the loop's torque may be off over the stretch, for want of its past.
-    pub(super) unknown: S,
-    /// Whether the last sample was taken, and whether the path lets it be.
+    /// Pieces of work that are left.
+    pub(super) work: u8,
+    /// Stretches that nothing is learnt from, or decided after, for now.
+    pub(super) hold: u8,
+    /// Whether a bound holds the shadow.
+    pub(super) held: bool,
+    /// Whether the last period took a sample.
     pub(super) continues: bool,
-    pub(super) known: bool,
 }
 
 impl<S: Float> AdaptationState<S> {
     /// Changes of the normalised coefficients in force, zero while the block is.
-    pub fn in_force(&self) -> &Coefficients<S> {
-        &self.trial.in_force
+    pub fn in_force(&self) -> Coefficients<S> {
+        reversed(self.trial.in_force)
     }
 
     /// Whether adapted parameters are in force.
     pub fn is_taken_over(&self) -> bool {
-        self.trial.adapted
+        self.trial.in_force.iter().any(|change| *change != S::ZERO)
     }
 
     /// The estimated changes of the normalised coefficients, bounds not applied.
-    pub fn estimate(&self) -> &Coefficients<S> {
-        &self.estimate.value
+    pub fn estimate(&self) -> Coefficients<S> {
+        reversed(self.estimate.value)
     }
 
     /// Variances of the [estimate](Self::estimate).
     pub fn variances(&self) -> Coefficients<S> {
-        self.estimate.variances()
+        reversed(core::array::from_fn(|number| self.estimate.variance(number)))
     }
 
     /// What is latched.
@@ -59,9 +67,9 @@ impl<S: Float> AdaptationState<S> {
         self.warnings
     }
 
-    /// Whether the next period takes its sample: not while a stretch is worked on.
+    /// Whether the next period takes its sample: not while a block or a stretch is worked on. Periods longer than 1 ms may do both.
     pub fn takes_samples(&self) -> bool {
-        self.work.is_beside()
+        self.work == 0
     }
 
     /// Stretches that were fit to be learnt from.

@@ -1,49 +1,33 @@
-//! Adapted parameters in the shadow of those in force, and the sequential test between them.
+//! Adapted parameters in the shadow of those in force, and the sequential tests between them.
 //!
-//! Each stretch is predicted before it is learnt from. With L(x) the squared error of coefficients x over a stretch, offset and delay of the signal taken out, over the variance of
-//! the noise,
+//! Each stretch is predicted before it is learnt from. With L(x) the squared error of coefficients x over a stretch, over twice the variance of the noise, and L′(x) the same with
+//! offset and delay of the signal taken out,
 //!
 //! ```text
-//! Λ ← max(0, Λ + clamp((L(in force) − L(shadow))/2, ±4))         take over where Λ ≥ ln(1/α)·2^n, n times given back
-//! B ← max(0, B + clamp((L(in force) − L(block))/2, ±4))          give back where B ≥ 6
+//! Λ ← max(0, Λ + clamp(ΔL′, ±4))               Δ: in force less shadow      take over where Λ ≥ ln(1/α)·2^n, n times given back
+//! B ← max(0, B + clamp(ΔL′, ±4))               Δ: in force less block       give back where B ≥ 6
+//! B ← max(0, B + clamp(ΔL − 1/4, ±4))                                       or this one
 //! ```
 //!
-//! (L(in force) − L(shadow))/2 is the logarithm of a likelihood ratio, whose exponential has the mean 1 while the parameters in force are the truth: that Λ passes ln(1/α) within a run
+//! ΔL′ is the logarithm of a likelihood ratio, whose exponential has the mean 1 at most while the parameters in force are the truth: that Λ passes ln(1/α) within a run
 //! that begins at a given stretch has then the probability α at most (Ville's inequality), so takeovers come less often than α a stretch (Lorden 1971).
 //!
-//! An offset is taken out of L, so coefficients could predict changes better and the level worse. Therefore the plain squared error, offset and all, must not have grown over the run of Λ
-//! either, and parameters are given back as soon as their plain error over the last [`RECENT`] stretches is 0.5 % above the block's.
+//! L′ alone would let coefficients predict changes better and the level worse: so L must not have grown over the run of Λ either, and both errors lead to a return.
 
-use core::hint::black_box;
-
-use super::Coefficients;
+use super::Adaptation;
+use super::state::AdaptationState;
+use super::triangle::{clear, dot, row};
+use super::warnings::Warning;
+use super::work::LEARNT;
+use super::{COEFFICIENTS, Coefficients};
 use crate::scalar::Float;
 
 /// No stretch counts for more.
-const LARGEST_LEAD: f64 = 4.0;
+const LARGEST_GAIN: f64 = 4.0;
 /// B at which parameters are given back.
 const GIVE_BACK: f64 = 6.0;
-/// Stretches that the plain squared error is held over.
-pub const RECENT: f64 = 60.0;
-/// The plain squared error may be this many times the block's: 0.5 % in rms.
-const LARGEST_PLAIN_RATIO: f64 = 1.01;
-/// n stops here.
-const MOST_RETURNS: u8 = 6;
-
-/// Squared errors over a stretch, what no row explains apart: of the rows of coefficients, and of those of offset and delay.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct Losses<S> {
-    freed: S,
-    nuisance: S,
-}
-
-impl<S: Float> Losses<S> {
-    /// Adds what is left of a row.
-    pub(super) fn note(&mut self, left: S, of_coefficients: bool) {
-        let of = if of_coefficients { &mut self.freed } else { &mut self.nuisance };
-        *of = *of + left * left;
-    }
-}
+/// What the plain error of those in force may exceed the block's by in a stretch, as a gain.
+const PLAIN_MARGIN: f64 = 0.25;
 
 /// What a stretch decided.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -59,87 +43,94 @@ pub enum Change {
     GivenBack,
 }
 
-/// The test.
+/// The tests.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Trial<S> {
     pub(super) in_force: Coefficients<S>,
-    /// Whether a bound holds the shadow.
-    pub(super) held: bool,
-    /// Whether anything but the block is in force.
-    pub(super) adapted: bool,
-    returns: u8,
-    lead: S,
-    plain_lead: S,
-    block_lead: S,
-    /// Plain squared errors of those in force, and of the block.
-    recent: [S; 2],
+    pub(super) shadow: Coefficients<S>,
+    /// Λ, B of either error, and the plain gain of the shadow since Λ was 0.
+    leads: [S; 4],
+    /// What Λ must reach.
+    needed: S,
 }
 
 impl<S: Float> Trial<S> {
-    pub(super) fn new() -> Self {
-        let zero = [S::ZERO; super::COEFFICIENTS];
-        Self {
-            in_force: zero,
-            held: false,
-            adapted: false,
-            returns: 0,
-            lead: S::ZERO,
-            plain_lead: S::ZERO,
-            block_lead: S::ZERO,
-            recent: [S::ZERO; 2],
-        }
-    }
-
-    /// Decides after a stretch, of which these were the losses: of those in force, of the shadow, of the block. `threshold` is ln(1/α), `candidate` the shadow.
-    #[inline(never)]
-    pub(super) fn decide(
-        &mut self,
-        threshold: S,
-        variance: S,
-        unexplained: S,
-        candidate: &Coefficients<S>,
-        [in_force, shadow, block]: &[Losses<S>; 3],
-    ) -> Change {
-        let most = S::from_f64(LARGEST_LEAD);
-        let share = S::HALF.over(variance);
-        let gain = |than: &Losses<S>| ((in_force.freed - than.freed) * share).clamp(-most, most);
-        let plain = |of: &Losses<S>| of.freed + of.nuisance + unexplained;
-        let keep = S::from_f64(1.0 - 1.0 / RECENT);
-        self.recent = [self.recent[0] * keep + plain(in_force), self.recent[1] * keep + plain(block)];
-        self.lead = (self.lead + gain(shadow)).max(S::ZERO);
-        self.plain_lead =
-            if self.lead > S::ZERO { self.plain_lead + (plain(in_force) - plain(shadow)) } else { S::ZERO };
-        self.block_lead = if self.adapted { (self.block_lead + gain(block)).max(S::ZERO) } else { S::ZERO };
-        if self.adapted {
-            let [now, before] = self.recent;
-            if self.block_lead >= S::from_f64(GIVE_BACK) || now > before * S::from_f64(LARGEST_PLAIN_RATIO) {
-                self.give_back();
-                return Change::GivenBack;
-            }
-        }
-        let mut needed = threshold;
-        for _ in 0..black_box(self.returns) {
-            needed = needed + needed;
-            black_box(());
-        }
-        if self.lead >= needed && self.plain_lead >= S::ZERO {
-            (self.in_force, self.adapted) = (*candidate, true);
-            self.begin();
-            return Change::TakenOver;
-        }
-        Change::None
+    pub(super) fn new(threshold: S) -> Self {
+        let zero = [S::ZERO; COEFFICIENTS];
+        Self { in_force: zero, shadow: zero, leads: [S::ZERO; 4], needed: threshold }
     }
 
     /// Puts the block back in force.
     pub(super) fn give_back(&mut self) {
-        (self.in_force, self.adapted) = ([S::ZERO; super::COEFFICIENTS], false);
-        self.returns = (self.returns + 1).min(MOST_RETURNS);
-        self.begin();
+        clear(&mut self.in_force);
+        clear(&mut self.leads);
+        self.needed = self.needed + self.needed;
+    }
+}
+
+/// Adds the gain of a stretch to a lead.
+#[inline(never)]
+fn advance<S: Float>(lead: &mut S, gain: S) {
+    let most = S::from_f64(LARGEST_GAIN);
+    *lead = (*lead + gain.clamp(-most, most)).max(S::ZERO);
+}
+
+impl<S: Float> Adaptation<S> {
+    /// Predicts the row of a length by those in force, the shadow and the block; adds to what [`decide`](Self::decide) needs.
+    #[inline]
+    pub(super) fn assess(&self, state: &mut AdaptationState<S>, length: usize) {
+        let AdaptationState { triangle, trial, row: sums, .. } = state;
+        let [value, x @ ..] = &*row(triangle, length) else { return };
+        let square = |of: S| of * of;
+        let now = square(*value - dot(x, &trial.in_force));
+        let shadow = now - square(*value - dot(x, &trial.shadow));
+        let block = now - square(*value);
+        let moved = square(dot(x, &self.block));
+        let [plain_shadow, plain_block, freed_shadow, freed_block, of_block, of_residual, ..] = sums;
+        (*plain_shadow, *plain_block) = (*plain_shadow + shadow, *plain_block + block);
+        if length <= COEFFICIENTS + 1 {
+            (*freed_shadow, *freed_block) = (*plain_shadow, *plain_block);
+        }
+        // An offset of the signal is no motion.
+        if length <= COEFFICIENTS + 2 {
+            (*of_block, *of_residual) = (*of_block + moved, *of_residual + square(*value));
+        }
     }
 
-    /// A test of others begins.
-    fn begin(&mut self) {
-        (self.lead, self.plain_lead, self.block_lead) = (S::ZERO, S::ZERO, S::ZERO);
-        self.recent = [S::ZERO; 2];
+    /// Judges a stretch, and decides what is in force.
+    #[inline]
+    pub(super) fn decide(&self, state: &mut AdaptationState<S>) -> Change {
+        let [plain_shadow, plain_block, freed_shadow, freed_block, of_block, of_residual, ..] = state.row;
+        if !self.judge(state, of_block, of_residual) {
+            return Change::None;
+        }
+        let AdaptationState { trial, noise, warnings, .. } = state;
+        if state.hold > 0 {
+            state.hold -= 1;
+            state.work = LEARNT;
+            return Change::None;
+        }
+        // The signal was late in the stretch before: nothing is decided.
+        let [delayed, ..] = state.passed;
+        if delayed > 0 {
+            return Change::None;
+        }
+        let share = S::HALF.over(noise.variance);
+        let [shadow, freed, plain, shadow_plain] = &mut trial.leads;
+        advance(freed, freed_block * share);
+        advance(plain, plain_block * share - S::from_f64(PLAIN_MARGIN));
+        advance(shadow, freed_shadow * share);
+        *shadow_plain = if *shadow > S::ZERO { *shadow_plain + plain_shadow } else { S::ZERO };
+        if freed.max(*plain) >= S::from_f64(GIVE_BACK) {
+            trial.give_back();
+            return Change::GivenBack;
+        }
+        if *shadow >= trial.needed && *shadow_plain >= S::ZERO {
+            trial.in_force = trial.shadow;
+            clear(&mut trial.leads);
+            warnings.latch(state.held, Warning::Bound);
+            return Change::TakenOver;
+        }
+        Change::None
     }
 }

@@ -7,7 +7,7 @@
 #[non_exhaustive]
 #[repr(u8)]
 pub enum Warning {
-    /// The torque was not a finite number, ten times or more.
+    /// The torque was not a finite number.
     NotANumber = 0,
     /// More than one sample in a hundred of a stretch lay far off its neighbours.
     Spikes = 1,
@@ -82,6 +82,20 @@ impl Warnings {
     pub(super) fn latch(&mut self, happened: bool, warning: Warning) {
         if happened {
             self.0 |= 1 << warning as u8;
+        }
+    }
+
+    /// Latches others.
+    #[inline]
+    pub(super) fn add(&mut self, others: Self) {
+        self.0 |= others.0;
+    }
+
+    /// Latches the warning of a [quantity](super::health): those follow one another from [`Warning::Delay`] on.
+    #[inline]
+    pub(super) fn latch_quantity(&mut self, happened: bool, number: usize) {
+        if happened {
+            self.0 |= 1 << (Warning::Delay as usize + number);
         }
     }
 

@@ -1,210 +1,123 @@
-//! The work on a stretch, in pieces, one a period of 1 ms: samples are taken beside none of them but the rotations.
+//! The work on blocks and stretches: a countdown, one piece a period of 1 ms, in which no sample is taken.
+//!
+//! | piece | counts | file |
+//! |---|---|---|
+//! | the row of a block | [`TAKE`] | `samples` |
+//! | it is folded into a row of the triangle | [`FOLD`] | `triangle` |
+//! | a row of the stretch is predicted | [`ASSESS`] | `trial` |
+//! | the stretch is judged, and what is in force decided | [`DECIDE`] | `supervision`, `trial` |
+//! | a row is learnt from, in [`STEPS`] | [`LEARN`] | `estimate` |
+//! | a quantity is held against its limit, in two pieces | [`CHECK`] | `health` |
+//! | the next shadow: e and h not negative, no coefficient beyond its limit | [`LIFT`] | `bounds` |
+//! | three bounds on the shadow | [`BOUND`] | `bounds` |
 
 use core::hint::black_box;
 
-use super::bounds::Bounds;
-use super::kernel::{add, dot};
+use super::bounds::BOUNDS;
+use super::health::QUANTITIES;
 use super::state::AdaptationState;
-use super::stretch::{NUISANCE, ROWS, Stretch, Sums};
-use super::trial::Losses;
-use super::{Adaptation, COEFFICIENTS, Change, LEAST_TOLD, Warning};
+use super::triangle::{add, clear, dot, fold, root, row, scale};
+use super::{Adaptation, COEFFICIENTS, Change, LEAST_TOLD};
 use crate::scalar::Float;
 
-/// What is to be done next: on a block beside the samples, on a stretch instead of them, one piece a period (of 1 ms; more in a longer one).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Work {
-    None,
-    /// The pending block into a row, from an entry on.
-    Rotate(u8, u8),
-    Begin,
-    /// A row.
-    Weigh(u8),
-    Judge,
-    Free(u8),
-    Shrink,
-    /// A row.
-    Compare(u8),
-    Decide,
-    Look,
-    Share,
-    /// A row, and a step.
-    Forget(u8, u8),
-    /// A row, and two columns.
-    Learn(u8, u8),
-    /// A row.
-    Row(u8),
-    Spread(u8),
-    WatchOffset,
-    WatchDelay,
-    Check,
-    End,
-}
+/// Entries of a block's row, and rows of the triangle: the residual, the coefficients, delay, offset.
+pub(super) const ROWS: usize = COEFFICIENTS + 3;
+/// The shortest rows are folded in pairs.
+const PAIRS: usize = 2;
+/// Bounds in a piece.
+const BOUNDED: usize = 3;
+/// Pieces that learn from a row: scaling it, limiting w by each coefficient, columns forgotten, columns learnt, following.
+const STEPS: usize = 3 * COEFFICIENTS + 2;
 
-impl Work {
-    /// Whether samples are taken beside it.
-    pub(super) fn is_beside(self) -> bool {
-        matches!(self, Self::None | Self::Rotate(..))
-    }
-}
+/// Counts at which a piece of each kind is the last of its kind.
+const END: usize = 1;
+const BOUND: usize = END + 1;
+const LIFT: usize = BOUND + BOUNDS / BOUNDED;
+const CHECK: usize = LIFT + 1;
+const LEARN: usize = CHECK + 2 * QUANTITIES;
+const DECIDE: usize = LEARN + COEFFICIENTS * STEPS;
+const ASSESS: usize = DECIDE + 1;
+const FOLD: usize = ASSESS + ROWS - 1;
+const TAKE: usize = FOLD + ROWS - PAIRS;
+/// The count from which nothing is learnt from a stretch.
+pub(super) const LEARNT: u8 = LEARN as u8 - 1;
+/// The count at which a whole block is to be worked in.
+pub(super) const BEGIN: u8 = TAKE as u8;
 
 impl<S: Float> Adaptation<S> {
-    /// As many pieces of work as the period has milliseconds.
-    #[inline]
-    pub(super) fn work(&self, state: &mut AdaptationState<S>) -> Change {
-        let mut change = Change::None;
-        for _ in 0..self.pieces {
-            if state.work == Work::None {
-                break;
-            }
-            let now = self.piece(state);
-            change = if now == Change::None { change } else { now };
-        }
-        change
-    }
-
+    /// The next piece.
     #[inline(never)]
     pub(super) fn piece(&self, state: &mut AdaptationState<S>) -> Change {
-        let AdaptationState { sums, stretch, estimate, trial, losses, noise, warnings, .. } = state;
-        match state.work {
-            Work::None => {}
-            Work::Rotate(number, from) => self.rotate(state, number, from),
-            Work::Begin => {
-                *sums = Sums::default();
-                *losses = [Losses::default(); 3];
-                // An offset of the signal is no part of its moments.
-                state.work = Work::Weigh(1);
-            }
-            Work::Weigh(number) => {
-                let (_, x, y) = stretch.row(usize::from(number));
-                let p = dot(&x, &self.block);
-                let [square, product, ..] = &mut sums.x;
-                (*square, *product) = (*square + p * p, *product + p * y);
-                state.work = if usize::from(number) + 1 < ROWS { Work::Weigh(number + 1) } else { Work::Judge };
-            }
-            Work::Judge => {
-                let fit = self.supervision.judge(noise, stretch, [sums.x[0], sums.x[1]], warnings);
-                sums.x = estimate.value;
-                if !fit {
-                    self.begin_stretch(state);
+        let count = usize::from(state.work);
+        state.work -= 1;
+        if count >= TAKE {
+            Self::take_block(state);
+        } else if count >= FOLD {
+            let (triangle, row) = (&mut state.triangle, &mut state.row);
+            match count - FOLD {
+                pair @ (0 | 1) => {
+                    fold(triangle, 2 * pair + 2, row);
+                    fold(triangle, 2 * pair + 1, row);
                 }
-                state.work = if fit { Work::Free(0) } else { Work::None };
+                length => fold(triangle, length + PAIRS + 1, row),
             }
-            Work::Free(number) => {
-                Bounds::lift(&self.block, estimate, &mut sums.x, usize::from(number));
-                state.work = if number == 0 { Work::Free(1) } else { Work::Shrink };
+            if count == FOLD {
+                self.end_block(state);
             }
-            Work::Shrink => {
-                trial.held = self.bounds.shrink(&self.block, &self.common, &mut sums.x);
-                state.work = Work::Compare(0);
+        } else if count >= ASSESS {
+            self.assess(state, FOLD + 1 - count);
+        } else if count == DECIDE {
+            return self.decide(state);
+        } else if count >= LEARN {
+            self.learn(state, (count - LEARN) / STEPS + 2, (count - LEARN) % STEPS);
+        } else if count >= CHECK {
+            self.check(state, count - CHECK);
+        } else if count == LIFT {
+            self.lift(state);
+        } else if count >= BOUND {
+            let first = BOUNDED * (count - BOUND);
+            for number in first..black_box(first + BOUNDED) {
+                self.bound(state, number);
             }
-            Work::Compare(number) => {
-                let (_, x, y) = stretch.row(usize::from(number));
-                let of_coefficients = usize::from(number) >= NUISANCE;
-                let predicted = [dot(&x, &trial.in_force), dot(&x, &sums.x), S::ZERO];
-                for (losses, predicted) in losses.iter_mut().zip(predicted) {
-                    losses.note(y - predicted, of_coefficients);
-                }
-                state.work = if usize::from(number) + 1 < ROWS { Work::Compare(number + 1) } else { Work::Decide };
-            }
-            Work::Decide => {
-                state.work = Work::Look;
-                if !noise.holds() {
-                    let change = trial.decide(self.threshold, noise.variance, stretch.unexplained, &sums.x, losses);
-                    warnings.latch(change == Change::TakenOver && trial.held, Warning::Bound);
-                    return change;
-                }
-            }
-            Work::Look => {
-                estimate.look();
-                state.work = Work::Share;
-            }
-            Work::Share => {
-                estimate.share(self.prior);
-                state.work = Work::Forget(NUISANCE as u8, 0);
-            }
-            Work::Forget(number, step) => {
-                if step == 0 {
-                    sums.weight = self.tell(noise.variance, stretch, number);
-                    let learns = !noise.holds() && sums.weight >= S::from_f64(LEAST_TOLD);
-                    state.work = if learns { Work::Forget(number, 1) } else { Self::after(number) };
-                    return Change::None;
-                }
-                let columns = match step {
-                    1 => {
-                        let row = stretch.scratch();
-                        sums.weight = estimate.begin_forgetting(self.prior, self.drift, row, sums.weight, &mut sums.x);
-                        0..0
-                    }
-                    2 => 2..COEFFICIENTS,
-                    _ => 0..2,
-                };
-                for column in black_box(columns).rev() {
-                    estimate.forget(column, &mut sums.weight, &mut sums.x);
-                }
-                state.work = Work::Forget(number, step + 1);
-                if step == 3 {
-                    (sums.weight, sums.x) = (S::ONE, [S::ZERO; COEFFICIENTS]);
-                    state.work = Work::Learn(number, 0);
-                }
-            }
-            Work::Learn(number, from) => {
-                let [.., value] = stretch.pending;
-                let row = stretch.scratch();
-                for column in black_box(from..from + 2) {
-                    estimate.learn(usize::from(column), row, &mut sums.weight, &mut sums.x);
-                }
-                state.work = Work::Learn(number, from + 2);
-                if usize::from(from) + 2 >= COEFFICIENTS {
-                    let surprise = estimate.follow(row, value, sums.weight, &sums.x);
-                    noise.note(surprise, sums.weight);
-                    state.work = Self::after(number);
-                }
-            }
-            Work::Row(number) => {
-                (_, sums.x, _) = stretch.row(usize::from(number));
-                state.work = Work::Spread(number);
-            }
-            Work::Spread(number) => {
-                sums.weight = estimate.spread(&sums.x);
-                state.work = if number == 0 { Work::WatchOffset } else { Work::WatchDelay };
-            }
-            Work::WatchOffset => {
-                self.supervision.watch_offset(noise, stretch, estimate, sums.weight, warnings);
-                state.work = Work::Row(1);
-            }
-            Work::WatchDelay => {
-                self.supervision.watch_delay(noise, stretch, estimate, sums.weight, warnings);
-                state.work = Work::Check;
-            }
-            Work::Check => {
-                if let Some(warning) = self.health.check(estimate, &mut state.passed) {
-                    warnings.latch(true, warning);
-                }
-                state.work = Work::End;
-            }
-            Work::End => {
-                self.begin_stretch(state);
-                state.work = Work::None;
-            }
+        } else {
+            state.noise.learn();
+            Self::begin_stretch(state);
         }
         Change::None
     }
 
-    /// Puts a row of a stretch and its value, over the deviation of the noise, into the place to work in. Returns rᵀP_0r.
+    /// A step of learning from the row of a length. r is kept behind its value in `row`, w and then the gain behind the total in `sums`.
     #[inline]
-    fn tell(&self, variance: S, stretch: &mut Stretch<S>, number: u8) -> S {
-        let (_, row, value) = stretch.row(usize::from(number));
-        let scale = variance.sqrt().recip();
-        let mut scaled = [S::ZERO; COEFFICIENTS];
-        add(&mut scaled, &row, scale);
-        *stretch.scratch() = scaled;
-        let [.., last] = &mut stretch.pending;
-        *last = value * scale;
-        self.prior * dot(&scaled, &scaled)
-    }
-
-    /// What follows the learning of a row.
-    fn after(number: u8) -> Work {
-        if usize::from(number) + 1 < ROWS { Work::Forget(number + 1, 0) } else { Work::Row(0) }
+    fn learn(&self, state: &mut AdaptationState<S>, length: usize, step: usize) {
+        const SCALE: usize = STEPS - 1;
+        const LIMIT: usize = SCALE - COEFFICIENTS;
+        const FORGET: usize = LIMIT - COEFFICIENTS;
+        let AdaptationState { estimate, noise, row: [value, r @ ..], sums: [total, gain @ ..], .. } = state;
+        if step == SCALE {
+            clear(&mut state.row);
+            add(&mut state.row, row(&mut state.triangle, length), root(noise.variance).recip());
+            let [_, r @ .., _, _] = &state.row;
+            // Of a length that the compiler knows at every call, `dot` would be unrolled.
+            let told = self.prior * dot(black_box(r), black_box(r));
+            if told < S::from_f64(LEAST_TOLD) {
+                state.work -= SCALE as u8;
+                return;
+            }
+            state.sums = state.row;
+            scale(&mut state.sums, self.prior * root(self.drift.over(told)));
+        } else if step >= LIMIT {
+            estimate.limit(self.prior, step - LIMIT, gain);
+        } else if step >= FORGET {
+            estimate.forget(step - FORGET + 1, gain);
+            if step == FORGET {
+                clear(gain);
+                *total = S::ONE;
+            }
+        } else if step > 0 {
+            estimate.learn(COEFFICIENTS + 1 - step, r, total, gain);
+        } else {
+            let surprise = estimate.follow(r, *value, *total, gain);
+            noise.note(surprise, *total);
+        }
     }
 }

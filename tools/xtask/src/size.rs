@@ -45,8 +45,8 @@ const PATHS: [Path; 8] = [
         image: "adapt_path",
         machine: machine::M4F,
         title: "law `masing`, forward and inverse, 16 turning points, with its adaptation",
-        code_limit: 12_288,
-        joint_limit: 768,
+        code_limit: 9216,
+        joint_limit: 704,
     },
     Path {
         image: "loader_path",

@@ -1,0 +1,115 @@
+//! Rows of numbers and packed triangles of rows. All of the adaptation is made of these loops, each of which is once in flash.
+//!
+//! A triangle has rows of lengths 1, 2, …, one after the other; the last entry of a row is on its diagonal. A plane rotation of a row and a new one turns the new one's last entry to
+//! zero (Givens), so a new row folded into the rows from the longest to the shortest is zero in the end, and the triangle has the same squares as all rows together.
+//!
+//! A loop over two slices has two ends, so the compiler does not unroll it; one over a single slice counts by a length that goes through `black_box`.
+
+use core::hint::black_box;
+use core::ops::Range;
+
+use crate::scalar::Float;
+
+/// What a diagonal is short of zero by: a rotation needs no case for rows of zeros.
+const TINY: f64 = 1e-12;
+
+/// Σ a·b over the shorter of both.
+#[inline(never)]
+pub(super) fn dot<S: Float>(a: &[S], b: &[S]) -> S {
+    let mut sum = S::ZERO;
+    for (a, b) in a.iter().zip(b) {
+        sum = sum + *a * *b;
+        black_box(());
+    }
+    sum
+}
+
+/// a ← a + b·factor over the shorter of both.
+#[inline(never)]
+pub(super) fn add<S: Float>(a: &mut [S], b: &[S], factor: S) {
+    for (a, b) in black_box(a).iter_mut().zip(b) {
+        *a = *a + *b * factor;
+        black_box(());
+    }
+}
+
+/// a ← a·factor.
+#[inline(never)]
+pub(super) fn scale<S: Float>(a: &mut [S], factor: S) {
+    for a in black_box(a) {
+        *a = *a * factor;
+        black_box(());
+    }
+}
+
+/// a ← 0.
+#[inline]
+pub(super) fn clear<S: Float>(a: &mut [S]) {
+    a.fill(S::ZERO);
+}
+
+/// Rotates a and b, over the shorter of both, as it takes to turn the pair (x, y) into (√(x² + y²), 0). Returns that root.
+#[inline(never)]
+pub(super) fn rotate<S: Float>(x: S, y: S, a: &mut [S], b: &mut [S]) -> S {
+    let x = x + S::from_f64(TINY);
+    let root = root(x * x + y * y);
+    let (cosine, sine) = (x.over(root), y.over(root));
+    for (a, b) in a.iter_mut().zip(b) {
+        (*a, *b) = (cosine * *a + sine * *b, cosine * *b - sine * *a);
+        black_box(());
+    }
+    root
+}
+
+/// Where the row of a length is.
+pub(super) fn places(length: usize) -> Range<usize> {
+    let end = length * (length + 1) / 2;
+    end - length..end
+}
+
+/// The row of a length.
+#[inline(never)]
+pub(super) fn row<S>(packed: &mut [S], length: usize) -> &mut [S] {
+    // Of a length that the compiler knows, all that is done with the row would be unrolled.
+    packed.get_mut(places(black_box(length))).unwrap_or_default()
+}
+
+/// √x.
+#[inline(never)]
+pub(super) fn root<S: Float>(x: S) -> S {
+    x.sqrt()
+}
+
+/// Folds a new row into that of a length.
+#[inline(never)]
+pub(super) fn fold<S: Float>(packed: &mut [S], length: usize, new: &mut [S]) {
+    let row = row(packed, length);
+    if let (Some(&diagonal), Some(&entry)) = (row.last(), new.get(length - 1)) {
+        rotate(diagonal, entry, row, new);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_triangle_has_the_squares_of_its_rows() {
+        let rows = [[1.0, -2.0, 0.5], [0.0, 3.0, 0.0], [4.0, 0.25, -1.0], [0.5, 0.5, 2.0]];
+        let mut packed = [0.0_f64; 6];
+        for mut new in rows {
+            for length in (1..=3).rev() {
+                fold(&mut packed, length, &mut new);
+            }
+            assert!(new.iter().all(|entry| entry.abs() < 1e-11), "{new:?}");
+        }
+        for i in 0..3 {
+            for j in 0..=i {
+                let of_rows: f64 = rows.iter().map(|row| row[i] * row[j]).sum();
+                let of_triangle: f64 =
+                    (i + 1..=3).map(|length| &packed[places(length)]).map(|row| row[i] * row[j]).sum();
+                assert!((of_rows - of_triangle).abs() < 1e-10, "{i} {j}: {of_rows} and {of_triangle}");
+            }
+        }
+    }
+}
