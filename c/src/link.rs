@@ -5,6 +5,7 @@ use core::mem::MaybeUninit;
 
 use gmhm::block::{Block, BlockError, ScalarKind};
 use gmhm::diagnostics::{Diagnostics, Fault, SelfTest};
+use gmhm::link::lock::{KEY_BYTES, Key, PROOF_BYTES};
 use gmhm::link::{CompensationSetting, Drive, Live, Port};
 
 use crate::flash::FlashC;
@@ -148,6 +149,20 @@ pub extern "C" fn gmhm_link_init(link: Option<&mut MaybeUninit<LinkC>>, flash: O
     let port = flash.store().map(|store| Port::new(store, nonce));
     let link = link.write(LinkC { port, compensation: CompensationSetting::default() });
     if link.port.is_some() { OK } else { PLACE }
+}
+
+/// See `gmhm.h`.
+// SAFETY: as for `gmhm_link_init`.
+#[unsafe(no_mangle)]
+pub extern "C" fn gmhm_link_lock(
+    link: Option<&mut LinkC>,
+    key: Option<&[u8; KEY_BYTES]>,
+    entropy: Option<&[u8; PROOF_BYTES]>,
+) -> u16 {
+    let (Some(link), Some(key), Some(entropy)) = (link, key, entropy) else { return NULL };
+    let Some(port) = &mut link.port else { return PLACE };
+    port.set_lock(Key(*key), *entropy);
+    OK
 }
 
 /// See `gmhm.h`.

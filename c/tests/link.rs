@@ -7,12 +7,13 @@ use std::mem::MaybeUninit;
 use crate::common::{block, block_of, block_with, gmhm_get_status, joint};
 use gmhm::block::{Joint as JointOfGear, TorqueUnit, stamp, verify};
 use gmhm::diagnostics::{Fault, SelfTest};
+use gmhm::link::lock::Key;
 use gmhm::link::message::SAVE;
 use gmhm::link::{Answer, Origin, Receiver, Refusal, Request, Tag};
 use gmhm_c::{
     DiagnosticsC, DriveC, FLASH, FlashC, Joint, LinkC, LiveC, NO_BLOCK, NO_SPACE, NOT_NEWER, NULL, OK, PLACE,
-    READ_BACK, StoreC, UNIT, UNREADABLE, flag, gmhm_link_boot, gmhm_link_elapse, gmhm_link_init, gmhm_link_receive,
-    gmhm_load, gmhm_store_erase_unreadable, gmhm_store_init, gmhm_store_read, gmhm_store_write,
+    READ_BACK, StoreC, UNIT, UNREADABLE, flag, gmhm_link_boot, gmhm_link_elapse, gmhm_link_init, gmhm_link_lock,
+    gmhm_link_receive, gmhm_load, gmhm_store_erase_unreadable, gmhm_store_init, gmhm_store_read, gmhm_store_write,
 };
 
 const SECTOR: u32 = 1024;
@@ -156,7 +157,10 @@ impl Bench {
 
     /// The body of the answer.
     fn ask(&self, link: &mut LinkC, request: Request<'_>, tag: Tag) -> Vec<u8> {
-        let frame = request.encode(tag);
+        self.send(link, &request.encode(tag))
+    }
+
+    fn send(&self, link: &mut LinkC, frame: &[u8]) -> Vec<u8> {
         self.sent.borrow_mut().clear();
         // SAFETY: the frame outlives the call.
         let code = unsafe { gmhm_link_receive(Some(link), Some(&self.drive()), frame.as_ptr(), frame.len() as u32) };
@@ -219,6 +223,43 @@ fn a_block_goes_over_the_line_into_the_joint_and_into_flash() {
     let body = bench.ask(&mut link, Request::Status, Tag::default());
     let Some((_, _, Answer::Status(status))) = Answer::decode(&body) else { panic!("{body:?}") };
     assert_eq!((status.origin, status.sequence), (Origin::Stored, 1));
+}
+
+#[test]
+fn a_locked_link_changes_nothing_without_a_proof() {
+    let bench = Bench::new();
+    let (mut link, _) = bench.power_up();
+    let (key, entropy) = ([0x5A; 32], [3; 16]);
+    let identified = |link: &mut LinkC| {
+        let body = bench.ask(link, Request::Identify, Tag::default());
+        let Some((_, _, Answer::Identified(it))) = Answer::decode(&body) else { panic!("{body:?}") };
+        it
+    };
+    assert_eq!(gmhm_link_lock(None, Some(&key), Some(&entropy)), NULL);
+    for (key, entropy) in [(None, Some(&entropy)), (Some(&key), None)] {
+        assert_eq!(gmhm_link_lock(Some(&mut link), key, entropy), NULL);
+        assert_eq!(identified(&mut link).challenge, None, "an open drive says so");
+    }
+    assert_eq!(gmhm_link_lock(Some(&mut link), Some(&key), Some(&entropy)), OK);
+    let it = identified(&mut link);
+    let challenge = it.challenge.expect("a locked drive says so");
+    let (gain, tag) = (Request::Gain { ratio: 0.25 }, Tag { session: it.session, turn: 0 });
+    for frame in [gain.encode(tag), gain.encode_proven(tag, &Key([0x5B; 32]), &challenge)] {
+        let body = bench.send(&mut link, &frame);
+        let Some((_, _, Answer::Refused(refused))) = Answer::decode(&body) else { panic!("{body:?}") };
+        assert_eq!(refused.refusal, Refusal::Locked);
+    }
+    let proven = gain.encode_proven(tag, &Key(key), &challenge);
+    assert!(matches!(Answer::decode(&bench.send(&mut link, &proven)), Some((_, _, Answer::Done))));
+    assert_eq!(*bench.compensation.borrow(), (0, 0.25));
+    // Played back after a power-up that begins with the same session.
+    let (mut link, _) = bench.power_up();
+    assert_eq!(gmhm_link_lock(Some(&mut link), Some(&key), Some(&[4; 16])), OK);
+    let again = core::array::from_fn::<_, 3, _>(|_| identified(&mut link).session);
+    assert_eq!(again[2], it.session);
+    let body = bench.send(&mut link, &proven);
+    let Some((_, _, Answer::Refused(refused))) = Answer::decode(&body) else { panic!("{body:?}") };
+    assert_eq!(refused.refusal, Refusal::Locked);
 }
 
 #[test]

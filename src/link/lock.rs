@@ -66,3 +66,30 @@ impl Key {
         Some(code)
     }
 }
+
+/// The key of a drive, and what makes the challenges of this power-up.
+///
+/// The server knows HMAC by the functions in here only: a program without a lock links nothing of it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Lock {
+    key: Key,
+    entropy: Proof,
+    challenge: fn(&Key, &Proof, u32) -> Proof,
+    proves: fn(&Key, &Proof, &[u8], &Proof) -> bool,
+}
+
+impl Lock {
+    pub(super) fn new(key: Key, entropy: Proof) -> Self {
+        Self { key, entropy, challenge: Key::challenge, proves: Key::proves }
+    }
+
+    /// The challenge of a session.
+    pub(super) fn challenge(&self, session: u32) -> Proof {
+        (self.challenge)(&self.key, &self.entropy, session)
+    }
+
+    /// [`Key::proves`].
+    pub(super) fn proves(&self, challenge: &Proof, body: &[u8], proof: &Proof) -> bool {
+        (self.proves)(&self.key, challenge, body, proof)
+    }
+}

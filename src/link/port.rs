@@ -29,6 +29,12 @@ impl<F: NorFlash, const ROOM: usize> Port<F, ROOM> {
         Self { server: self.server.with_lock(key, entropy), ..self }
     }
 
+    /// [`Server::set_lock`].
+    #[cfg(feature = "lock")]
+    pub fn set_lock(&mut self, key: super::lock::Key, entropy: [u8; super::lock::PROOF_BYTES]) {
+        self.server.set_lock(key, entropy);
+    }
+
     /// [`Server::boot`].
     pub fn boot(&mut self, drive: &mut impl Drive) -> Option<Entry> {
         self.server.boot(drive)
