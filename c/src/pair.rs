@@ -25,12 +25,12 @@ pub(crate) struct Pair {
 }
 
 impl Pair {
-    /// In double precision; `None` where encoders and joint do not go together.
+    /// `None` where encoders and joint do not go together.
     pub(crate) fn new(joint: &JointRecord, rated_deflection_rad: f32, encoders: &EncodersC) -> Option<Self> {
         let mounting = |counts_per_turn, reversed| Mounting { counts_per_turn, reversed: reversed != 0 };
         let motor = mounting(encoders.motor_counts_per_turn, encoders.motor_reversed);
         let output = mounting(encoders.output_counts_per_turn, encoders.output_reversed);
-        let setup = joint.joint().encoders(motor, output, f64::from(rated_deflection_rad)).ok()?;
+        let setup = joint.joint().encoders(motor, output, widened(rated_deflection_rad)).ok()?;
         Some(Self { pair: EncoderPair::new(&setup).ok()?, seen: None })
     }
 
@@ -54,6 +54,13 @@ impl Pair {
             ..*sample
         }
     }
+}
+
+/// A normal single as a double, in integers: `f64::from` links a routine of double precision.
+fn widened(x: f32) -> f64 {
+    let bits = x.to_bits();
+    let (sign, exponent, fraction) = (bits >> 31, bits >> 23 & 0xff, bits & 0x7f_ffff);
+    f64::from_bits(u64::from(sign) << 63 | u64::from(exponent + 1023 - 127) << 52 | u64::from(fraction) << 29)
 }
 
 /// `gmhm_pair`.
@@ -151,4 +158,16 @@ pub extern "C" fn gmhm_pair_read(
     let (Some(PairC(Some(pair))), Some(sample)) = (pair, sample) else { return flag::NO_ENCODERS };
     *sample = pair.sample(motor, output, sample);
     0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::widened;
+
+    #[test]
+    fn a_single_is_widened_as_the_compiler_widens_it() {
+        for x in [1.168e-3_f32, 1.0, -100.5, f32::MIN_POSITIVE, f32::MAX, 0.1255, 3.0e-5] {
+            assert_eq!(widened(x).to_bits(), f64::from(x).to_bits());
+        }
+    }
 }

@@ -4,7 +4,9 @@ use super::error::BlockError;
 use super::layout::JOINT;
 use super::prepared::words;
 use super::record::{Block, double};
+use crate::drive::pair::MOST_RATIO;
 use crate::drive::{Mounting, Setup, SetupError};
+use crate::scalar::Extended;
 
 /// The joint that the gear sits in.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -27,9 +29,9 @@ impl Joint {
     pub fn encoders(&self, motor: Mounting, output: Mounting, rated_deflection_rad: f64) -> Result<Setup, SetupError> {
         let ratio = self.ratio.ok_or(SetupError::Ratio)?;
         Ok(Setup {
-            motor: Mounting { reversed: motor.reversed != (ratio < 0.0), ..motor },
+            motor: Mounting { reversed: motor.reversed != ratio.is_sign_negative(), ..motor },
             output,
-            ratio: fraction(libm::fabs(ratio)).ok_or(SetupError::Ratio)?,
+            ratio: Extended::of_double(ratio).and_then(fraction).ok_or(SetupError::Ratio)?,
             deflection_zero_rad: self.deflection_zero_rad,
             rated_deflection_rad,
         })
@@ -43,22 +45,22 @@ impl Joint {
 }
 
 /// The fraction of integers to 2^20 that is a ratio within 1e-12 of itself, by continued fractions.
-fn fraction(ratio: f64) -> Option<(u32, u32)> {
-    const MOST: f64 = (1_u32 << 20) as f64;
-    let (mut before, mut now) = ((0.0, 1.0), (1.0, 0.0));
+fn fraction(ratio: Extended) -> Option<(u32, u32)> {
+    let (mut before, mut now) = ((0, 1), (1, 0));
     let mut rest = ratio;
     for _ in 0..24 {
-        let whole = libm::floor(rest);
-        (before, now) = (now, (whole * now.0 + before.0, whole * now.1 + before.1));
-        let (numerator, denominator) = now;
-        // A NaN compares false.
-        if !(numerator <= MOST && denominator <= MOST) {
-            return None;
+        let whole = rest.floor();
+        let next = |now: u64, before: u64| {
+            let next = whole.checked_mul(now)?.checked_add(before)?;
+            (next <= u64::from(MOST_RATIO)).then_some(next)
+        };
+        (before, now) = (now, (next(now.0, before.0)?, next(now.1, before.1)?));
+        let [numerator, denominator] = [now.0, now.1].map(Extended::of_whole);
+        let error = numerator.over(denominator).apart(ratio);
+        if now.0 > 0 && error.times(Extended::of_whole(1_000_000_000_000)) <= ratio {
+            return Some((now.0 as u32, now.1 as u32));
         }
-        if numerator > 0.0 && libm::fabs(numerator / denominator - ratio) <= 1e-12 * ratio {
-            return Some((numerator as u32, denominator as u32));
-        }
-        rest = 1.0 / (rest - whole);
+        rest = Extended::ONE.over(rest.apart(Extended::of_whole(whole)));
     }
     None
 }
@@ -83,12 +85,16 @@ impl JointRecord {
         block.words::<f32, 5>(&JOINT).map(Self)
     }
 
-    /// What it says, in double precision.
+    /// What it says.
     #[must_use]
     pub fn joint(&self) -> Joint {
         let [n0, n1, z0, z1, _] = self.0;
         let [ratio, deflection_zero_rad] = [[n0, n1], [z0, z1]].map(double);
-        Joint { ratio: (ratio != 0.0).then_some(ratio), deflection_zero_rad, motor_side: self.motor_side() }
+        Joint {
+            ratio: Extended::of_double(ratio).filter(|size| *size != Extended::ZERO).map(|_| ratio),
+            deflection_zero_rad,
+            motor_side: self.motor_side(),
+        }
     }
 
     /// [`Joint::ratio`], rounded; 0 where it is not stated.

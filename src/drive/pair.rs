@@ -7,15 +7,20 @@
 //! The output's encoder is absolute, the motor's within one turn: the motor's turn is chosen so that the deflection is the least, which is right as
 //! long as deflection and encoder errors stay below π/N.
 
-use core::f64::consts::TAU;
 use core::fmt;
 
+use crate::scalar::{Extended, Float, Scalar};
 #[cfg(feature = "fixed")]
 use crate::scalar::{Fixed, fixed::Factor};
-use crate::scalar::{Float, Scalar};
 
 /// The deflection must reach this many rated deflections without leaving 32 bits.
-const HEADROOM: f64 = 64.0;
+const HEADROOM: u64 = 64;
+
+/// The most counts of a turn.
+pub(crate) const MOST_COUNTS: u32 = 1 << 30;
+
+/// The most of either part of a ratio.
+pub(crate) const MOST_RATIO: u32 = 1 << 20;
 
 /// A scalar that counts can be turned into without arithmetic of another precision.
 pub trait FromCounts: Scalar {
@@ -25,6 +30,9 @@ pub trait FromCounts: Scalar {
     /// The nearest factor.
     fn factor(x: f64) -> Self::Factor;
 
+    /// The same of a positive number, without arithmetic in double precision.
+    fn factor_of(x: Extended) -> Self::Factor;
+
     /// counts·factor; saturates.
     fn from_counts(counts: i32, factor: Self::Factor) -> Self;
 
@@ -33,12 +41,16 @@ pub trait FromCounts: Scalar {
 }
 
 macro_rules! from_counts {
-    ($float:ty) => {
+    ($float:ty, $nearest:ident) => {
         impl FromCounts for $float {
             type Factor = Self;
 
             fn factor(x: f64) -> Self {
                 x as Self
+            }
+
+            fn factor_of(x: Extended) -> Self {
+                x.$nearest()
             }
 
             #[inline]
@@ -55,8 +67,8 @@ macro_rules! from_counts {
     };
 }
 
-from_counts!(f32);
-from_counts!(f64);
+from_counts!(f32, single);
+from_counts!(f64, double);
 
 #[cfg(feature = "fixed")]
 impl FromCounts for Fixed {
@@ -64,6 +76,10 @@ impl FromCounts for Fixed {
 
     fn factor(x: f64) -> Factor {
         Factor::new(x)
+    }
+
+    fn factor_of(x: Extended) -> Factor {
+        Factor::of(x)
     }
 
     #[inline]
@@ -183,9 +199,7 @@ impl<S: FromCounts> EncoderPair<S> {
     /// # Errors
     /// [`SetupError`].
     pub fn new(setup: &Setup) -> Result<Self, SetupError> {
-        const MOST_COUNTS: u32 = 1 << 30;
-        const MOST_RATIO: u32 = 1 << 20;
-        const MOST_UNITS: f64 = (1_u64 << 60) as f64;
+        const MOST_UNITS: u64 = 1 << 60;
         let Setup { motor, output, ratio: (numerator, denominator), deflection_zero_rad, rated_deflection_rad } =
             *setup;
         let counts = |mounting: Mounting| (1..=MOST_COUNTS).contains(&mounting.counts_per_turn);
@@ -195,11 +209,9 @@ impl<S: FromCounts> EncoderPair<S> {
         if !(1..=MOST_RATIO).contains(&numerator) || !(1..=MOST_RATIO).contains(&denominator) {
             return Err(SetupError::Ratio);
         }
-        let half_turn = 0.5 * TAU;
-        if !(rated_deflection_rad > 0.0
-            && rated_deflection_rad < half_turn
-            && libm::fabs(deflection_zero_rad) < half_turn)
-        {
+        let deflections = [rated_deflection_rad, deflection_zero_rad].map(below_half_turn);
+        let [Some(rated), Some(zero)] = deflections else { return Err(SetupError::Deflection) };
+        if rated == Extended::ZERO || rated_deflection_rad.is_sign_negative() {
             return Err(SetupError::Deflection);
         }
         // Counts of the motor a turn of the output, as a fraction in lowest terms.
@@ -209,25 +221,27 @@ impl<S: FromCounts> EncoderPair<S> {
         let output_counts = u64::from(output.counts_per_turn);
         let units = quotient(per_turn, gcd(per_turn, output_counts)).checked_mul(output_counts);
         let units = units.ok_or(SetupError::TooFine)?;
-        let most_units = (f64::from(i32::MAX) / (HEADROOM * rated_deflection_rad) * TAU).min(MOST_UNITS);
-        if units as f64 > most_units {
+        // Units of a turn that bring the deflection to 32 bits.
+        let whole = Extended::of_whole;
+        let most_units = whole(i32::MAX as u64).times(Extended::TURN).over(whole(HEADROOM).times(rated));
+        let finer =
+            if most_units < whole(MOST_UNITS) { most_units } else { whole(MOST_UNITS) }.over(whole(units)).floor();
+        if finer == 0 {
             return Err(SetupError::TooFine);
         }
         // As fine as 32 bits bear, for the sake of the zero.
-        let finer = libm::floor(most_units / units as f64) as u64;
         let units = units * finer;
-        let unit_rad = TAU / units as f64;
+        let unit_rad = Extended::TURN.over(whole(units));
         let motor_weight = quotient(units, per_turn).checked_mul(parts).and_then(|weight| i64::try_from(weight).ok());
         let output_weight = i64::try_from(quotient(units, output_counts)).ok();
         let (Some(motor_weight), Some(output_weight)) = (motor_weight, output_weight) else {
             return Err(SetupError::TooFine);
         };
-        let scale = if S::SI { 1.0 } else { 1.0 / rated_deflection_rad };
         Ok(Self {
             motor: Shaft::new(motor, motor_weight),
             output: Shaft::new(output, output_weight),
-            zero: libm::round(deflection_zero_rad / unit_rad) as i64,
-            deflection: S::factor(unit_rad * scale),
+            zero: signed(deflection_zero_rad, zero.over(unit_rad)),
+            deflection: S::factor_of(if S::SI { unit_rad } else { unit_rad.over(rated) }),
         })
     }
 
@@ -307,8 +321,8 @@ impl<S: FromCounts + Float> EncoderPair<S> {
 impl<S: FromCounts> Shaft<S> {
     fn new(mounting: Mounting, weight: i64) -> Self {
         let counts_per_turn = mounting.counts_per_turn;
-        let turn = if S::SI { TAU } else { 1.0 };
-        let angle = S::factor(turn / f64::from(counts_per_turn));
+        let turn = if S::SI { Extended::TURN } else { Extended::ONE };
+        let angle = S::factor_of(turn.over(Extended::of_whole(u64::from(counts_per_turn))));
         Self { counts_per_turn, reversed: mounting.reversed, weight, angle }
     }
 
@@ -337,6 +351,17 @@ impl<S: FromCounts> Shaft<S> {
         }
         Place { counts: last.counts.wrapping_add(i64::from(change)), within_turn, change }
     }
+}
+
+/// The magnitude of an angle below half a turn.
+pub(crate) fn below_half_turn(angle_rad: f64) -> Option<Extended> {
+    Extended::of_double(angle_rad).filter(|angle| *angle < Extended::TURN.over(Extended::of_whole(2)))
+}
+
+/// The nearest whole number to a magnitude, with the sign of another number.
+pub(crate) const fn signed(like: f64, magnitude: Extended) -> i64 {
+    let whole = magnitude.rounded().cast_signed();
+    if like.is_sign_negative() { whole.wrapping_neg() } else { whole }
 }
 
 pub(crate) const fn gcd(mut a: u64, mut b: u64) -> u64 {

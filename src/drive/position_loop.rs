@@ -1,12 +1,10 @@
 //! Encoders and cascade of a servo, whatever is fed forward.
 
-use core::f64::consts::TAU;
-
-use super::pair::{EncoderPair, FromCounts, Reading};
+use super::pair::{EncoderPair, FromCounts, Reading, signed};
 use super::servo::{MISREAD_BEYOND, ServoError, ServoSetup};
 use super::{Cascade, CascadeState};
 use crate::feedforward::{MotorEncoder, MotorSide};
-use crate::scalar::Float;
+use crate::scalar::{Extended, Float};
 
 /// From where the motor should be to its torque.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -41,12 +39,16 @@ impl<S: Float + FromCounts> PositionLoop<S> {
             rated_deflection_rad: encoders.rated_deflection_rad,
         };
         let pair = EncoderPair::new(encoders)?;
-        let ratio = f64::from(encoders.ratio.0) / f64::from(encoders.ratio.1);
-        let parts_per_turn = MotorSide::<S>::PARTS as f64 * f64::from(encoders.motor.counts_per_turn);
+        let whole = |x: u32| Extended::of_whole(x.into());
+        let parts_per_turn =
+            Extended::of_whole(MotorSide::<S>::PARTS.unsigned_abs() * u64::from(encoders.motor.counts_per_turn));
+        // Below half a turn, which the pair has seen to.
+        let zero = Extended::of_double(encoders.deflection_zero_rad).unwrap_or(Extended::ZERO).over(Extended::TURN);
+        let zero = zero.times(whole(encoders.ratio.0)).over(whole(encoders.ratio.1)).times(parts_per_turn);
         Ok(Self {
             pair,
             motor: MotorSide::new(&encoder)?,
-            zero: libm::round(encoders.deflection_zero_rad / TAU * ratio * parts_per_turn) as i64,
+            zero: signed(encoders.deflection_zero_rad, zero),
             cascade: Cascade::new(gains)?,
             largest_deflection: S::from_f64(MISREAD_BEYOND) * rated,
         })

@@ -4,11 +4,10 @@
 //! in integers, in parts of 1/256 of a motor count, so that it stays smooth between two counts. It is right by a part after any number of turns, and by what
 //! the scalar rounds of θ* itself.
 
-use core::f64::consts::TAU;
 use core::num::NonZeroU64;
 
-use crate::drive::pair::{FromCounts, Place, SetupError, gcd};
-use crate::scalar::Float;
+use crate::drive::pair::{FromCounts, MOST_COUNTS, MOST_RATIO, Place, SetupError, below_half_turn, gcd};
+use crate::scalar::{Extended, Float};
 
 /// How counts of the output's reference become counts of the motor.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -51,8 +50,6 @@ impl<S: FromCounts> MotorSide<S> {
     /// # Errors
     /// [`SetupError`]: counts beyond 1 to 2^30 a turn, a ratio beyond 1 to 2^20, no rated deflection.
     pub fn new(encoder: &MotorEncoder) -> Result<Self, SetupError> {
-        const MOST_COUNTS: u32 = 1 << 30;
-        const MOST_RATIO: u32 = 1 << 20;
         let MotorEncoder { counts_per_turn, ratio: (numerator, denominator), .. } = *encoder;
         let counts = |counts: u32| (1..=MOST_COUNTS).contains(&counts);
         let part = |part: u32| (1..=MOST_RATIO).contains(&part);
@@ -62,7 +59,8 @@ impl<S: FromCounts> MotorSide<S> {
         if !part(numerator) || !part(denominator) {
             return Err(SetupError::Ratio);
         }
-        if !(encoder.rated_deflection_rad > 0.0 && encoder.rated_deflection_rad < 0.5 * TAU) {
+        let rated = below_half_turn(encoder.rated_deflection_rad).ok_or(SetupError::Deflection)?;
+        if rated == Extended::ZERO || encoder.rated_deflection_rad.is_sign_negative() {
             return Err(SetupError::Deflection);
         }
         // 2^8·2^30·2^20 and 2^30·2^20 fit 64 bits.
@@ -70,21 +68,22 @@ impl<S: FromCounts> MotorSide<S> {
         let reference = u64::from(encoder.reference_counts_per_turn) * u64::from(denominator);
         let common = gcd(parts, reference);
         let (parts, reference) = (parts / common, reference / common);
-        let parts_per_turn = (PARTS as f64) * f64::from(counts_per_turn);
-        let ratio = f64::from(numerator) / f64::from(denominator);
-        let per_rad = ratio * parts_per_turn / TAU;
+        let whole = Extended::of_whole;
+        let parts_per_turn = whole(PARTS.unsigned_abs() * u64::from(counts_per_turn));
+        let ratio = whole(numerator.into()).over(whole(denominator.into()));
+        let per_rad = ratio.times(parts_per_turn).over(Extended::TURN);
         // The products of `position` must fit 64 bits, twice the rated deflection 32.
         let fits = parts.checked_mul(reference).is_some_and(|product| product <= i64::MAX.unsigned_abs())
-            && 2.0 * encoder.rated_deflection_rad * per_rad <= f64::from(i32::MAX);
+            && rated.times(per_rad) <= whole(1 << 30);
         let Some(reference_counts) = NonZeroU64::new(reference).filter(|_| fits) else {
             return Err(SetupError::TooFine);
         };
         Ok(Self {
             parts,
             reference_counts,
-            per_deflection: S::factor(if S::SI { per_rad } else { per_rad * encoder.rated_deflection_rad }),
-            angle: S::factor(if S::SI { TAU } else { 1.0 } / parts_per_turn),
-            ratio: S::factor(ratio),
+            per_deflection: S::factor_of(if S::SI { per_rad } else { per_rad.times(rated) }),
+            angle: S::factor_of(if S::SI { Extended::TURN } else { Extended::ONE }.over(parts_per_turn)),
+            ratio: S::factor_of(ratio),
         })
     }
 

@@ -7,6 +7,7 @@
 #![cfg_attr(not(feature = "fixed"), doc = "[`Fixed`]: crate#features")]
 
 pub mod circle;
+mod extended;
 #[cfg(feature = "fixed")]
 pub mod fixed;
 mod float;
@@ -14,6 +15,7 @@ mod float;
 use core::fmt::Debug;
 use core::ops::{Add, Mul, Neg, Sub};
 
+pub use self::extended::Extended;
 #[cfg(feature = "fixed")]
 pub use self::fixed::Fixed;
 

@@ -1,5 +1,6 @@
 //! A factor of any size, for what is no fraction: encoder counts.
 
+use super::super::Extended;
 use super::Fixed;
 use super::word::{self, FRACTION};
 
@@ -14,12 +15,18 @@ impl Factor {
     /// The nearest factor; what is not finite counts as 0.
     #[must_use]
     pub fn new(x: f64) -> Self {
-        if !libm::fabs(x).is_finite() {
+        let Self { mantissa, exponent } = Self::of(Extended::of_double(x).unwrap_or(Extended::ZERO));
+        Self { mantissa: if x.is_sign_negative() { -mantissa } else { mantissa }, exponent }
+    }
+
+    /// The nearest factor to a positive number.
+    #[must_use]
+    pub fn of(x: Extended) -> Self {
+        if x == Extended::ZERO {
             return Self { mantissa: 0, exponent: 0 };
         }
-        // x = fraction·2^exponent, abs(fraction) in [1/2, 1).
-        let (fraction, exponent) = libm::frexp(x);
-        Self { mantissa: libm::round(libm::ldexp(fraction, 31)) as i32, exponent: exponent - 31 }
+        let (digits, exponent) = x.digits(31);
+        Self { mantissa: i32::try_from(digits).unwrap_or(i32::MAX), exponent }
     }
 
     /// A whole number to a fixed-point number, to nearest; saturates.
