@@ -142,6 +142,11 @@ impl<S: Scalar, L: MemoryLaw<S>> Gear<S, L> {
         Self { frame, elastic, law, largest_step }
     }
 
+    /// The largest step between two samples, as [`with_largest_step`](Self::with_largest_step) or the record `largest_step` of a block has set it; the largest number where neither has.
+    pub fn largest_step(&self) -> S {
+        self.largest_step
+    }
+
     /// The same gear that takes no sample further than `largest_step` ≥ 0 (input units) from the last one: the product of sample period and the top speed of the
     /// deflection. What is further is quarantined ([`Status::quarantined`]): it changes nothing, the output stays that of the last good sample, and the next one may lie
     /// a step further away for each sample that was not taken, up to four. [`AGREEING_SAMPLES`] in a row that lie within a step of one another are no outliers: there
@@ -202,8 +207,8 @@ impl<S: Scalar, L: MemoryLaw<S>> Gear<S, L> {
         theta: S,
         largest_step: S,
     ) -> (&'a Self, &'a mut State<S, N, L>) {
-        let near = (theta - state.theta).abs() <= largest_step && self.frame.accepts(theta);
-        if near || self.admits(state, theta, largest_step) {
+        let is_deflection = self.frame.accepts(theta) && self.law.has_period();
+        if self.admits(state, theta, is_deflection, largest_step) {
             self.law.step(&self.frame, &mut state.memory, theta);
             self.arrive(state, theta);
         }
@@ -211,26 +216,46 @@ impl<S: Scalar, L: MemoryLaw<S>> Gear<S, L> {
     }
 
     /// Whether a sample that is none or further than a step is to be stepped to; else says in the state what became of it.
-    fn admits<const N: usize>(&self, state: &mut State<S, N, L>, theta: S, largest_step: S) -> bool {
+    #[inline(always)]
+    fn admits<const N: usize>(
+        &self,
+        state: &mut State<S, N, L>,
+        theta: S,
+        is_deflection: bool,
+        largest_step: S,
+    ) -> bool {
+        let step = (theta - state.theta).abs();
+        let near = is_deflection && step <= largest_step;
+        near || self.admits_far(state, theta, is_deflection, largest_step)
+    }
+
+    /// [`admits`](Self::admits) of a sample further than a step.
+    fn admits_far<const N: usize>(
+        &self,
+        state: &mut State<S, N, L>,
+        theta: S,
+        is_deflection: bool,
+        largest_step: S,
+    ) -> bool {
         let Suspicion { theta: last, agreeing, reach } = state.suspicion;
         let Status { refused, quarantined, .. } = state.status;
-        let reach = if refused || quarantined { reach } else { largest_step };
-        let is_deflection = self.frame.accepts(theta) && largest_step >= S::ZERO;
-        if is_deflection && (theta - state.theta).abs() <= reach {
-            return true;
-        }
+        let reach = if refused | quarantined { reach } else { largest_step };
         let agrees = quarantined && (theta - last).abs() <= largest_step;
         let agreeing = if agrees { agreeing + 1 } else { 1 };
-        let restarts = is_deflection && agreeing >= AGREEING_SAMPLES;
-        if restarts {
-            self.law.restart(&self.frame, &mut state.memory, theta);
-            self.arrive(state, theta);
-        } else {
-            let most = (largest_step + largest_step) + (largest_step + largest_step);
-            state.suspicion = Suspicion { theta, agreeing, reach: (reach + largest_step).min(most) };
-            (state.status.refused, state.status.quarantined) = (!is_deflection, is_deflection);
+        if is_deflection {
+            if (theta - state.theta).abs() <= reach {
+                return true;
+            }
+            if agreeing >= AGREEING_SAMPLES {
+                self.law.restart(&self.frame, &mut state.memory, theta);
+                self.arrive(state, theta);
+                state.status.restarted = true;
+                return false;
+            }
         }
-        state.status.restarted = restarts;
+        let most = (largest_step + largest_step) + (largest_step + largest_step);
+        state.suspicion = Suspicion { theta, agreeing, reach: (reach + largest_step).min(most) };
+        state.status = Status { refused: !is_deflection, quarantined: is_deflection, restarted: false, ..state.status };
         false
     }
 
@@ -304,11 +329,7 @@ impl<S: Float, L: VaryingPeriod<S>> Gear<S, L> {
         // Only a constant period may be missing.
         let any = S::from_f64(S::LARGEST);
         let largest_step = if self.largest_step >= S::ZERO { self.largest_step } else { any };
-        let near = (theta - state.theta).abs() <= largest_step && self.accepts_after(theta, period_s);
-        if near {
-            return true;
-        }
-        self.admits(state, if is_period(period_s) { theta } else { S::from_f64(f64::NAN) }, largest_step)
+        self.admits(state, theta, self.accepts_after(theta, period_s), largest_step)
     }
 
     /// A step to a sample that was admitted.

@@ -8,7 +8,7 @@ use gmhm::memory::AnyLaw;
 use gmhm::{Gear, Inverse, State};
 
 use crate::facts::Facts;
-use crate::joint::{DEPTH, base_output, solution};
+use crate::joint::{DEPTH, STEP_OF_BLOCK, base_output, solution};
 use crate::types::{DiagnosticsC, OutputC, SolutionC, StatusC, flag};
 use crate::{NULL, OK, VALUE, answer, bytes, code_of};
 
@@ -51,7 +51,7 @@ impl GearC {
             force: None,
             path: None,
             flags: flag::NOT_LOADED,
-            largest_step_rad: f32::INFINITY,
+            largest_step_rad: STEP_OF_BLOCK,
             diagnostics: Diagnostics::default(),
             merged_pairs: 0,
         }

@@ -15,6 +15,8 @@ use crate::types::{
 
 /// Turning points that a joint remembers.
 pub(crate) const DEPTH: usize = 16;
+/// The largest step of a gear that was told none: that of its block, where this counts as none.
+pub(crate) const STEP_OF_BLOCK: f32 = -1.0;
 /// Terms that it has room for.
 pub(crate) const TERMS: usize = 8;
 
@@ -108,7 +110,7 @@ impl Force {
     }
 }
 
-/// A gear, its encoders and their common measure. In double precision: a program that tells no encoders links nothing of it.
+/// A gear, its encoders and their common measure: a program that tells no encoders links nothing of it.
 type PairOf = fn(&JointRecord, f32, &EncodersC) -> Option<Pair>;
 
 /// The encoders of a joint.
@@ -171,7 +173,7 @@ impl Joint {
             force: None,
             path: Path::New,
             flags: flag::NOT_LOADED,
-            largest_step_rad: f32::INFINITY,
+            largest_step_rad: STEP_OF_BLOCK,
             encoders: None,
             pair: None,
             diagnostics: Diagnostics::default(),

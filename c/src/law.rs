@@ -47,7 +47,8 @@ fn prepare(block: &[u8], limits: &LimitsC, diagnostics: &mut Diagnostics) -> Res
     let prepared = Prepared::<f32>::of_block(&block, DEPTH);
     diagnostics.see_load(prepared.as_ref().map(|prepared| prepared.self_test));
     let prepared = prepared.map_err(|error| error.code())?;
-    FeedForward::of_inverse(&prepared.inverse, &limits.limits()).map_err(|_| VALUE)
+    // Law `masing` asks for no period: what is refused is a limit.
+    prepared.feed_forward(&limits.limits()).map_err(|_| VALUE)
 }
 
 /// See `gmhm.h`.

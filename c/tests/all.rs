@@ -5,6 +5,7 @@
 mod common;
 mod faults;
 mod feed_forward;
+mod gate;
 mod gear;
 mod host;
 mod law;

@@ -36,6 +36,7 @@ mod prepared;
 mod properties;
 mod read_faults;
 mod servo_terms;
+mod stored_gate;
 mod stored_servo;
 mod tangent;
 mod terms;

@@ -176,7 +176,7 @@ impl Header {
         let header = Self {
             length: u32_at(8),
             sequence: u32_at(SEQUENCE_AT),
-            identity: identity.ok_or(BlockError::Header("identity"))?,
+            identity: identity.ok_or(BlockError::Header("gear identity"))?,
             scalar: ScalarKind::of(scalar).ok_or(BlockError::Scalar(scalar))?,
             stack_depth: u16_at(34),
             period_s: f32::from_bits(u32_at(36)),

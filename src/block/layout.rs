@@ -274,6 +274,20 @@ pub const PREPARED_GEAR: RecordInfo = RecordInfo {
     words: "laws `phase` and `time` and their inverse as the host has set them up, for loaders without double precision; the coefficients of the law are in its own record",
 };
 
+/// The gate on samples; absent where the host was told no top speed.
+pub const LARGEST_STEP: RecordInfo = RecordInfo {
+    tag: MAY_SKIP | 0x0005,
+    name: "largest_step",
+    fields: &[field(
+        Coding::Scalar,
+        "largest_step",
+        "rad; A in fixed point",
+        Range::Positive,
+        "the most that the deflection moves in the control period of the header",
+    )],
+    words: "gate on samples: the drive quarantines what moves faster",
+};
+
 const fn word(name: &'static str, words: &'static str) -> FieldInfo {
     field(Coding::Scalar, name, "1", Range::Any, words)
 }
@@ -283,8 +297,8 @@ pub const NAME: RecordInfo =
     RecordInfo { tag: MAY_SKIP | 0x0001, name: "name", fields: &[], words: "the model file's name, for people" };
 
 /// All of them.
-pub const RECORDS: [&RecordInfo; 10] =
-    [&GEAR, &MASING, &PHASE, &TIME, &INVERSE, &JOINT, &NAME, &SELF_TEST, &PREPARED, &PREPARED_GEAR];
+pub const RECORDS: [&RecordInfo; 11] =
+    [&GEAR, &MASING, &PHASE, &TIME, &INVERSE, &JOINT, &NAME, &SELF_TEST, &PREPARED, &PREPARED_GEAR, &LARGEST_STEP];
 
 impl FieldInfo {
     /// The words that it chooses among; none where it is a number.

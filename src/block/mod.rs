@@ -65,8 +65,8 @@ pub use header::{FORMAT_VERSION, HEADER_BYTES, Header, Identity, MAGIC, TorqueUn
 pub use joint::{Joint, JointRecord};
 pub use law::{BlockLaw, LawWords};
 pub use layout::{
-    Coding, FIRST_TERM, FieldInfo, GEAR, INVERSE, JOINT, MASING, MAY_SKIP, NAME, PHASE, PREPARED, PREPARED_GEAR,
-    RECORDS, RecordInfo, SELF_TEST, TIME,
+    Coding, FIRST_TERM, FieldInfo, GEAR, INVERSE, JOINT, LARGEST_STEP, MASING, MAY_SKIP, NAME, PHASE, PREPARED,
+    PREPARED_GEAR, RECORDS, RecordInfo, SELF_TEST, TIME,
 };
 pub use parameters::{CheckedTerms, Parameters, TermStack};
 pub use prepared::{Prepared, PreparedLaw};

@@ -5,7 +5,8 @@ use super::error::BlockError;
 use super::header::{Header, TorqueUnit};
 use super::joint::{Joint, JointRecord};
 use super::law::{BlockLaw, number};
-use super::layout::{GEAR, INVERSE, MASING, MAY_SKIP, PHASE, RECORDS, SELF_TEST, TERM_TAGS, TIME};
+use super::layout::{GEAR, INVERSE, LARGEST_STEP, MASING, MAY_SKIP, PHASE, RECORDS, SELF_TEST, TERM_TAGS, TIME};
+use super::prepared::within;
 use super::record::{Block, Record, double, verify};
 use super::scales::Scales;
 use super::self_test::{IS_COMPARED, SAMPLES, samples};
@@ -99,6 +100,15 @@ impl<S: Word, L: BlockLaw<S>, T: TermStack> Parameters<S, L, T> {
                 test(&record, &gear, parameters.inverse.as_ref())?;
                 parameters.self_test = SelfTest::Passed;
             }
+            // After the golden samples, which lie further apart.
+            let gear = match block.only(&LARGEST_STEP)? {
+                Some(record) => {
+                    let [step] = record.checked::<S, 1>(&LARGEST_STEP)?.map(number);
+                    parameters.inverse = parameters.inverse.map(|inverse| inverse.with_largest_step(step));
+                    gear.with_largest_step(step)
+                }
+                None => gear,
+            };
             let c1 = gear.elastic().polynomial().k1.to_f64() * scales.torque_scale_nm / scales.rated_deflection_rad;
             let rated_deflection = scales.rated_deflection_rad as f32;
             parameters.terms = T::empty(Setting { sigma: joint.sigma(), c1: c1 as f32, rated_deflection }, true);
@@ -136,7 +146,7 @@ impl<S: Word, L: BlockLaw<S>, T: TermStack> Parameters<S, L, T> {
         if inverse.gear().law().knows_time() && limits.period_s.word() != stored_s.word() {
             return Err(FeedForwardError::Period { stored_s });
         }
-        FeedForward::of_inverse(inverse, limits)
+        FeedForward::of_inverse(inverse, &within(limits, inverse.gear(), stored_s))
     }
 
     /// The encoders of the joint, the block's ratio, zero and rated deflection applied.

@@ -5,7 +5,7 @@
 
 use super::Word;
 use super::law::BlockLaw;
-use crate::gear::Gear;
+use crate::gear::{Gear, State};
 use crate::inverse::Inverse;
 
 /// The deflections of the path, over A, one step each from a start at 0.
@@ -16,31 +16,46 @@ pub const SAMPLES: usize = PATH.len() + 1;
 
 /// The words that a gear gives: T at each deflection of [`PATH`], then the deflection for half of the last torque, 0 without an inverse.
 pub fn samples<S: Word, L: BlockLaw<S>>(gear: &Gear<S, L>, inverse: Option<&Inverse<S, L>>) -> [u32; SAMPLES] {
-    // As many turning points as a drive remembers, so that both share their code.
-    let mut state = gear.start::<16>(S::ZERO);
     let mut words = [0; SAMPLES];
-    let mut torque = S::ZERO;
-    let [a, b, c, d, e, f, g, h] = PATH;
-    // One by one, each is a constant of the scalar, and nothing is computed in double precision.
-    let path = [
-        S::from_f64(a),
-        S::from_f64(b),
-        S::from_f64(c),
-        S::from_f64(d),
-        S::from_f64(e),
-        S::from_f64(f),
-        S::from_f64(g),
-        S::from_f64(h),
-    ];
-    for (word, u) in words.iter_mut().zip(path) {
-        torque = gear.step(&mut state, gear.frame().deflection(u)).torque;
-        *word = torque.word();
-    }
-    let solution = inverse.map_or(S::ZERO, |inverse| inverse.peek(&state, S::HALF * torque).theta);
-    if let Some(last) = words.last_mut() {
-        *last = solution.word();
-    }
+    words.iter_mut().zip(Samples::new(gear, inverse)).for_each(|(to, word)| *to = word);
     words
+}
+
+/// The same words one by one, for a loop over what is stored: as many turns as there are words, each the same code.
+pub(super) struct Samples<'a, S: Word, L: BlockLaw<S>> {
+    gear: &'a Gear<S, L>,
+    inverse: Option<&'a Inverse<S, L>>,
+    // As many turning points as a drive remembers, so that both share their code.
+    state: State<S, 16, L>,
+    path: [S; PATH.len()],
+    at: usize,
+    torque: S,
+}
+
+impl<'a, S: Word, L: BlockLaw<S>> Samples<'a, S, L> {
+    #[inline]
+    pub(super) fn new(gear: &'a Gear<S, L>, inverse: Option<&'a Inverse<S, L>>) -> Self {
+        // Each is a constant of the scalar, and nothing is computed in double precision.
+        let path = PATH.map(S::from_f64);
+        Self { gear, inverse, state: gear.start(S::ZERO), path, at: 0, torque: S::ZERO }
+    }
+}
+
+impl<S: Word, L: BlockLaw<S>> Iterator for Samples<'_, S, L> {
+    type Item = u32;
+
+    #[inline]
+    fn next(&mut self) -> Option<u32> {
+        let sample = match self.path.get(self.at) {
+            Some(u) => {
+                self.torque = self.gear.step(&mut self.state, self.gear.frame().deflection(*u)).torque;
+                self.torque
+            }
+            None => self.inverse.map_or(S::ZERO, |inverse| inverse.peek(&self.state, S::HALF * self.torque).theta),
+        };
+        self.at += 1;
+        Some(sample.word())
+    }
 }
 
 /// Whether this arithmetic is the one whose samples are stored: `micromath` computes other functions.

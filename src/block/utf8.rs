@@ -3,35 +3,33 @@
 /// Whether these bytes are UTF-8 and then zeros: no byte missing, no overlong form, no surrogate, nothing beyond U+10FFFF.
 #[inline(never)]
 pub(super) fn is_padded_utf8(bytes: &[u8]) -> bool {
-    let mut rest = bytes.iter();
-    let mut ended = false;
-    while let Some(&first) = rest.next() {
-        if ended && first != 0 {
+    let (mut further, mut least, mut most, mut ended) = (0, 0x80, 0xBF, false);
+    for &byte in bytes {
+        if further > 0 {
+            if byte < least || byte > most {
+                return false;
+            }
+            (further, least, most) = (further - 1, 0x80, 0xBF);
+            continue;
+        }
+        if ended && byte != 0 {
             return false;
         }
-        let (further, bits) = match first {
-            0x00..=0x7F => {
-                ended |= first == 0;
-                continue;
-            }
-            0xC2..=0xDF => (1, first & 0x1F),
-            0xE0..=0xEF => (2, first & 0x0F),
-            0xF0..=0xF4 => (3, first & 0x07),
+        match byte {
+            0 => ended = true,
+            0x01..=0x7F => {}
+            0xC2..=0xDF => further = 1,
+            // No overlong form, no surrogate, nothing beyond U+10FFFF.
+            0xE0 => (further, least) = (2, 0xA0),
+            0xED => (further, most) = (2, 0x9F),
+            0xE1..=0xEF => further = 2,
+            0xF0 => (further, least) = (3, 0x90),
+            0xF4 => (further, most) = (3, 0x8F),
+            0xF1..=0xF3 => further = 3,
             _ => return false,
-        };
-        let mut code = u32::from(bits);
-        for _ in 0..further {
-            match rest.next() {
-                Some(&byte) if byte & 0xC0 == 0x80 => code = code << 6 | u32::from(byte & 0x3F),
-                _ => return false,
-            }
-        }
-        let least = if further == 3 { 0x1_0000 } else { 0x80 << (4 * (further - 1)) };
-        if code < least || code > 0x10_FFFF || code >> 11 == 0x1B {
-            return false;
         }
     }
-    true
+    further == 0
 }
 
 #[cfg(test)]

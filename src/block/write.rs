@@ -6,7 +6,7 @@ use super::error::BlockError;
 use super::header::{HEADER_BYTES, Header, SEQUENCE_AT};
 use super::joint::Joint;
 use super::law::BlockLaw;
-use super::layout::{FIRST_TERM, GEAR, INVERSE, JOINT, NAME, RecordInfo, SELF_TEST};
+use super::layout::{FIRST_TERM, GEAR, INVERSE, JOINT, LARGEST_STEP, NAME, RecordInfo, SELF_TEST};
 use super::prepared::{MOST_WORDS, PreparedLaw};
 use super::record::{MOST_BYTES, check, double_words, verify};
 use super::self_test::samples;
@@ -111,6 +111,14 @@ impl<'a> Writer<'a> {
         // There is room: no record has more words.
         let info = L::prepared_words(inverse, |word| words.extend([word.word()]));
         self.fixed::<S>(info, &words)
+    }
+
+    /// The most that the deflection moves in the control period of the header, in input units: what moves faster is quarantined by every gear of this block.
+    ///
+    /// # Errors
+    /// A step that is none, no room.
+    pub fn largest_step<S: Word>(&mut self, step: S) -> Result<(), BlockError> {
+        self.fixed::<S>(&LARGEST_STEP, &[step.word()])
     }
 
     /// The joint.

@@ -238,6 +238,12 @@ impl<S: Scalar, L: Invertible<S>> Inverse<S, L> {
         }
     }
 
+    /// The same inverse of the gear [with a largest step](Gear::with_largest_step): it bounds what [`gear`](Self::gear) takes as a sample, not what the inverse asks for.
+    #[must_use]
+    pub fn with_largest_step(self, largest_step: S) -> Self {
+        Self { gear: self.gear.with_largest_step(largest_step), ..self }
+    }
+
     /// The gear that is inverted.
     pub fn gear(&self) -> &Gear<S, L> {
         &self.gear

@@ -141,6 +141,25 @@ fn fixed_point_has_words_of_its_own() {
     dir.refuse("pack terms.toml --scalar fixed -o x.bin", &["`kinematic_error` is not computed in fixed point"]);
 }
 
+/// The gate on samples is the top speed times the control period, in either arithmetic.
+#[test]
+fn a_block_holds_the_top_speed_of_its_drive() {
+    let dir = WorkDir::new();
+    dir.write("m.toml", PUBLISHED);
+    for (scalar, error) in [("f32", 1e-7), ("fixed", 1e-4)] {
+        dir.succeed(&format!("pack m.toml --scalar {scalar} --period 0.001 --top-speed 0.08 -o params.bin"));
+        dir.succeed("inspect params.bin --json params.json");
+        let step = json(&dir, "params.json")["largest_step"]["largest_step_rad"].as_f64().unwrap();
+        assert!((step / 8e-5 - 1.0).abs() < error, "{step}");
+    }
+    dir.refuse(
+        "pack m.toml --top-speed 0.08 -o x.bin",
+        &["the top speed needs the control period", "--period SECONDS"],
+    );
+    dir.succeed("pack m.toml --period 0.001 -o params.bin");
+    assert!(!dir.succeed("inspect params.bin").stdout.contains("largest_step"));
+}
+
 #[test]
 fn torques_may_be_counted_in_amperes() {
     let dir = WorkDir::new();

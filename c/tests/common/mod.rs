@@ -3,7 +3,7 @@
 use std::mem::MaybeUninit;
 
 use gmhm::block::{
-    HEADER_BYTES, Header, Identity, Joint as JointOfGear, MAY_SKIP, ScalarKind, TorqueUnit, Writer, crc32,
+    HEADER_BYTES, Header, Identity, Joint as JointOfGear, MAY_SKIP, ScalarKind, TorqueUnit, Writer, crc32, verify,
 };
 use gmhm::terms::{Form, KeyInfo, Source, Value};
 use gmhm::{Elastic, Gear, Inverse, Law, Memory, Params};
@@ -72,6 +72,20 @@ fn write_law(law: Law, stiffness: f64, terms: &[&str], joint: &JointOfGear, torq
     writer.joint(joint).expect("a joint");
     for term in terms {
         writer.term(term, &Small).expect("a term");
+    }
+    let length = writer.finish().expect("a block");
+    buffer.truncate(length);
+    buffer
+}
+
+/// The same block with a gate on samples.
+pub fn with_largest_step(block: &[u8], step_rad: f32) -> Vec<u8> {
+    let block = verify(block).expect("a block");
+    let mut buffer = vec![0; 4096];
+    let mut writer = Writer::new(&mut buffer, *block.header());
+    writer.largest_step(step_rad).expect("a step");
+    for record in block.records() {
+        writer.record(record.tag, &record.words().collect::<Vec<_>>()).expect("room");
     }
     let length = writer.finish().expect("a block");
     buffer.truncate(length);

@@ -203,6 +203,7 @@ impl Model {
             rated_deflection_rad: options::positive(py, "rated_deflection_rad", rated_deflection_rad)?,
             identity,
             stack_depth: Some(stack_depth),
+            ..PackOptions::default()
         };
         let packed = block::pack(&self.inner, &options).map_err(|error| errors::exception(py, &error.into()))?;
         Ok((PyBytes::new(py, &packed.bytes), packed.without_inverse))

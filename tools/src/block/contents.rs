@@ -3,8 +3,8 @@
 use std::fmt;
 
 use gmhm::block::{
-    Block, BlockError, FORMAT_VERSION, GEAR, INVERSE, JOINT, MASING, NAME, PHASE, Record, RecordInfo, SELF_TEST,
-    ScalarKind, TIME, TermRecord, TorqueUnit,
+    Block, BlockError, FORMAT_VERSION, GEAR, INVERSE, JOINT, LARGEST_STEP, MASING, NAME, PHASE, Record, RecordInfo,
+    SELF_TEST, ScalarKind, TIME, TermRecord, TorqueUnit,
 };
 use gmhm::terms::{Form, KeyInfo, Value};
 use serde::Serialize;
@@ -273,6 +273,11 @@ fn section(record: &Record<'_>, scalar: ScalarKind, (a, t): (f64, f64), ampere: 
                 name => fields.number(name, &format!("{name}_nm"), "N·m", torque),
             });
             (SELF_TEST.name.to_owned(), quantities.collect())
+        }
+        tag if tag == LARGEST_STEP.tag => {
+            let angle = if scalar == ScalarKind::F32 { 1.0 } else { a };
+            let step = known(&LARGEST_STEP)?.number("largest_step", "largest_step_rad", "rad", angle);
+            (LARGEST_STEP.name.to_owned(), step.into_iter().collect())
         }
         tag if tag == NAME.tag => {
             let name = String::from_utf8_lossy(record.payload).trim_end_matches('\0').to_owned();

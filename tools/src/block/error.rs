@@ -27,6 +27,9 @@ pub enum PackError {
     /// Law `time` without a control period.
     #[error("law time needs the control period of the drive")]
     NoPeriod,
+    /// A top speed without a control period.
+    #[error("the top speed needs the control period of the drive")]
+    NoPeriodOfTopSpeed,
     /// A law that fixed point does not compute.
     #[error("law phase is not computed in fixed point")]
     FixedLaw,
@@ -63,7 +66,7 @@ impl PackError {
     pub fn fix(&self) -> Option<String> {
         Some(match self {
             Self::NoRatedDeflection => "add rated_deflection_rad to [gear], or give --rated-deflection RAD".to_owned(),
-            Self::NoPeriod => "add --period SECONDS".to_owned(),
+            Self::NoPeriod | Self::NoPeriodOfTopSpeed => "add --period SECONDS".to_owned(),
             Self::FixedLaw => "pack it with --scalar f32, or fit the gear with law masing".to_owned(),
             Self::FixedTerms { .. } => "pack it with --scalar f32, or leave the [[term]] tables out".to_owned(),
             Self::TooManyTerms(_) => {

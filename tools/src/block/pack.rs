@@ -7,7 +7,7 @@ use gmhm::block::{
 use gmhm::memory::AnyLaw;
 use gmhm::memory::masing::Masing;
 use gmhm::memory::time::Time;
-use gmhm::scalar::Fixed;
+use gmhm::scalar::{Fixed, Scalar};
 use gmhm::terms::{KeyInfo, Source, Stack, Value};
 use gmhm::{Gear, Inverse, Law, Params};
 
@@ -47,6 +47,8 @@ pub struct PackOptions {
     pub arithmetic: Arithmetic,
     /// The control period, s; law `time` needs it.
     pub period_s: Option<f64>,
+    /// Top speed of the deflection, rad/s: the drive quarantines samples that move faster. Needs the period.
+    pub top_speed_rad_per_s: Option<f64>,
     /// A instead of the model's, rad.
     pub rated_deflection_rad: Option<f64>,
     /// Which gear the block is for; by default the one of the model's name.
@@ -105,6 +107,13 @@ pub fn pack(model: &Model, options: &PackOptions) -> Result<Packed, PackError> {
             }
             (Arithmetic::Fixed, Law::Phase) => return Err(PackError::FixedLaw),
         };
+    }
+    if let (Some(params), Some(top_speed)) = (&params, options.top_speed_rad_per_s) {
+        let step_rad = top_speed * options.period_s.ok_or(PackError::NoPeriodOfTopSpeed)?;
+        match options.arithmetic {
+            Arithmetic::F32 => writer.largest_step(step_rad as f32)?,
+            Arithmetic::Fixed => writer.largest_step(Fixed::from_f64(step_rad / params.rated_deflection_rad()))?,
+        }
     }
     writer.joint(&Joint {
         ratio: model.gear.ratio,

@@ -29,6 +29,9 @@ pub struct PackArgs {
     /// Control period of the drive; required for law time
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = positive)]
     period: Option<f64>,
+    /// Top speed of the deflection, rad/s: the drive quarantines faster samples; requires --period
+    #[arg(long, value_name = "RAD_PER_S", allow_negative_numbers = true, value_parser = positive)]
+    top_speed: Option<f64>,
     /// Gear that the block is for, at most 16 bytes [default: the model's name]
     #[arg(long, value_name = "LABEL", value_parser = identity)]
     gear: Option<Identity>,
@@ -74,6 +77,7 @@ impl PackArgs {
                 Scalar::Fixed => Arithmetic::Fixed,
             },
             period_s: self.period,
+            top_speed_rad_per_s: self.top_speed,
             rated_deflection_rad: self.rated_deflection,
             identity: self.gear,
             stack_depth: Some(self.stack_depth),
