@@ -17,7 +17,7 @@
  *
  *     if (gmhm_init(&joint, block, sizeof block) != GMHM_OK) { ... }          // once, before anything else
  *
- *     gmhm_set_largest_step(&joint, top_speed * period);                      // what moves faster is an outlier
+ *     gmhm_set_largest_step(&joint, top_speed * period);                      // what moves faster is an outlier; without it, gmhm pack --top-speed
  *
  *     gmhm_sample sample = { .deflection_rad = q_motor / ratio - q_output };  // each control period
  *     gmhm_output now;
@@ -209,12 +209,13 @@ typedef struct gmhm_encoders {
     uint32_t output_reversed;
 } gmhm_encoders;
 
-/* Tells the encoders of the joint, after a block is in force; they stay over gmhm_load. Ratio and zero are applied to them in double precision. GMHM_VALUE where they do not go with the block: no ratio, no counts, or too fine. */
+/* Tells the encoders of the joint, after a block is in force; they stay over gmhm_load. Ratio and zero are applied to them in integers. GMHM_VALUE where they do not go with the block: no ratio, no counts, or too fine. */
 uint16_t gmhm_set_encoders(gmhm_joint *joint, const gmhm_encoders *encoders);
 
 /*
  * The largest step of the deflection between two samples, rad, for this joint and every block that it loads: the top speed of the deflection times the control period. What is
- * further from the last good sample is quarantined; for each sample that was not taken the next may lie a step further, up to four. INFINITY means no limit, as after gmhm_init.
+ * further from the last good sample is quarantined; for each sample that was not taken the next may lie a step further, up to four. INFINITY means no limit. Until it is called the step is that
+ * of the block in force (gmhm pack --top-speed); a block without one sets no limit.
  */
 uint16_t gmhm_set_largest_step(gmhm_joint *joint, float largest_step_rad);
 
@@ -310,7 +311,7 @@ typedef struct gmhm_pair {
     uint64_t opaque[GMHM_PAIR_WORDS];
 } gmhm_pair;
 
-/* Makes a pair of bytes that hold anything, in double precision. GMHM_VALUE where block and encoders do not go together: no ratio, no counts, or too fine. Call it again with every other block. */
+/* Makes a pair of bytes that hold anything, in integers. GMHM_VALUE where block and encoders do not go together: no ratio, no counts, or too fine. Call it again with every other block. */
 uint16_t gmhm_pair_init(gmhm_pair *pair, const uint8_t *block, uint32_t length, const gmhm_encoders *encoders);
 
 /* The next counts are the first: the shafts may have turned meanwhile. */
@@ -348,7 +349,7 @@ typedef struct gmhm_limits {
     float ramp_s;                 /* the gain takes this long from 0 to 1 or back, and other parameters to come into force */
     float offset_slew_rad_per_s;
     float torque_slew_nm_per_s;
-    float largest_rate_rad_per_s; /* top speed of the deflection; along the measurement, faster samples are quarantined */
+    float largest_rate_rad_per_s; /* top speed of the deflection; along the measurement, faster samples are quarantined. The lower of this and that of the block counts */
 } gmhm_limits;
 
 /* What a period brings. */
@@ -506,6 +507,15 @@ typedef struct gmhm_link {
 
 /* Makes a link of bytes that hold anything. `nonce` should differ from one power-up to the next: it tells sessions apart. */
 uint16_t gmhm_link_init(gmhm_link *link, const gmhm_flash *flash, uint32_t nonce);
+
+/*
+ * Locks the link: each request that changes something must prove that its host knows the key (docs/link.md, access); gmhm drive and gmhm flash take it by --key. Call it after gmhm_link_init and
+ * before the first gmhm_link_receive. `entropy` must differ at every power-up: random numbers, or a counter that is stored. GMHM_NULL leaves the link open: check the answer. A program that does
+ * not call this function links no cryptography.
+ */
+#define GMHM_KEY_BYTES 32
+#define GMHM_ENTROPY_BYTES 16
+uint16_t gmhm_link_lock(gmhm_link *link, const uint8_t key[GMHM_KEY_BYTES], const uint8_t entropy[GMHM_ENTROPY_BYTES]);
 
 /* Puts the newest stored block in force that the drive adopts. GMHM_NO_BLOCK where nothing is stored, else why the newest one was refused. */
 uint16_t gmhm_link_boot(gmhm_link *link, const gmhm_drive *drive);

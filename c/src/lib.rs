@@ -46,7 +46,8 @@ pub use law::{
     gmhm_law_restart, gmhm_law_step,
 };
 pub use link::{
-    DriveC, LINK_ROOM, LINK_WORDS, LinkC, gmhm_link_boot, gmhm_link_elapse, gmhm_link_init, gmhm_link_receive,
+    DriveC, LINK_ROOM, LINK_WORDS, LinkC, gmhm_link_boot, gmhm_link_elapse, gmhm_link_init, gmhm_link_lock,
+    gmhm_link_receive,
 };
 pub use pair::{PAIR_WORDS, PairC, gmhm_pair_init, gmhm_pair_read, gmhm_pair_restart, gmhm_read_block};
 pub use types::{

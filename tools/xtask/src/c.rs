@@ -19,16 +19,16 @@ fn functions(header: &str) -> Vec<String> {
 }
 
 /// Code and constants of the whole library, with terms of every kind; a firmware links less where it calls less.
-const CODE_LIMIT: u64 = 132_000;
+const CODE_LIMIT: u64 = 146_000;
 
 /// Code and constants of what `gmhm_law` calls on a Cortex-M4F, with what it needs of the C library.
-const LAW_CODE_LIMIT: u64 = 12_288;
+const LAW_CODE_LIMIT: u64 = 12_000;
 
 /// The same of `gmhm_feed_forward`.
 const FEED_FORWARD_CODE_LIMIT: u64 = 73_500;
 
-/// The same of `gmhm_joint`, but for the two functions of it that compute in double precision.
-const JOINT_CODE_LIMIT: u64 = 81_000;
+/// The same of `gmhm_joint`, but for `gmhm_load_any`, which computes in double precision.
+const JOINT_CODE_LIMIT: u64 = 87_000;
 
 /// The same of `gmhm_gear`.
 const GEAR_CODE_LIMIT: u64 = 24_000;
@@ -36,21 +36,33 @@ const GEAR_CODE_LIMIT: u64 = 24_000;
 /// The same of `gmhm_store`.
 const STORE_CODE_LIMIT: u64 = 9_000;
 
+/// The same of `gmhm_pair`, with what reads a block.
+const PAIR_CODE_LIMIT: u64 = 10_000;
+
 /// The same of `gmhm_link`, its store included.
 const LINK_CODE_LIMIT: u64 = 24_000;
 
-/// What a program calls that takes deflections and blocks with the words of their set-up.
-const JOINT: [&str; 9] = [
+/// The same with its lock.
+const LOCKED_LINK_CODE_LIMIT: u64 = 35_000;
+
+/// What a program calls of `gmhm_joint`, raw counts included, but for `gmhm_load_any`.
+const JOINT: [&str; 12] = [
     "gmhm_init",
     "gmhm_load",
     "gmhm_load_amperes",
     "gmhm_set_largest_step",
+    "gmhm_set_encoders",
     "gmhm_restart",
     "gmhm_step",
+    "gmhm_step_counts",
     "gmhm_invert",
     "gmhm_get_status",
     "gmhm_get_diagnostics",
+    "gmhm_clear_diagnostics",
 ];
+
+/// What a program calls of an open link.
+const LINK: [&str; 4] = ["gmhm_link_init", "gmhm_link_boot", "gmhm_link_receive", "gmhm_link_elapse"];
 
 /// Code and constants of a C program that calls these functions of one type alone; refuses double precision in it, and more than a limit.
 fn code_of(shell: &Shell, kind: &str, limit: u64, functions: &[&str], archive: &Path, linked: &Path) -> Result<()> {
@@ -116,9 +128,11 @@ pub fn run(shell: &Shell) -> Result<()> {
         ("gmhm_feed_forward", FEED_FORWARD_CODE_LIMIT, of("gmhm_feed_forward")),
         ("gmhm_joint", JOINT_CODE_LIMIT, JOINT.to_vec()),
         ("gmhm_store", STORE_CODE_LIMIT, of("gmhm_store")),
-        ("gmhm_link", LINK_CODE_LIMIT, of("gmhm_link")),
+        ("gmhm_pair", PAIR_CODE_LIMIT, [of("gmhm_pair"), vec!["gmhm_read_block"]].concat()),
+        ("gmhm_link", LINK_CODE_LIMIT, LINK.to_vec()),
+        ("gmhm_link with its lock", LOCKED_LINK_CODE_LIMIT, of("gmhm_link")),
     ] {
-        code_of(shell, kind, limit, &functions, &archive, &folder.path().join(kind))?;
+        code_of(shell, kind, limit, &functions, &archive, &folder.path().join(kind.replace(' ', "_")))?;
     }
     c_archive::check(shell, &archive)?;
     c_program::run(shell)

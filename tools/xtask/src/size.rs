@@ -38,7 +38,7 @@ const PATHS: [Path; 8] = [
         image: "core_path",
         machine: machine::M4F,
         title: "law `masing`, forward and inverse, 16 turning points",
-        code_limit: 4608,
+        code_limit: 4_500,
         joint_limit: 256,
     },
     Path {
