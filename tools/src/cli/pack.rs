@@ -29,7 +29,7 @@ pub struct PackArgs {
     /// Control period of the drive; required for law time
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = positive)]
     period: Option<f64>,
-    /// Top speed of the deflection, rad/s: the drive quarantines faster samples; requires --period
+    /// Top speed of the deflection, rad/s: faster samples are quarantined; requires --period
     #[arg(long, value_name = "RAD_PER_S", allow_negative_numbers = true, value_parser = positive)]
     top_speed: Option<f64>,
     /// Gear that the block is for, at most 16 bytes [default: the model's name]
