@@ -5,7 +5,7 @@ use gmhm::gear::AGREEING_SAMPLES;
 use gmhm::memory::masing::Masing;
 use gmhm::scalar::{Fixed, Scalar};
 use gmhm::terms::{Compensated, Sample, Setting, Stack};
-use gmhm::{Gear, State};
+use gmhm::{Gear, Output, State};
 use proptest::prelude::*;
 
 const LARGEST: f64 = 0.05;
@@ -65,11 +65,9 @@ fn single_precision_fixed_point_and_terms_quarantine_alike() {
 
 #[test]
 fn a_place_that_samples_agree_on_is_a_new_start() {
-    type Step = fn(&Gear<f64>, &mut State<f64, N>, f64);
-    let steps: [Step; 2] = [
-        |gear, state, theta| drop(gear.step(state, theta)),
-        |gear, state, theta| drop(gear.step_after(state, theta, 1e-3)),
-    ];
+    type Step = fn(&Gear<f64>, &mut State<f64, N>, f64) -> Output<f64>;
+    let steps: [Step; 2] =
+        [|gear, state, theta| gear.step(state, theta), |gear, state, theta| gear.step_after(state, theta, 1e-3)];
     for (params, step) in every_law().into_iter().flat_map(|params| steps.map(|step| (params, step))) {
         let gear = Gear::<f64>::with_period(&params, 1e-3).expect("a period").with_largest_step(LARGEST * A);
         let mut state: State<f64, N> = gear.start(0.0);
