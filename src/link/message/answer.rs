@@ -11,29 +11,29 @@ use crate::diagnostics::{Diagnostics, Fault, SelfTest};
 /// What a drive answers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Answer<'a> {
-    /// To [`Request::Identify`].
+    /// To [`Request::Identify`](super::Request::Identify).
     Identified(Identified),
-    /// To [`Request::Status`].
+    /// To [`Request::Status`](super::Request::Status).
     Status(Status),
-    /// To [`Request::Read`].
+    /// To [`Request::Read`](super::Request::Read).
     Bytes {
         /// The place of the first in the block.
         offset: u32,
         /// The bytes.
         bytes: &'a [u8],
     },
-    /// To [`Request::Live`].
+    /// To [`Request::Live`](super::Request::Live).
     Live(Live),
-    /// To [`Request::Commit`] and [`Request::RollBack`]: the newest stored block from here on, stored and read back.
+    /// To [`Request::Commit`](super::Request::Commit) and [`Request::RollBack`](super::Request::RollBack): the newest stored block from here on, stored and read back.
     Stored {
         /// Its sequence number.
         sequence: u32,
         /// Its CRC-32.
         crc: u32,
     },
-    /// To [`Request::Diagnostics`].
+    /// To [`Request::Diagnostics`](super::Request::Diagnostics).
     Diagnostics(LinkDiagnostics),
-    /// To [`Request::Adaptation`].
+    /// To [`Request::Adaptation`](super::Request::Adaptation).
     Adaptation(Adapted),
     /// To everything else.
     Done,

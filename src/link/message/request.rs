@@ -16,7 +16,7 @@ pub enum Request<'a> {
     Read {
         /// The first.
         offset: u32,
-        /// How many, at most [`MOST_BYTES`].
+        /// How many, at most [`MOST_BYTES`](super::MOST_BYTES).
         length: u8,
     },
     /// What do you measure?
@@ -32,7 +32,7 @@ pub enum Request<'a> {
     Data {
         /// The place of the first in the block.
         offset: u32,
-        /// At most [`MOST_BYTES`].
+        /// At most [`MOST_BYTES`](super::MOST_BYTES).
         bytes: &'a [u8],
     },
     /// Put the staged block in force, in RAM only.
@@ -41,14 +41,14 @@ pub enum Request<'a> {
     Revert,
     /// Store what is on trial.
     Commit {
-        /// [`SAVE`].
+        /// [`SAVE`](super::SAVE).
         signature: u32,
         /// The CRC-32 of the block meant.
         crc: u32,
     },
     /// Erase the newest stored block and put the one before it in force.
     RollBack {
-        /// [`LOAD`].
+        /// [`LOAD`](super::LOAD).
         signature: u32,
         /// The sequence number of the block to erase.
         sequence: u32,
@@ -79,7 +79,7 @@ pub enum Request<'a> {
     Close,
     /// Erase the slots of the flash that cannot be read: see [`Store::erase_unreadable`](crate::store::Store::erase_unreadable).
     EraseUnreadable {
-        /// [`ERASE`].
+        /// [`ERASE`](super::ERASE).
         signature: u32,
     },
 }
@@ -119,7 +119,7 @@ impl<'a> Request<'a> {
         )
     }
 
-    /// Its frame. Bytes beyond [`MOST_BYTES`] are left out.
+    /// Its frame. Bytes beyond [`MOST_BYTES`](super::MOST_BYTES) are left out.
     #[must_use]
     pub fn encode(&self, tag: Tag) -> Frame {
         frame::encode(&self.body(self.command(), tag))
