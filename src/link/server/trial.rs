@@ -79,7 +79,7 @@ impl<F: NorFlash, const ROOM: usize> Server<F, ROOM> {
 
     /// Says that time has passed; call it some times a second. Without it no trial ends by itself, and any host may open a session at any time.
     ///
-    /// A trial whose host is gone ([`TRIAL_MS`](super::TRIAL_MS) without a request) ends: the compensation is switched off where it is on, and [`FADE_MS`](super::FADE_MS) later the stored block is
+    /// A trial whose host is gone ([`TRIAL_MS`](super::TRIAL_MS) without a request) ends: the compensation is switched off where it is on, and [`FADE_MS`] later the stored block is
     /// in force again.
     pub fn elapse(&mut self, ms: u32, drive: &mut impl Drive) {
         let silent_ms = self.silent_ms.unwrap_or(0).saturating_add(ms);
