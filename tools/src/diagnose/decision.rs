@@ -8,7 +8,7 @@ use crate::diagnose::diagnosis::{Naming, UNKNOWN};
 use crate::diagnose::explain::Search;
 use crate::diagnose::naming::DiagnosisVerdict;
 use crate::diagnose::selection::Selection;
-use crate::kinds;
+use crate::kinds::{self, Kind};
 use crate::model::{Model, Term, TermValue};
 use crate::regression::dataset::Dataset;
 use crate::regression::fit::Fitted;
@@ -25,7 +25,7 @@ const AS_GOOD: f64 = 1.05;
 /// Where likelihood sees nothing, free functions that predict this part are a mismatch; in slow noise they predict up to .45 by chance.
 const OVERRULES: f64 = 0.5;
 /// Structure of this part of the base's squared error, held out, is a mismatch whatever the likelihood says.
-const LARGE: f64 = 0.2;
+pub(super) const LARGE: f64 = 0.2;
 /// A selection that leaves less than this part of the held-out squares that likelihood's finding leaves stands.
 const CLEARLY_BETTER: f64 = 0.95;
 /// Beside structure to which likelihood gives no name, the names of a selection stand if they predict this part of what is predictable,
@@ -60,6 +60,12 @@ fn is_over_deflection(curve: &Term) -> bool {
 /// Whether a kind has others that refine it.
 fn is_refined(name: &str) -> bool {
     kinds::ALL.iter().any(|kind| kind.refines().contains(&name))
+}
+
+/// Some kinds and those that refine or contain one of them.
+fn with_finer(names: &BTreeSet<&str>) -> Vec<&'static str> {
+    let is_finer = |kind: &dyn Kind| kind.refines().iter().chain(kind.contains()).any(|plain| names.contains(plain));
+    kinds::ALL.iter().filter(|kind| names.contains(kind.name()) || is_finer(**kind)).map(|kind| kind.name()).collect()
 }
 
 fn names(verdict: &DiagnosisVerdict) -> BTreeSet<&str> {
@@ -139,11 +145,22 @@ impl Dataset<'_> {
         if is_clear && !may_be_refined {
             return Ok((joint, search));
         }
+        let all_named = |v: &DiagnosisVerdict| !v.effects.is_empty() && v.effects.iter().all(|e| e.name != UNKNOWN);
+        let is_finer = |v: &DiagnosisVerdict, left: f64| {
+            may_be_refined && all_named(v) && left <= AS_GOOD * theirs && refines(v, &joint)
+        };
+        if is_clear {
+            // Whether a finer kind stands in the place of a plainer one takes no search among all kinds.
+            let only = with_finer(&names(&joint));
+            let (verdict, _) = self.found(model, Search { only: Some(&only), ..search })?;
+            if !is_finer(&verdict, self.mean_square_of_blocks(&verdict.extended)) {
+                return Ok((joint, search));
+            }
+        }
         let (verdict, by_likelihood) = self.found(model, search)?;
         let ours = self.mean_square_of_blocks(&verdict.extended);
-        let named = !verdict.effects.is_empty() && verdict.effects.iter().all(|e| e.name != UNKNOWN);
-        let finer = may_be_refined && named && ours <= AS_GOOD * theirs && refines(&verdict, &joint);
-        let simpler = named && ours <= AS_GOOD * theirs && verdict.effects.len() < joint.effects.len();
+        let finer = is_finer(&verdict, ours);
+        let simpler = all_named(&verdict) && ours <= AS_GOOD * theirs && verdict.effects.len() < joint.effects.len();
         let replaced = finer || !is_clear && (simpler || ours < CLEARLY_BETTER * theirs);
         Ok(if replaced { (verdict, by_likelihood) } else { (joint, search) })
     }

@@ -35,8 +35,8 @@ pub struct Alternative {
 pub struct Search<'r> {
     /// Kinds that may not be used.
     pub removed: &'r [String],
-    /// The only kind that may be used.
-    pub only: Option<&'r str>,
+    /// The only kinds that may be used.
+    pub only: Option<&'r [&'static str]>,
     /// Terms of the model handed in.
     pub base_terms: usize,
     /// Whether the zero of the deflection is free.
@@ -48,7 +48,7 @@ pub struct Search<'r> {
 impl Search<'_> {
     /// Whether a kind may be used.
     pub fn allows(&self, kind: &str) -> bool {
-        !self.removed.iter().any(|r| r == kind) && self.only.is_none_or(|only| only == kind)
+        !self.removed.iter().any(|r| r == kind) && self.only.is_none_or(|only| only.contains(&kind))
     }
 }
 

@@ -1,6 +1,7 @@
 //! From a joint selection to findings: which kinds are named, which only come close, and where structure without a name sits.
 
 use crate::diagnose::DiagnoseError;
+use crate::diagnose::decision::LARGE;
 use crate::diagnose::diagnosis::{Naming, UNKNOWN};
 use crate::diagnose::explain::Search;
 use crate::diagnose::naming::{DiagnosisVerdict, EffectVerdict, coordinates, curve_term};
@@ -53,6 +54,19 @@ fn taken_in(effects: Vec<EffectVerdict>) -> Vec<EffectVerdict> {
     wholes
 }
 
+/// Whether a selected kind saves so little in its place that it is a trace of the shapes of its neighbours.
+fn is_trace(found: &Selected, selection: &Selection) -> bool {
+    let is_common = kinds::of(found.kind).is_some_and(|k| k.is_common());
+    let least = match Naming::of(found.fidelity) {
+        Naming::Unknown | Naming::Approximate => LEAST_UNNAMED_SHARE,
+        _ if is_common => LEAST_COMMON_SHARE,
+        _ => LEAST_NAMED_SHARE,
+    };
+    let saved = found.gains.iter().sum::<f64>();
+    // Little beside the rest may still be most of what would be left.
+    found.share < least && saved <= selection.selected_squares && !found.in_remainder
+}
+
 impl Dataset<'_> {
     /// The verdict of a joint selection beside the refitted base model.
     ///
@@ -68,19 +82,13 @@ impl Dataset<'_> {
         let total = self.total(&extended.model)?;
         let mut effects = Vec::new();
         let mut rejected = Vec::new();
+        // Kinds that overlap save little each in their place, however much they save together.
+        let overlap = selection.named() >= LARGE && selection.selected.iter().all(|found| is_trace(found, selection));
         for found in &selection.selected {
             let naming = Naming::of(found.fidelity);
             let term =
                 (search.base_terms..extended.model.terms.len()).find(|t| extended.model.terms[*t].kind == found.kind);
-            let common = kinds::of(found.kind).is_some_and(|k| k.is_common());
-            let least = match naming {
-                Naming::Unknown | Naming::Approximate => LEAST_UNNAMED_SHARE,
-                _ if common => LEAST_COMMON_SHARE,
-                _ => LEAST_NAMED_SHARE,
-            };
-            // Little beside the rest may still be most of what would be left.
-            let halves = found.gains.iter().sum::<f64>() > selection.selected_squares;
-            if found.share < least && !halves && !found.in_remainder {
+            if !overlap && is_trace(found, selection) {
                 rejected.push((found.kind.to_owned(), self.in_noise(found.gains.iter().sum(), selection), 1));
                 continue;
             }

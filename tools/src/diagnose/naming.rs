@@ -339,7 +339,8 @@ impl Dataset<'_> {
         for alternative in tried.iter_mut().filter(|a| a.polished && a.extends.is_none()) {
             let term = alternative.fit.model.terms.len() - 1;
             while elements_of(&alternative.fit.model, term) < elements {
-                let only = Search { only: Some(alternative.kind), ..search };
+                let own = [alternative.kind];
+                let only = Search { only: Some(&own), ..search };
                 let further = self.explain(&alternative.fit, only, 6.0)?;
                 let Some(best) = further.into_iter().find(|a| a.extends == Some(term)) else { break };
                 alternative.parameters += best.parameters;

@@ -47,7 +47,7 @@ mod viscous_damping;
 mod viscous_friction;
 mod wear;
 
-use gmhm::terms::{KeyInfo, KindInfo, Range, Role};
+use gmhm::terms::{Coordinate, Domain, KeyInfo, KindInfo, Range, Role};
 use rand_chacha::ChaCha8Rng;
 
 use crate::model::{Model, Term, TermValue};
@@ -300,6 +300,13 @@ pub const JOINT_BASE: [&str; 4] = ["gravity_load", "inertia", "coulomb_friction"
 
 /// Friction that every joint has, and whose sign is known.
 pub const JOINT_FRICTION: [&str; 2] = ["coulomb_friction", "viscous_friction"];
+
+/// Whether a kind is friction that acts against the motion as it is at that time.
+pub fn is_friction_of_motion(kind: &dyn Kind) -> bool {
+    kind.info().is_some_and(|info| {
+        info.domain == Domain::Friction && info.coordinates.iter().all(|c| *c != Coordinate::Reversal)
+    })
+}
 
 /// The kind of a name.
 pub fn of(name: &str) -> Option<&'static dyn Kind> {

@@ -2,9 +2,11 @@
 
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::ops::Range;
 
 use rayon::prelude::*;
 
+use super::dictionary::Dictionary;
 use crate::kinds::{self, FURTHER_ELEMENT_PRICE};
 use crate::numerics::block_gram::{BLOCKS, BlockGram, Chosen, Targets};
 
@@ -30,26 +32,18 @@ pub struct Candidate {
 /// Kinds in a set, each with the candidates that stand for it.
 pub type Set = BTreeMap<&'static str, Vec<usize>>;
 
-/// A search over candidates.
+/// A search over the candidates of a dictionary.
 pub struct Search<'a> {
+    /// All columns, what they stand for, and the target.
+    pub dictionary: &'a Dictionary,
     /// Gram matrices of all columns.
     pub gram: &'a BlockGram,
-    /// All columns.
-    pub columns: &'a [Vec<f64>],
-    /// Rows that count.
-    pub counts: &'a [bool],
-    /// The rows of each recording.
-    pub spans: &'a [std::ops::Range<usize>],
-    /// The target.
-    pub y: &'a [f64],
     /// The target beside the columns.
     pub targets: &'a Targets,
-    /// Columns of the base model and the offsets: always in.
-    pub base: Vec<usize>,
+    /// The rows of each recording.
+    pub spans: &'a [Range<usize>],
     /// Kinds that the base model holds.
     pub in_base: Vec<&'static str>,
-    /// What may be chosen.
-    pub candidates: &'a [Candidate],
     /// The span of the torque.
     pub torque_span: f64,
     /// The columns and the ridge of the best free description.
@@ -58,55 +52,27 @@ pub struct Search<'a> {
     pub scale: f64,
     /// The seed of the surrogates.
     pub seed: u64,
-    cache: RefCell<HashMap<Vec<usize>, [f64; BLOCKS]>>,
+    /// Held-out squares of the sets of columns seen so far.
+    pub(super) cache: RefCell<HashMap<Vec<usize>, [f64; BLOCKS]>>,
 }
 
 /// A kind that lessens what is left by a factor e is worth this share of what is predictable, be ever so little left,
 const RELATIVE: f64 = 0.002;
 /// down to this share.
 const NEGLIGIBLE: f64 = 1e-4;
+/// Friction of a set may drive the joint with this part of the energy that it dissipates: its smoothed sign is a model of how it reverses.
+const MOST_DRIVING: f64 = 0.3;
 
-impl<'a> Search<'a> {
-    /// A search; see the fields.
-    #[expect(clippy::too_many_arguments, reason = "the fields, in order")]
-    pub fn new(
-        gram: &'a BlockGram,
-        columns: &'a [Vec<f64>],
-        counts: &'a [bool],
-        spans: &'a [std::ops::Range<usize>],
-        y: &'a [f64],
-        targets: &'a Targets,
-        base: Vec<usize>,
-        in_base: Vec<&'static str>,
-        candidates: &'a [Candidate],
-        torque_span: f64,
-        free: (Vec<usize>, f64),
-        scale: f64,
-        seed: u64,
-    ) -> Self {
-        let cache = RefCell::default();
-        Self {
-            gram,
-            columns,
-            counts,
-            spans,
-            y,
-            targets,
-            base,
-            in_base,
-            candidates,
-            torque_span,
-            free,
-            scale,
-            seed,
-            cache,
-        }
+impl Search<'_> {
+    /// What may be chosen.
+    pub(super) fn candidates(&self) -> &[Candidate] {
+        &self.dictionary.candidates
     }
 
     /// The columns of the base and a set.
     pub fn columns_of(&self, set: &Set) -> Vec<usize> {
-        let own = set.values().flatten().flat_map(|c| self.candidates[*c].columns.iter().copied());
-        self.base.iter().copied().chain(own).collect::<BTreeSet<usize>>().into_iter().collect()
+        let own = set.values().flatten().flat_map(|c| self.candidates()[*c].columns.iter().copied());
+        self.dictionary.base.iter().copied().chain(own).collect::<BTreeSet<usize>>().into_iter().collect()
     }
 
     /// The held-out squares of each block with a set.
@@ -128,7 +94,7 @@ impl<'a> Search<'a> {
     /// What a set costs.
     pub fn price(&self, set: &Set) -> f64 {
         let of = |(kind, own): (&&'static str, &Vec<usize>)| {
-            let first = own.iter().map(|c| self.candidates[*c].price).fold(0.0, f64::max);
+            let first = own.iter().map(|c| self.candidates()[*c].price).fold(0.0, f64::max);
             first
                 + FURTHER_ELEMENT_PRICE
                     * kinds::of(kind).map_or(0.0, |k| k.price())
@@ -161,7 +127,7 @@ impl<'a> Search<'a> {
         let columns = self.columns_of(set);
         let weights = self.gram.weights(self.targets, &Chosen::plain(&columns));
         let at = |c: &usize| columns.binary_search(c).map_or(0.0, |i| weights[i]);
-        set.values().flatten().map(|c| (*c, self.candidates[*c].columns.iter().map(at).collect())).collect()
+        set.values().flatten().map(|c| (*c, self.candidates()[*c].columns.iter().map(at).collect())).collect()
     }
 
     /// Whether every weight that has to be positive is, no refinement is larger than what it refines, and nothing is larger than the torque spans: within a
@@ -169,7 +135,7 @@ impl<'a> Search<'a> {
     pub fn is_lawful(&self, set: &Set) -> bool {
         let weights = self.weights(set);
         let signs = weights.iter().all(|(c, weights)| {
-            weights.iter().zip(&self.candidates[*c].positive).all(|(w, positive)| !positive || *w > 0.0)
+            weights.iter().zip(&self.candidates()[*c].positive).all(|(w, positive)| !positive || *w > 0.0)
         });
         let size = |kind: &str| -> Option<f64> {
             let own = set.get(kind)?;
@@ -182,9 +148,33 @@ impl<'a> Search<'a> {
             })
         };
         let spans = |(c, weights): (&usize, &Vec<f64>)| {
-            weights.iter().zip(&self.candidates[*c].largest).all(|(w, largest)| (w * largest).abs() <= self.torque_span)
+            weights
+                .iter()
+                .zip(&self.candidates()[*c].largest)
+                .all(|(w, largest)| (w * largest).abs() <= self.torque_span)
         };
-        signs && sizes() && weights.iter().all(spans)
+        signs && sizes() && weights.iter().all(spans) && self.dissipates(&weights)
+    }
+
+    /// Whether the friction of a set, all kinds together, takes energy from the motion recorded: friction of the position beside a small Coulomb friction can
+    /// turn the sign of the whole.
+    fn dissipates(&self, weights: &BTreeMap<usize, Vec<f64>>) -> bool {
+        let Some(velocity) = &self.dictionary.against_friction else { return true };
+        let own: Vec<(&[f64], f64)> = weights
+            .iter()
+            .filter(|(c, _)| kinds::of(self.candidates()[**c].kind).is_some_and(kinds::is_friction_of_motion))
+            .flat_map(|(c, weights)| self.candidates()[*c].columns.iter().zip(weights))
+            .map(|(column, weight)| (self.dictionary.columns[*column].as_slice(), *weight))
+            .collect();
+        if own.len() < 2 {
+            return true;
+        }
+        let (mut dissipated, mut driving) = (0.0, 0.0);
+        for (row, velocity) in velocity.iter().enumerate() {
+            let power = velocity * own.iter().map(|(column, weight)| weight * column[row]).sum::<f64>();
+            if power > 0.0 { dissipated += power } else { driving -= power }
+        }
+        driving <= MOST_DRIVING * dissipated
     }
 
     /// Whether every kind has those beside it that it refines.
@@ -193,7 +183,7 @@ impl<'a> Search<'a> {
         set.keys().all(|kind| {
             let refined = kinds::of(kind).map_or(&[][..], |k| k.refines());
             refined.is_empty() || refined.iter().any(|n| there(n))
-        }) && set.iter().all(|(_, own)| own.iter().all(|c| self.candidates[*c].refines.is_none_or(there)))
+        }) && set.iter().all(|(_, own)| own.iter().all(|c| self.candidates()[*c].refines.is_none_or(there)))
     }
 }
 
@@ -201,44 +191,74 @@ impl<'a> Search<'a> {
 mod tests {
     use super::*;
 
-    #[test]
-    fn a_term_larger_than_the_torque_spans_is_not_lawful() {
-        let rows = 800_u32;
-        let mean = |x: &[f64]| x.iter().sum::<f64>() / x.len() as f64;
-        let gravity: Vec<f64> = (0..rows).map(|row| (0.05 * (0.03 * f64::from(row)).sin()).cos()).collect();
-        let column: Vec<f64> = gravity.iter().map(|x| x - mean(&gravity)).collect();
-        let columns = [column];
-        let (spans, counts) = ([0..400, 400..800], vec![true; 800]);
-        let gram = BlockGram::new(&columns, &spans, &counts);
-        let candidates = [Candidate {
-            kind: "gravity_load",
-            columns: vec![0],
+    const ROWS: usize = 800;
+    const SPANS: [Range<usize>; 2] = [0..400, 400..800];
+
+    fn candidate(kind: &'static str, column: usize) -> Candidate {
+        Candidate {
+            kind,
+            columns: vec![column],
             positive: vec![false],
             largest: vec![1.0],
             price: 0.01,
             refines: None,
             additive: false,
-        }];
-        for (amplitude, is_lawful) in [(0.5, true), (-0.5, true), (170.0, false), (-170.0, false)] {
-            let y: Vec<f64> = columns[0].iter().map(|x| amplitude * x).collect();
-            let targets = gram.targets(&columns, std::slice::from_ref(&y), &counts);
-            let none = (Vec::new(), 0.1);
-            let search = Search::new(
-                &gram,
-                &columns,
-                &counts,
-                &spans,
-                &y,
-                &targets,
-                Vec::new(),
-                Vec::new(),
-                &candidates,
-                1.0,
-                none,
-                1.0,
-                1,
-            );
-            assert_eq!(search.is_lawful(&Set::from([("gravity_load", vec![0])])), is_lawful, "{amplitude} N·m");
+        }
+    }
+
+    /// Whether all candidates together are lawful for a target that is the sum of their columns, each so many times.
+    fn is_lawful(dictionary: &Dictionary, amplitudes: &[f64], torque_span: f64) -> bool {
+        let rows = 0..ROWS;
+        let columns = || dictionary.columns.iter().zip(amplitudes);
+        let y: Vec<f64> = rows.map(|row| columns().map(|(column, amplitude)| amplitude * column[row]).sum()).collect();
+        let gram = BlockGram::new(&dictionary.columns, &SPANS, &dictionary.counts);
+        let targets = gram.targets(&dictionary.columns, std::slice::from_ref(&y), &dictionary.counts);
+        let search = Search {
+            dictionary,
+            gram: &gram,
+            targets: &targets,
+            spans: &SPANS,
+            in_base: Vec::new(),
+            torque_span,
+            free: (Vec::new(), 0.1),
+            scale: 1.0,
+            seed: 1,
+            cache: RefCell::default(),
+        };
+        search.is_lawful(&dictionary.candidates.iter().enumerate().map(|(at, c)| (c.kind, vec![at])).collect())
+    }
+
+    #[test]
+    fn a_term_larger_than_the_torque_spans_is_not_lawful() {
+        let gravity: Vec<f64> = (0..ROWS).map(|row| (0.05 * (0.03 * row as f64).sin()).cos()).collect();
+        let mean = gravity.iter().sum::<f64>() / ROWS as f64;
+        let dictionary = Dictionary {
+            columns: vec![gravity.iter().map(|x| x - mean).collect()],
+            counts: vec![true; ROWS],
+            candidates: vec![candidate("gravity_load", 0)],
+            ..Dictionary::default()
+        };
+        for (amplitude, expected) in [(0.5, true), (-0.5, true), (170.0, false), (-170.0, false)] {
+            assert_eq!(is_lawful(&dictionary, &[amplitude], 1.0), expected, "{amplitude} N·m");
+        }
+    }
+
+    #[test]
+    fn friction_that_drives_the_joint_is_not_lawful() {
+        let angle = |row: usize| 0.8 * (0.03 * row as f64).sin();
+        let velocity: Vec<f64> = (0..ROWS).map(|row| (0.03 * row as f64).cos()).collect();
+        let sign: Vec<f64> = velocity.iter().map(|v| (v / 0.02).tanh()).collect();
+        let of_position = sign.iter().enumerate().map(|(row, s)| s * angle(row).cos()).collect();
+        let dictionary = Dictionary {
+            columns: vec![sign, of_position],
+            counts: vec![true; ROWS],
+            against_friction: Some(velocity),
+            candidates: vec![candidate("coulomb_friction", 0), candidate("position_dependent_friction", 1)],
+            ..Dictionary::default()
+        };
+        // Coulomb friction of 1 N·m; less than that beside it, more that points the same way, more that turns the whole round.
+        for (of_position, expected) in [(-0.5, true), (2.0, true), (-2.0, false)] {
+            assert_eq!(is_lawful(&dictionary, &[1.0, of_position], 10.0), expected, "{of_position} N·m");
         }
     }
 }

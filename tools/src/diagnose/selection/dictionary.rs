@@ -16,6 +16,7 @@ use crate::model::{Model, TermValue};
 use crate::numerics::block_gram::{BlockGram, Chosen, Targets};
 use crate::numerics::extremes;
 use crate::numerics::vector::dot;
+use crate::physics::term::sigma;
 use crate::regression::dataset::Dataset;
 use crate::regression::fit::Fitted;
 use crate::regression::parameters::{self, FreeParameter};
@@ -29,6 +30,7 @@ pub enum Origin {
 }
 
 /// All columns of a search, and what they stand for.
+#[derive(Default)]
 pub struct Dictionary {
     /// The columns.
     pub columns: Vec<Vec<f64>>,
@@ -38,6 +40,8 @@ pub struct Dictionary {
     simulation: bool,
     /// Rows that count.
     pub counts: Vec<bool>,
+    /// The velocity in the direction in which friction acts on the recorded torque, 0 in rows that do not count; `None` where none is recorded.
+    pub against_friction: Option<Vec<f64>>,
     /// Columns of the base model and of each recording's own.
     pub base: Vec<usize>,
     /// Candidates, and where each comes from.
@@ -81,16 +85,16 @@ impl Dictionary {
             }
         }
         let mut all = Self {
-            columns: Vec::new(),
             y: fit.residual.clone(),
             simulation: fit.model.is_simulation(),
             counts: dataset.rows_that_count(),
-            base: Vec::new(),
-            candidates: Vec::new(),
-            origins: Vec::new(),
-            proposals: Vec::new(),
-            free: Vec::new(),
+            ..Self::default()
         };
+        let sign = sigma(&fit.model.gear);
+        all.against_friction = see.velocity.as_ref().map(|velocity| {
+            let rows = velocity.iter().zip(&all.counts);
+            rows.map(|(v, counts)| if *counts { sign * v } else { 0.0 }).collect()
+        });
         all.add_fitted(fit, search);
         for function in free_functions(&see, &dataset.spans) {
             let own = all.push_all(function.columns);

@@ -23,6 +23,8 @@ pub mod search;
 pub mod significance;
 pub mod surrogates;
 
+use std::cell::RefCell;
+
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use crate::kinds;
@@ -182,21 +184,18 @@ impl Dataset<'_> {
             let scale = measure.scale();
             let in_base =
                 fit.model.terms[..search.base_terms].iter().filter_map(|t| t.info()).map(|i| i.name).collect();
-            let mut finder = Search::new(
-                &gram,
-                &dictionary.columns,
-                &dictionary.counts,
-                &self.spans,
-                &dictionary.y,
-                &targets,
-                dictionary.base.clone(),
+            let mut finder = Search {
+                dictionary: &dictionary,
+                gram: &gram,
+                targets: &targets,
+                spans: &self.spans,
                 in_base,
-                &dictionary.candidates,
-                self.torque_span(),
-                (free, ridge),
+                torque_span: self.torque_span(),
+                free: (free, ridge),
                 scale,
-                search.seed,
-            );
+                seed: search.seed,
+                cache: RefCell::default(),
+            };
             let mut start = Set::new();
             for (c, origin) in dictionary.origins.iter().enumerate() {
                 if matches!(origin, Origin::Found(_)) {

@@ -17,11 +17,11 @@ const STEPS: usize = 24;
 impl Search<'_> {
     /// The candidates of a kind.
     fn of_kind(&self, kind: &str) -> Vec<usize> {
-        (0..self.candidates.len()).filter(|c| self.candidates[*c].kind == kind).collect()
+        (0..self.candidates().len()).filter(|c| self.candidates()[*c].kind == kind).collect()
     }
 
     fn kinds(&self) -> Vec<&'static str> {
-        let kinds: BTreeSet<&'static str> = self.candidates.iter().map(|c| c.kind).collect();
+        let kinds: BTreeSet<&'static str> = self.candidates().iter().map(|c| c.kind).collect();
         kinds.into_iter().collect()
     }
 
@@ -33,7 +33,7 @@ impl Search<'_> {
                 let mut with = set.clone();
                 match with.get_mut(kind) {
                     None => drop(with.insert(kind, vec![candidate])),
-                    Some(own) if self.candidates[candidate].additive && !own.contains(&candidate) => {
+                    Some(own) if self.candidates()[candidate].additive && !own.contains(&candidate) => {
                         own.push(candidate)
                     }
                     Some(_) => continue,
@@ -153,7 +153,7 @@ impl Search<'_> {
         let mut pairs = Vec::new();
         for (kind, with) in firsts {
             let refines = |other: &str| kinds::of(other).is_some_and(|k| k.refines().contains(kind));
-            for (c, candidate) in self.candidates.iter().enumerate() {
+            for (c, candidate) in self.candidates().iter().enumerate() {
                 if refines(candidate.kind) && !with.contains_key(candidate.kind) {
                     let mut both = with.clone();
                     both.insert(candidate.kind, vec![c]);

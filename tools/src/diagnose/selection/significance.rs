@@ -49,9 +49,9 @@ impl Search<'_> {
         let error = |c: &Chosen| self.gram.error(self.targets, c).iter().sum::<f64>();
         let Some(best) = described.iter().min_by(|a, b| error(a).total_cmp(&error(b))) else { return true };
         let weights = self.gram.weights(self.targets, best);
-        let noise = self.gram.residual(self.columns, self.y, &weights, best.columns());
+        let noise = self.gram.residual(&self.dictionary.columns, &self.dictionary.y, &weights, best.columns());
         let surrogates = surrogates(&noise, self.spans, self.seed.wrapping_add(step as u64));
-        let targets = self.gram.targets(self.columns, &surrogates, self.counts);
+        let targets = self.gram.targets(&self.dictionary.columns, &surrogates, &self.dictionary.counts);
         let mut rest = set.clone();
         rest.remove(kind);
         let base = self.columns_of(&rest);
@@ -61,7 +61,7 @@ impl Search<'_> {
         };
         let plain = of(&base);
         let competitors: Vec<&Candidate> = self
-            .candidates
+            .candidates()
             .iter()
             .filter(|c| !is_common(kind) || is_common(c.kind))
             .filter(|c| !rest.contains_key(c.kind))
