@@ -36,6 +36,8 @@ const MUCH_BETTER: f64 = 0.5;
 const BETTER: f64 = 0.8;
 /// A curve explains at most so many times the squares that the base leaves.
 const MOST_OF_RESIDUAL: f64 = 100.0;
+/// A curve adds at most so many times the squares that the kinds leave without curves.
+const MOST_OF_LEFT: f64 = 4.0;
 /// With the past of the gear at rest, an extended model leaves at most so many times the squares that the base leaves: where the past was not recorded, gear and past can trade torque.
 const MOST_WITHOUT_PAST: f64 = 4.0;
 /// Steps of the fit beside the base as it is.
@@ -50,6 +52,13 @@ fn is_doubted(verdict: &DiagnosisVerdict, selection: &Selection, times: f64) -> 
     let partial = times > MUCH_BETTER && selection.named() < MOST_OF_PREDICTABLE * selection.predictable();
     let refused = times > BETTER && selection.selected.iter().any(|s| withheld(s.kind));
     verdict.effects.iter().any(|e| e.name == UNKNOWN) && (nameless || partial || refused)
+}
+
+/// Makes a curve add nothing.
+fn flatten(curve: &mut Term) {
+    if let Some(TermValue::List(values)) = curve.values.get_mut("values_nm") {
+        values.fill(0.0);
+    }
 }
 
 /// Whether a curve is over the deflection.
@@ -178,12 +187,7 @@ impl Dataset<'_> {
         if found == given {
             return Ok(extended);
         }
-        let size = |x: &[f64]| {
-            let own = self.layout().masked(x);
-            let mean = own.iter().sum::<f64>() / own.len().max(1) as f64;
-            own.iter().map(|x| (x - mean).powi(2)).sum::<f64>()
-        };
-        let without_past = |total: &[f64]| size(&self.centred(total));
+        let without_past = |total: &[f64]| self.scatter(&self.centred(total));
         let total = self.total(&extended.model)?;
         let (as_given, refitted) = (without_past(&self.total(model)?), without_past(&self.total(&base.model)?));
         let of_blocks = self.mean_square_of_blocks(base) * self.counted() as f64;
@@ -194,21 +198,56 @@ impl Dataset<'_> {
             // The elastic law is such a curve, too.
             trades |= is_over_deflection(&extended.model.terms[curve]);
             let added = self.added_by(&extended.model, &total, curve)?;
-            trades |= size(&added) > MOST_OF_RESIDUAL * size(&base.residual);
+            trades |= self.scatter(&added) > MOST_OF_RESIDUAL * self.scatter(&base.residual);
         }
         if !trades {
             return Ok(extended);
         }
         let mut model = steady.clone();
         model.terms.extend(extended.model.terms[given..].iter().cloned());
-        for curve in model.terms[given..].iter_mut().filter(|t| t.kind == UNKNOWN) {
-            if let Some(TermValue::List(values)) = curve.values.get_mut("values_nm") {
-                values.fill(0.0);
-            }
-        }
+        model.terms[given..].iter_mut().filter(|t| t.kind == UNKNOWN).for_each(flatten);
         let own = |place: &FreeParameter| matches!(place, FreeParameter::Term { term, .. } if *term >= given);
         let places: Vec<FreeParameter> = self.places(&model, search).into_iter().filter(own).collect();
         Ok(self.plain_fit(&model, &places, STEPS)?)
+    }
+
+    /// An extended fit whose curves trade no torque with the kinds: where a curve adds far more than the kinds alone leave, the kinds stay as they are without curves, and
+    /// the curves describe the rest. A curve holds its last value beyond the range recorded, and a friction against it grows there.
+    pub(super) fn with_curves_apart(&self, extended: Fitted, search: Search<'_>) -> Result<Fitted, DiagnoseError> {
+        let Some(without) = self.without_curves(&extended, search)? else { return Ok(extended) };
+        let is_curve = |model: &Model, at: &usize| *at >= search.base_terms && model.terms[*at].kind == UNKNOWN;
+        let left = self.scatter(&without.residual);
+        let total = self.total(&extended.model)?;
+        let mut trades = false;
+        for curve in (0..extended.model.terms.len()).filter(|at| is_curve(&extended.model, at)) {
+            trades |= self.scatter(&self.added_by(&extended.model, &total, curve)?) > MOST_OF_LEFT * left;
+        }
+        if !trades {
+            return Ok(extended);
+        }
+        let mut model = extended.model.clone();
+        let mut kinds = without.model.terms.iter();
+        for at in 0..model.terms.len() {
+            if is_curve(&model, &at) {
+                flatten(&mut model.terms[at]);
+            } else if let Some(term) = kinds.next() {
+                model.terms[at].clone_from(term);
+            }
+        }
+        (model.elastic, model.memory, model.gear) = (without.model.elastic, without.model.memory, without.model.gear);
+        let of_curve = |p: &FreeParameter| matches!(p, FreeParameter::Term { term, .. } if is_curve(&model, term));
+        let places = self.places(&model, search);
+        let of_curves: Vec<FreeParameter> = places.iter().copied().filter(of_curve).collect();
+        let curves = self.plain_fit(&model, &of_curves, STEPS)?;
+        // The columns of all numbers, for their standard deviations.
+        Ok(self.plain_fit(&curves.model, &places, 0)?)
+    }
+
+    /// The squares of a line about its mean, of rows that count.
+    fn scatter(&self, x: &[f64]) -> f64 {
+        let own = self.layout().masked(x);
+        let mean = own.iter().sum::<f64>() / own.len().max(1) as f64;
+        own.iter().map(|x| (x - mean).powi(2)).sum::<f64>()
     }
 
     /// An extended fit without its curves; `None` where it has none.

@@ -130,6 +130,7 @@ pub fn diagnose(
         }
     }
     verdict.extended = dataset.steady(&model, &verdict.base, verdict.extended, search)?;
+    verdict.extended = dataset.with_curves_apart(verdict.extended, search)?;
     dataset.drop_curves(&mut verdict, search)?;
     verdict.extended = dataset.with_base_unchanged(&model, verdict.extended, search)?;
     check()?;

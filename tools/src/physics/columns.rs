@@ -1,5 +1,8 @@
 //! What a term would add to a model: columns for the estimator and for the search for missing physics.
 
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex};
+
 use gmhm::terms::{Domain, Form, KeyInfo, KindInfo, Range, Role};
 
 use super::error::PredictError;
@@ -7,7 +10,7 @@ use super::evaluate::{Followed, RecordingContext};
 use super::predict::{add, context};
 use super::signals::Signals;
 use super::term::{Terms, no_terms};
-use crate::model::{Model, Term, TermValue};
+use crate::model::{Model, Term, TermValue, TorqueSide};
 use crate::recording::Recording;
 
 /// A linear parameter of a term and what a unit of it adds to the torque.
@@ -21,6 +24,35 @@ pub struct UnitColumn {
     pub values: Vec<f64>,
 }
 
+/// What terms add alone to the torque of one recording, by their values: a search asks for the same terms again and again.
+#[derive(Debug, Default)]
+pub struct Parts(Mutex<HashMap<String, Arc<Vec<f64>>>>);
+
+impl Parts {
+    /// Numbers that are kept at most.
+    const MOST_NUMBERS: usize = 1 << 23;
+
+    /// What a key stands for, computed where it is not known.
+    fn get(
+        &self,
+        key: String,
+        compute: impl FnOnce() -> Result<Vec<f64>, PredictError>,
+    ) -> Result<Vec<f64>, PredictError> {
+        let known = self.0.lock().ok().and_then(|known| known.get(&key).cloned());
+        if let Some(known) = known {
+            return Ok(known.to_vec());
+        }
+        let part = compute()?;
+        if let Ok(mut known) = self.0.lock() {
+            if (known.len() + 1) * part.len() > Self::MOST_NUMBERS {
+                known.clear();
+            }
+            known.insert(key, Arc::new(part.clone()));
+        }
+        Ok(part)
+    }
+}
+
 /// A model evaluated on a recording.
 #[derive(Debug)]
 pub struct Evaluation<'a> {
@@ -28,6 +60,8 @@ pub struct Evaluation<'a> {
     terms: Terms,
     followed: Followed,
     total: Vec<f64>,
+    side: TorqueSide,
+    parts: Option<&'a Parts>,
 }
 
 /// Linear keys of deflection terms are moved by this share of their plausible range to take a derivative.
@@ -60,7 +94,13 @@ impl<'a> Evaluation<'a> {
         context.check(&terms)?;
         let followed = context.follow(&terms)?;
         let total = context.total(&followed, &terms);
-        Ok(Self { context, terms, followed, total })
+        Ok(Self { context, terms, followed, total, side: model.gear.torque_side, parts: None })
+    }
+
+    /// The same, with parts that other evaluations on this recording have computed.
+    #[must_use]
+    pub fn with_parts(self, parts: &'a Parts) -> Self {
+        Self { parts: Some(parts), ..self }
     }
 
     /// The recording's signals and the gear.
@@ -145,7 +185,40 @@ impl<'a> Evaluation<'a> {
         if !adds || !self.terms.has_gear() && term.follows_base() {
             return Ok(None);
         }
-        self.alone(term).map(Some)
+        match self.parts.filter(|_| self.is_of_motion_alone(term)) {
+            Some(parts) => parts.get(self.key_of(term), || self.alone(term)),
+            None => self.alone(term),
+        }
+        .map(Some)
+    }
+
+    /// What a unit of a linear number of a term of the model adds, at the values of its other keys; `None` where the total is not linear in it alone.
+    ///
+    /// # Errors
+    /// Keys that are refused, signals that are missing.
+    pub fn unit_part(
+        &self,
+        term: &Term,
+        key: &'static KeyInfo,
+        index: Option<usize>,
+    ) -> Result<Option<Vec<f64>>, PredictError> {
+        let Some(info) = term.info().filter(|info| info.domain != Domain::Deflection) else { return Ok(None) };
+        let mut zero = term.clone();
+        linear_places(info, &mut zero);
+        self.part(&set(&zero, key, index, 1.0))
+    }
+
+    /// Whether what a term adds depends on the recorded motion only, and not on the deflection or torque of a gear, which differ from model to model.
+    fn is_of_motion_alone(&self, term: &Term) -> bool {
+        let is_friction = || term.info().is_some_and(|info| info.domain == Domain::Friction);
+        !term.follows_base()
+            && (self.context.params.is_none() && self.followed.deflection_rad.is_empty() || is_friction())
+    }
+
+    /// A term, and all of the model that changes what it adds.
+    fn key_of(&self, term: &Term) -> String {
+        let scales = self.terms.only(|term| term.info().domain == Domain::FrictionScale);
+        format!("{term:?} {:?} {:?} {:?}", scales.terms(), self.terms.delay(), self.side)
     }
 
     /// The total with a term more.

@@ -19,7 +19,7 @@ pub mod predict;
 pub mod signals;
 pub mod term;
 
-pub use columns::{Evaluation, UnitColumn};
+pub use columns::{Evaluation, Parts, UnitColumn};
 pub use error::PredictError;
 pub use evaluate::CAPACITY;
 pub use predict::{Prediction, predict};

@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 use std::ops::Range;
+use std::sync::Arc;
 
 use gmhm::Law;
 
@@ -9,7 +10,7 @@ use crate::kinds;
 use crate::model::{Model, Term};
 use crate::numerics::extremes;
 use crate::numerics::mark::Mark;
-use crate::physics::{Evaluation, PredictError, Signals};
+use crate::physics::{Evaluation, Parts, PredictError, Signals};
 use crate::recording::{Recording, TorqueUnit};
 use crate::regression::error::EstimateError;
 use crate::regression::parameters::FreeParameter;
@@ -23,6 +24,8 @@ pub struct Dataset<'a> {
     pub recordings: Vec<Cow<'a, Recording>>,
     /// The acceleration of each, of the motion as it was recorded.
     accelerations: Vec<Option<Vec<f64>>>,
+    /// What terms add to each, as far as it was asked for.
+    parts: Arc<Vec<Parts>>,
     /// So many rows of a recording are looked at as one, their mean; the gear follows all of them.
     pub stride: usize,
     /// The rows of each that are looked at.
@@ -76,9 +79,11 @@ impl<'a> Dataset<'a> {
         let accelerations = recordings.iter().map(|r| acceleration(r, &model.gear)).collect();
         let recordings: Vec<Cow<'a, Recording>> = recordings.iter().map(|r| denoised(r, model.gear.ratio)).collect();
         let nuisances = nuisances(&recordings, &spans, model)?;
+        let parts = Arc::new(recordings.iter().map(|_| Parts::default()).collect());
         Ok(Self {
             recordings,
             accelerations,
+            parts,
             stride: 1,
             spans,
             marks,
@@ -138,6 +143,7 @@ impl<'a> Dataset<'a> {
         Self {
             recordings: self.recordings.clone(),
             accelerations: self.accelerations.clone(),
+            parts: Arc::clone(&self.parts),
             stride: self.stride * stride,
             spans,
             marks: self.marks.iter().map(|marks| marks.chunks(stride).map(whole).collect()).collect(),
@@ -214,7 +220,7 @@ impl<'a> Dataset<'a> {
         let recording = &self.recordings[index];
         let mut signals = Signals::new(recording, &model.gear);
         signals.acceleration_rad_per_s2.clone_from(&self.accelerations[index]);
-        Evaluation::along(model, None, recording, signals)
+        Ok(Evaluation::along(model, None, recording, signals)?.with_parts(&self.parts[index]))
     }
 
     /// What a term would add to the torque of a model evaluated on every recording, in one line.

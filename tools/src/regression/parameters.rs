@@ -246,6 +246,12 @@ pub fn derivative(
     evaluation: &Evaluation<'_>,
     total: impl Fn(&Model) -> Result<Vec<f64>, PredictError>,
 ) -> Result<Vec<f64>, PredictError> {
+    if let FreeParameter::Term { term, key, index } = place
+        && is_linear(model, place)
+        && let Some(unit) = evaluation.unit_part(&model.terms[term], key, index)?
+    {
+        return Ok(unit);
+    }
     let now = value(model, place);
     let at = |to: f64| {
         let mut moved = model.clone();
