@@ -37,7 +37,7 @@ pub struct Dictionary {
     /// What is to be described: the torque less the base model.
     pub y: Vec<f64>,
     /// Whether another simulation stands in for the base model.
-    simulation: bool,
+    pub(super) simulation: bool,
     /// Rows that count.
     pub counts: Vec<bool>,
     /// The velocity in the direction in which friction acts on the recorded torque, 0 in rows that do not count; `None` where none is recorded.
