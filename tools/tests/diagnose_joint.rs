@@ -57,3 +57,19 @@ fn a_ripple_is_found_behind_a_delay_that_turns_its_phase() {
         assert!((delay - delay_s).abs() < 2e-4, "{delay} s is not {delay_s} s");
     }
 }
+
+#[test]
+fn a_wrong_side_of_the_torque_is_not_made_up_for_by_friction_of_the_position() {
+    let motion = |t: f64| (0.8 * (1.2 * t).sin(), 0.96 * (1.2 * t).cos());
+    let torque = |t: f64| {
+        let (angle, velocity) = motion(t);
+        5.0 * angle.sin() + 3.0 * (velocity / 0.02).tanh() + 3.0 * velocity
+    };
+    let (recording, mut base) = joint(motion, torque);
+    base.gear.torque_side = TorqueSide::Output;
+    let found = diagnosed((recording, base));
+    let mut names: Vec<&str> = found.diagnosis.effects.iter().map(|e| e.name.as_str()).collect();
+    names.sort_unstable();
+    assert_eq!(names, ["coulomb_friction", "viscous_friction"]);
+    assert_eq!(found.model.gear.torque_side, TorqueSide::Motor);
+}

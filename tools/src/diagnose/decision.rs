@@ -288,3 +288,36 @@ impl Dataset<'_> {
         Ok(self.mean_square_of_blocks(without.as_ref().unwrap_or(&verdict.extended)))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::parse;
+    use crate::recording::Recording;
+
+    #[test]
+    fn a_curve_that_trades_torque_with_a_friction_gives_it_back() {
+        let time_s: Vec<f64> = (0..4000).map(|row| 0.005 * f64::from(row)).collect();
+        let ripple = |t: f64| 0.1 * (37.0 * t).sin();
+        let recording = Recording {
+            name: "joint".into(),
+            torque: Some(time_s.iter().map(|t| 20.0 * 0.5 * t.cos() + ripple(*t)).collect()),
+            theta_out_rad: Some(time_s.iter().map(|t| 0.5 * t.sin()).collect()),
+            velocity_out_rad_per_s: Some(time_s.iter().map(|t| 0.5 * t.cos()).collect()),
+            time_s: time_s.into(),
+            ..Recording::default()
+        };
+        // 200 N·m·s/rad of damping, of which a curve takes 180 back within the speeds recorded.
+        let text = "format = 1\n[gear]\ntorque_side = \"motor\"\n[[term]]\nkind = \"viscous_friction\"\ndamping_nms_per_rad = 200.0\n\
+                    [[term]]\nkind = \"unknown\"\ncoordinate = \"output_velocity\"\nknots = [-0.5, 0.0, 0.5]\nvalues_nm = [90.0, 0.0, -90.0]\n";
+        let model = parse("joint.toml", text).unwrap();
+        let recordings = [recording];
+        let dataset = Dataset::new(&recordings, &model).unwrap();
+        let search = Search { removed: &[], only: None, base_terms: 0, zero: false, seed: 1 };
+        let traded = dataset.plain_fit(&model, &dataset.places(&model, search), 0).unwrap();
+        let apart = dataset.with_curves_apart(traded, search).unwrap();
+        let damping = crate::kinds::number_of(&apart.model.terms[0], "damping_nms_per_rad");
+        assert!((damping - 20.0).abs() < 0.5, "{damping} N·m·s/rad");
+        assert!(apart.places.len() > 1, "the damping has no column");
+    }
+}
