@@ -316,7 +316,7 @@ mod tests {
         let search = Search { removed: &[], only: None, base_terms: 0, zero: false, seed: 1 };
         let traded = dataset.plain_fit(&model, &dataset.places(&model, search), 0).unwrap();
         let apart = dataset.with_curves_apart(traded, search).unwrap();
-        let damping = crate::kinds::number_of(&apart.model.terms[0], "damping_nms_per_rad");
+        let damping = kinds::number_of(&apart.model.terms[0], "damping_nms_per_rad");
         assert!((damping - 20.0).abs() < 0.5, "{damping} N·m·s/rad");
         assert!(apart.places.len() > 1, "the damping has no column");
     }
