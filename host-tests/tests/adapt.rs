@@ -16,6 +16,8 @@ fn feed_forward_follows_a_gear_that_drifts() {
         let [_, adapted, truth] = outcome.one_step;
         assert!(adapted <= 1.3 * truth, "{motion:?}: {adapted} for {truth}");
         assert!(outcome.warnings.has(Warning::ScaleOrGear), "{motion:?}");
+        // Nothing is wrong with the signal.
+        assert!(!outcome.warnings.has(Warning::Spikes), "{motion:?}: {:?}", outcome.warnings);
     }
 }
 
@@ -257,5 +259,30 @@ fn any_period_will_do() {
         }
         let change: f32 = state.in_force()[..3].iter().sum();
         assert!((change + 0.05).abs() < 5e-3, "{period_s} s: {change}");
+    }
+}
+
+/// The residual of a gear that is far from its block moves while a stretch is worked on: that is no spike of the signal.
+#[test]
+fn a_gear_far_from_its_block_has_no_spikes() {
+    let block = block();
+    let a = block.rated_deflection_rad() as f32;
+    for (period_s, speed, spread) in
+        [(1e-3, 2.0, 0.6), (1e-3, 6.0, 0.1), (5e-3, 2.0, 0.6), (5e-3, 4.0, 0.1), (5e-3, 6.0, 0.02)]
+    {
+        let adaptation =
+            Adaptation::<f32>::new(&block, &Settings { period_s, ..Settings::default() }).expect("law masing");
+        let gear = Gear::<f32, _>::with_law(&block, Masing::new(&block));
+        let (mut state, mut path) = (adaptation.start(), gear.start::<16>(0.0));
+        let mut noise = 1_u32;
+        for k in 0..(120.0 / period_s) as u32 {
+            noise = noise.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            // Strokes with rests at their ends.
+            let deflection = a * 0.9 * (3.0 * (speed * f64::from(k) * period_s).sin()).clamp(-1.0, 1.0) as f32;
+            let torque = 0.85 * gear.step(&mut path, deflection).torque;
+            adaptation.period(&mut state, &path, torque + spread * ((noise >> 8) as f32 / 16_777_216.0 - 0.5));
+        }
+        assert!(state.is_taken_over(), "{period_s} s");
+        assert!(!state.warnings().has(Warning::Spikes), "{period_s} s: {:?}", state.warnings());
     }
 }

@@ -89,6 +89,10 @@ impl<S: Float> Adaptation<S> {
     pub(super) fn take_block(state: &mut AdaptationState<S>) {
         let [residual, .., weight] = state.sums;
         state.noise.centre = residual.over(weight);
+        // The centre was that of a block before the work on a stretch: the gear has moved since.
+        if state.blocks == S::ZERO {
+            state.noise.spikes = S::ZERO;
+        }
         clear(&mut state.row);
         add(&mut state.row, &state.sums, root(weight).recip());
         Self::begin_block(state);
