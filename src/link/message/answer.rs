@@ -3,7 +3,7 @@
 use super::super::adaptation::Adapted;
 use super::super::frame::{self, Frame, LineCounts};
 use super::super::refusal::{Refusal, Refused};
-use super::coding::{Fields, Pen};
+use super::coding::{Encoder, Fields};
 use super::{ANSWER, Identified, LinkDiagnostics, Live, Origin, Status, Tag, VERSION};
 use crate::block::{Identity, ScalarKind};
 use crate::diagnostics::{Diagnostics, Fault, SelfTest};
@@ -44,14 +44,14 @@ pub enum Answer<'a> {
 impl<'a> Answer<'a> {
     /// The frame of an answer to a request.
     pub fn encode(&self, command: u8, tag: Tag) -> Frame {
-        let mut pen = Pen::new(command | ANSWER, tag);
+        let mut encoder = Encoder::new(command | ANSWER, tag);
         match *self {
-            Self::Refused(Refused { refusal, detail }) => pen.u8(refusal.number()).u16(detail).end(),
-            _ => pen.u8(0).u16(0).end(),
+            Self::Refused(Refused { refusal, detail }) => encoder.u8(refusal.number()).u16(detail).end(),
+            _ => encoder.u8(0).u16(0).end(),
         }
         match *self {
             Self::Refused(_) | Self::Done => {}
-            Self::Identified(it) => pen
+            Self::Identified(it) => encoder
                 .u32(it.session)
                 .bytes(it.gear.bytes())
                 .u32(it.room)
@@ -61,7 +61,7 @@ impl<'a> Answer<'a> {
                 .u8(u8::from(it.challenge.is_some()))
                 .bytes(&it.challenge.unwrap_or_default())
                 .end(),
-            Self::Status(it) => pen
+            Self::Status(it) => encoder
                 .u8(it.origin as u8)
                 .u32(it.sequence)
                 .u32(it.crc)
@@ -72,8 +72,8 @@ impl<'a> Answer<'a> {
                 .u8(u8::from(it.compensating))
                 .u32(it.gain_ratio.to_bits())
                 .end(),
-            Self::Bytes { offset, bytes } => pen.u32(offset).bytes(bytes).end(),
-            Self::Live(it) => pen
+            Self::Bytes { offset, bytes } => encoder.u32(offset).bytes(bytes).end(),
+            Self::Live(it) => encoder
                 .u32(it.deflection_rad.to_bits())
                 .u32(it.torque_nm.to_bits())
                 .u32(it.hysteresis_nm.to_bits())
@@ -84,8 +84,8 @@ impl<'a> Answer<'a> {
                 .u32(it.ticks)
                 .u32(it.loop_cost)
                 .end(),
-            Self::Stored { sequence, crc } => pen.u32(sequence).u32(crc).end(),
-            Self::Adaptation(it) => pen
+            Self::Stored { sequence, crc } => encoder.u32(sequence).u32(crc).end(),
+            Self::Adaptation(it) => encoder
                 .u8(u8::from(it.taken_over))
                 .u16(it.warnings)
                 .u32(it.stretches)
@@ -102,7 +102,8 @@ impl<'a> Answer<'a> {
                 let counters = [refused, out_of_range, quarantined, restarted, saturated, merged_pairs];
                 let LineCounts { frames, bad_checksums, malformed } = it.line;
                 let others = [frames, bad_checksums, malformed, it.refused_requests, it.expired_trials];
-                pen.bytes(counters.map(u32::to_le_bytes).as_flattened())
+                encoder
+                    .bytes(counters.map(u32::to_le_bytes).as_flattened())
                     .u8(it.joint.last.number())
                     .u8(it.joint.self_test.number())
                     .bytes(others.map(u32::to_le_bytes).as_flattened())
@@ -110,7 +111,7 @@ impl<'a> Answer<'a> {
                     .end();
             }
         }
-        frame::encode(&pen.body)
+        frame::encode(&encoder.body)
     }
 
     /// The answer of a body to a request: the command, its tag, the answer. `None` where it is none.

@@ -4,15 +4,15 @@ use super::super::frame::Body;
 use super::{MOST_BYTES, Tag, VERSION};
 
 /// Writes a body.
-pub(super) struct Pen {
+pub(super) struct Encoder {
     pub(super) body: Body,
 }
 
-impl Pen {
+impl Encoder {
     pub(super) fn new(command: u8, tag: Tag) -> Self {
-        let mut pen = Self { body: Body::new() };
-        pen.u8(VERSION).u8(command).u32(tag.session).u32(tag.turn).end();
-        pen
+        let mut encoder = Self { body: Body::new() };
+        encoder.u8(VERSION).u8(command).u32(tag.session).u32(tag.turn).end();
+        encoder
     }
 
     pub(super) fn bytes(&mut self, bytes: &[u8]) -> &mut Self {

@@ -2,7 +2,7 @@
 
 use super::super::frame::{self, Body, Frame};
 use super::super::refusal::Refusal;
-use super::coding::{Fields, Pen};
+use super::coding::{Encoder, Fields};
 use super::{ANSWER, PROOF_BYTES, PROVEN, Tag, VERSION};
 
 /// What a host asks of a drive.
@@ -137,20 +137,20 @@ impl<'a> Request<'a> {
     }
 
     fn body(&self, command: u8, tag: Tag) -> Body {
-        let mut pen = Pen::new(command, tag);
+        let mut encoder = Encoder::new(command, tag);
         match *self {
             Self::Identify | Self::Status | Self::Live | Self::Try | Self::Revert => {}
             Self::Diagnostics | Self::ClearDiagnostics | Self::Close | Self::Adaptation => {}
-            Self::Read { offset, length } => pen.u32(offset).u8(length).end(),
-            Self::Stage { length, crc } => pen.u32(length).u32(crc).end(),
-            Self::Data { offset, bytes } => pen.u32(offset).bytes(bytes).end(),
-            Self::Commit { signature, crc } => pen.u32(signature).u32(crc).end(),
-            Self::RollBack { signature, sequence } => pen.u32(signature).u32(sequence).end(),
-            Self::EraseUnreadable { signature } => pen.u32(signature).end(),
-            Self::Compensate { on } => pen.u8(u8::from(on)).end(),
-            Self::Gain { ratio } | Self::Bound { share: ratio } => pen.u32(ratio.to_bits()).end(),
+            Self::Read { offset, length } => encoder.u32(offset).u8(length).end(),
+            Self::Stage { length, crc } => encoder.u32(length).u32(crc).end(),
+            Self::Data { offset, bytes } => encoder.u32(offset).bytes(bytes).end(),
+            Self::Commit { signature, crc } => encoder.u32(signature).u32(crc).end(),
+            Self::RollBack { signature, sequence } => encoder.u32(signature).u32(sequence).end(),
+            Self::EraseUnreadable { signature } => encoder.u32(signature).end(),
+            Self::Compensate { on } => encoder.u8(u8::from(on)).end(),
+            Self::Gain { ratio } | Self::Bound { share: ratio } => encoder.u32(ratio.to_bits()).end(),
         }
-        pen.body
+        encoder.body
     }
 
     /// The request of a body without a proof: its command, its tag, and what it asks. `None` where it is no request at all.

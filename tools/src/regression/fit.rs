@@ -167,16 +167,16 @@ impl Dataset<'_> {
         let layout = self.layout();
         let plain = noise.is_none();
         let weights = noise.map_or(Weights::White, |noise| Weights::Coloured(noise.to_vec()));
-        let (mut walk, from) = VariableProjection::start(self, model, places, weights, beside, most_steps)?;
-        let schedule = walk.schedule();
-        let (mut stand, _) = descend(&mut walk, from, schedule, &())?;
-        let mut columns = walk.columns(&mut stand)?;
+        let (mut projection, from) = VariableProjection::start(self, model, places, weights, beside, most_steps)?;
+        let schedule = projection.schedule();
+        let (mut iterate, _) = descend(&mut projection, from, schedule, &())?;
+        let mut columns = projection.columns(&mut iterate)?;
         columns.extend(self.nuisances.iter().cloned());
-        let residual = self.without_offsets(&walk.noise, &stand.residual);
+        let residual = self.without_offsets(&projection.noise, &iterate.residual);
         let noise = layout.noise(&residual, 0);
         let minus_two_log_likelihood = layout.minus_two_log_likelihood(&noise, &residual);
         Ok(Fitted {
-            model: stand.model,
+            model: iterate.model,
             places: places.to_vec(),
             residual,
             columns,

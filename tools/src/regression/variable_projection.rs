@@ -58,7 +58,7 @@ pub struct Iterate {
 
 /// What is left when the linear numbers are out.
 struct Projected {
-    stand: Iterate,
+    iterate: Iterate,
     /// The derivatives by what moves, then the residual.
     reduced: Triangle,
     /// Norms of the derivatives before anything was taken out.
@@ -103,9 +103,10 @@ impl<'w, 's> VariableProjection<'w, 's> {
         let (linear, moving) = (0..places.len()).partition::<Vec<usize>, _>(|&k| together[k]);
         let adds = |&k: &usize| matches!(domain(model, places[k]), Some(Domain::Torque | Domain::Friction));
         let others_stay = moving.iter().all(adds) && !model.terms.iter().any(Term::follows_base);
-        let walk = Self { dataset, places, beside, noise, white, allowed, linear, moving, others_stay, most_steps };
-        let stand = Iterate { model: model.clone(), total, residual, columns: vec![None; places.len()] };
-        Ok((walk, stand))
+        let projection =
+            Self { dataset, places, beside, noise, white, allowed, linear, moving, others_stay, most_steps };
+        let iterate = Iterate { model: model.clone(), total, residual, columns: vec![None; places.len()] };
+        Ok((projection, iterate))
     }
 
     /// How far it goes.
@@ -191,7 +192,7 @@ impl<'w, 's> VariableProjection<'w, 's> {
             norms: system.norms[count..].to_vec(),
             gain: system.shared.norm(order.len()).powi(2) - cost,
             cost,
-            stand: Iterate { model, total, residual, columns: at.columns },
+            iterate: Iterate { model, total, residual, columns: at.columns },
         })
     }
 
@@ -246,8 +247,8 @@ impl Descend for VariableProjection<'_, '_> {
                 let layout = self.dataset.layout();
                 self.noise = layout.profile(&at.parts(&all), &at.residual, &self.noise, 2).noise;
             }
-            let Projected { stand, reduced, norms, gain, cost } = self.projected(std::mem::take(at), &self.moving)?;
-            *at = stand;
+            let Projected { iterate, reduced, norms, gain, cost } = self.projected(std::mem::take(at), &self.moving)?;
+            *at = iterate;
             rounds -= 1;
             if rounds == 0 || self.white || gain < SETTLED {
                 return Ok(Linearisation { reduced, norms, room: self.room(at, &self.moving), cost });
@@ -261,8 +262,8 @@ impl Descend for VariableProjection<'_, '_> {
         let residual = self.dataset.centred(&total);
         let keep = |(k, column): (usize, &Option<Vec<f64>>)| column.clone().filter(|_| self.stays(k));
         let columns = at.columns.iter().enumerate().map(keep).collect();
-        let Projected { stand, cost, .. } = self.projected(Iterate { model, total, residual, columns }, &[]).ok()?;
-        self.keeps(&stand.residual).then_some((stand, cost))
+        let Projected { iterate, cost, .. } = self.projected(Iterate { model, total, residual, columns }, &[]).ok()?;
+        self.keeps(&iterate.residual).then_some((iterate, cost))
     }
 
     fn settled(&self, gain: f64, _: f64) -> bool {
