@@ -187,7 +187,7 @@ impl<S: Scalar, L: MemoryLaw<S>> Gear<S, L> {
     ) -> Output<S> {
         // A NaN compares false.
         let near = (theta - state.theta).abs() <= largest_step;
-        let (gear, state) = if near && self.law.glide(&self.frame, &mut state.memory, theta) {
+        let (gear, state) = if near && self.law.fast_path(&self.frame, &mut state.memory, theta) {
             state.theta = theta;
             state.status = Status::default();
             (self, state)

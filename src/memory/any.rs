@@ -70,8 +70,8 @@ impl<S: Float> MemoryLaw<S> for AnyLaw<S> {
     }
 
     #[inline]
-    fn glide<const N: usize>(&self, frame: &Frame<S>, state: &mut AnyMemory<S, N>, theta: S) -> bool {
-        dispatch!(self, state, false, |law, state| law.glide::<N>(frame, state, theta))
+    fn fast_path<const N: usize>(&self, frame: &Frame<S>, state: &mut AnyMemory<S, N>, theta: S) -> bool {
+        dispatch!(self, state, false, |law, state| law.fast_path::<N>(frame, state, theta))
     }
 
     #[inline]

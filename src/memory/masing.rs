@@ -17,7 +17,7 @@ use heapless::Vec;
 use route::open_loops;
 pub(crate) use route::{Arc, View};
 
-use super::glide::Glide;
+use super::fast_path::FastPath;
 use super::{Frame, MemoryLaw, VaryingPeriod};
 use crate::params::Params;
 use crate::scalar::{Float, Scalar};
@@ -103,7 +103,7 @@ pub struct Path<S, const N: usize> {
     farthest: [S; 2],
     merging: bool,
     merged_pairs: u32,
-    glide: Glide<S>,
+    fast_path: FastPath<S>,
 }
 
 impl<S: Scalar, const N: usize> Path<S, N> {
@@ -123,7 +123,7 @@ impl<S: Scalar, const N: usize> Path<S, N> {
             farthest: [-theta, theta],
             merging: false,
             merged_pairs: 0,
-            glide: Glide::none(S::ONE),
+            fast_path: FastPath::none(S::ONE),
         }
     }
 
@@ -235,8 +235,8 @@ impl<S: Scalar, const N: usize> Path<S, N> {
 
     /// The same step the short way, or false where there is none: the state is left alone.
     #[inline]
-    fn glide(&mut self, frame: &Frame<S>, theta: S) -> bool {
-        let Some([theta, eta]) = self.glide.follow(frame, self.filtered, theta, &self.branch) else {
+    fn fast_path(&mut self, frame: &Frame<S>, theta: S) -> bool {
+        let Some([theta, eta]) = self.fast_path.follow(frame, self.filtered, theta, &self.branch) else {
             return false;
         };
         self.filtered = theta;
@@ -283,14 +283,14 @@ impl<S: Scalar, const N: usize> Path<S, N> {
             (Branch::initial(self.origin, self.sign), None)
         };
         self.branch = branch;
-        self.glide = Glide::new(frame, half_play, self.sign, &self.branch, target);
+        self.fast_path = FastPath::new(frame, half_play, self.sign, &self.branch, target);
     }
 
     /// The short way of the present branch.
     fn see_ahead(&mut self, frame: &Frame<S>, half_play: S) {
         if self.sign != S::ZERO {
             let target = self.turning_points.last_chunk::<2>().map(|[target, _]| target.theta);
-            self.glide = Glide::new(frame, half_play, self.sign, &self.branch, target);
+            self.fast_path = FastPath::new(frame, half_play, self.sign, &self.branch, target);
         }
     }
 }
@@ -340,8 +340,8 @@ impl<S: Scalar> MemoryLaw<S> for Masing<S> {
     }
 
     #[inline]
-    fn glide<const N: usize>(&self, frame: &Frame<S>, state: &mut Path<S, N>, theta: S) -> bool {
-        state.glide(frame, theta)
+    fn fast_path<const N: usize>(&self, frame: &Frame<S>, state: &mut Path<S, N>, theta: S) -> bool {
+        state.fast_path(frame, theta)
     }
 
     #[inline]

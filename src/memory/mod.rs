@@ -10,8 +10,8 @@
 
 mod any;
 pub mod closed_form;
+mod fast_path;
 pub mod frame;
-mod glide;
 pub mod masing;
 pub mod phase;
 pub mod time;
@@ -49,7 +49,7 @@ pub trait MemoryLaw<S: Scalar>: Copy + crate::sealed::Sealed {
     fn step<const N: usize>(&self, frame: &Frame<S>, state: &mut Self::State<N>, theta: S);
 
     /// Moves to a sample within ±A if that takes little, and says so; else leaves the state alone. NaN is not within ±A.
-    fn glide<const N: usize>(&self, frame: &Frame<S>, state: &mut Self::State<N>, theta: S) -> bool;
+    fn fast_path<const N: usize>(&self, frame: &Frame<S>, state: &mut Self::State<N>, theta: S) -> bool;
 
     /// z/T_A at the deflection that `state` was last moved to.
     fn torque<const N: usize>(&self, frame: &Frame<S>, state: &Self::State<N>, theta: S) -> S;

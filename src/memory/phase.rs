@@ -140,7 +140,7 @@ impl<S: Float> MemoryLaw<S> for Phase<S> {
     }
 
     #[inline]
-    fn glide<const N: usize>(&self, frame: &Frame<S>, state: &mut PhaseState<S>, theta: S) -> bool {
+    fn fast_path<const N: usize>(&self, frame: &Frame<S>, state: &mut PhaseState<S>, theta: S) -> bool {
         let within = frame.in_range(theta);
         if within {
             self.advance(state, theta, frame.fraction(theta), frame.gate(theta));

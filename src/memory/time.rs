@@ -258,7 +258,7 @@ impl<S: Scalar> MemoryLaw<S> for Time<S> {
     }
 
     #[inline]
-    fn glide<const N: usize>(&self, frame: &Frame<S>, state: &mut TimeState<S>, theta: S) -> bool {
+    fn fast_path<const N: usize>(&self, frame: &Frame<S>, state: &mut TimeState<S>, theta: S) -> bool {
         let within = frame.in_range(theta);
         if within {
             Self::advance(frame, state, theta, &self.step);

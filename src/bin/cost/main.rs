@@ -3,12 +3,14 @@
 #![no_std]
 #![no_main]
 
+#[cfg(target_abi = "eabihf")]
+mod baselines;
 mod counter;
 mod laws;
+#[cfg(target_abi = "eabihf")]
+mod other_laws;
 #[path = "../platform/mod.rs"]
 mod platform;
-#[cfg(target_abi = "eabihf")]
-mod rivals;
 #[cfg(target_abi = "eabihf")]
 mod servo;
 #[cfg(target_abi = "eabihf")]
@@ -20,8 +22,6 @@ mod test_path;
 #[path = "../typical/mod.rs"]
 mod typical;
 mod worst_case;
-#[cfg(target_abi = "eabihf")]
-mod yardsticks;
 
 use core::hint::black_box;
 
@@ -36,8 +36,8 @@ fn main() -> ! {
     {
         servo::measure();
         terms::measure();
-        rivals::measure();
-        yardsticks::measure();
+        other_laws::measure();
+        baselines::measure();
     }
     platform::end()
 }

@@ -109,7 +109,7 @@ impl<S: Scalar, const N: usize> Path<S, N> {
     #[inline]
     pub(crate) fn clear(&self, view: View<'_, S>) -> Option<(Arc<S>, S)> {
         let goes_on = self.branch.bend == view.sign && !self.merging;
-        goes_on.then(|| (Arc::of(view, &self.branch), view.u(self.glide.end(view.sign) - self.filtered)))
+        goes_on.then(|| (Arc::of(view, &self.branch), view.u(self.fast_path.end(view.sign) - self.filtered)))
     }
 }
 

@@ -8,7 +8,7 @@ use gmhm_tools::fit::verdict::AssessError;
 use gmhm_tools::model::ModelError;
 use gmhm_tools::physics::PredictError;
 use gmhm_tools::physics::invert::InvertError;
-use gmhm_tools::recording::{CopyError, Place, RecordingError};
+use gmhm_tools::recording::{self, CopyError, RecordingError};
 use pyo3::prelude::*;
 
 /// Where the exceptions are.
@@ -26,8 +26,8 @@ struct Location {
 impl Location {
     fn of_recording(error: &RecordingError) -> Self {
         let (line, row) = match error.place {
-            Some(Place::Line(line)) => (Some(line), None),
-            Some(Place::Row(row)) => (None, Some(row)),
+            Some(recording::Location::Line(line)) => (Some(line), None),
+            Some(recording::Location::Row(row)) => (None, Some(row)),
             None => (None, None),
         };
         let field = error.column.as_ref().map(|column| column.name.clone());

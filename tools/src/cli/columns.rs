@@ -44,20 +44,20 @@ fn text(survey: &Survey) -> String {
     if let Some(rows) = survey.rows {
         lines[0] += &format!(", {rows} rows");
     }
-    if let Some(pace) = &survey.pace {
-        let [first, last, rate] = [pace.first_s, pace.last_s, pace.rate_hz].map(|x| number(x, 6));
+    if let Some(timing) = &survey.timing {
+        let [first, last, rate] = [timing.first_s, timing.last_s, timing.rate_hz].map(|x| number(x, 6));
         lines[0] += &format!(", {first} to {last} s, {rate} Hz");
-        if pace.gaps > 0 {
-            let (step, at) = pace.longest;
+        if timing.gaps > 0 {
+            let (step, at) = timing.longest;
             let [step, at] = [step, at].map(|x| number(x, 4));
-            lines.push(match pace.gaps {
+            lines.push(match timing.gaps {
                 1 => format!("  1 gap in time, {step} s at {at} s"),
                 gaps => format!("  {gaps} gaps in time, the longest {step} s at {at} s"),
             });
         }
-        if pace.backward > 0 {
-            let rows = if pace.backward == 1 { "row" } else { "rows" };
-            lines.push(format!("  time does not increase at {} {rows}", pace.backward));
+        if timing.backward > 0 {
+            let rows = if timing.backward == 1 { "row" } else { "rows" };
+            lines.push(format!("  time does not increase at {} {rows}", timing.backward));
         }
     }
     let heads = ["column", "unit", "recognised as", "range", ""].map(Head::Words);

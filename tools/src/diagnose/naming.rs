@@ -69,25 +69,25 @@ const CLASS: f64 = 11.0;
 /// A richer kind stays in the class of a simpler one that explains almost as much when noise alone would give it less than this (χ², 1 %).
 const RICHER: f64 = 13.0;
 /// One that holds the simpler as its special case stays from this on, if what it has beyond it is there to see: the recordings do not deny it.
-const MAYBE: f64 = 4.0;
+const LEAST_GAIN_OF_RICHER: f64 = 4.0;
 /// A flexible curve has to gain this much, net of what its columns gain from noise, to be structure.
 pub const STRUCTURE: f64 = 45.0;
 /// A curve that shows the same as a term lessens the squared residual by at least this share of what the term does.
-const ALIKE: f64 = 0.3;
+const LEAST_SHARED_PART: f64 = 0.3;
 /// Unknown effects at most.
-const STRANGERS: usize = 2;
+const MOST_UNKNOWN: usize = 2;
 /// Structure without a name that is all there is has to gain this much: of 200 nulls of coloured noise 5 gained 82 to 106, and one 310; of 48 effects of no list the least 138.
-const LONE: f64 = 120.0;
+const LEAST_GAIN_ALONE: f64 = 120.0;
 /// A tone holds this part of the squared residual.
-const KEPT: f64 = 0.1;
+const LEAST_TONE_PART: f64 = 0.1;
 /// What comes once has to gain this much.
-const ONCE: f64 = 80.0;
+const LEAST_GAIN_UNREPEATED: f64 = 80.0;
 /// A name is withheld where a free curve beside the named term predicts this share of what the term explains.
-const PREDICTED: f64 = 0.085;
+const LEAST_PREDICTED_PART: f64 = 0.085;
 /// Or where the curve gains more than the named term by this share of its gain, and predicts at all.
-const MUCH: f64 = 0.2;
+const LEAST_EXCESS_PART: f64 = 0.2;
 /// A named term may leave this part of what a flexible curve of the same coordinates explains.
-const LEFT: f64 = 0.04;
+const MOST_UNEXPLAINED_PART: f64 = 0.04;
 
 impl Dataset<'_> {
     /// Searches for what was left out of a model and judges what was found, from the model fitted against coloured noise and, where plain least squares predict
@@ -141,12 +141,12 @@ impl Dataset<'_> {
             let (own_parameters, n) = (effect.parameters, (self.counted() as f64).ln());
             let own_part = part(&extended, &rest);
             let equivalent = |a: &&Alternative| {
-                let shows = part(&a.fit, &rest) > ALIKE * own_part;
+                let shows = part(&a.fit, &rest) > LEAST_SHARED_PART * own_part;
                 let extra = a.parameters as f64 - own_parameters as f64;
                 let richer = extra > 1.0;
                 let more = a.gain - own;
                 let maybe = kinds::contains(a.kind, &kind)
-                    && more > MAYBE
+                    && more > LEAST_GAIN_OF_RICHER
                     && a.fit.model.terms.last().is_some_and(|term| {
                         kinds::of_term(term).is_some_and(|kind| kind.exceeds_what_it_contains(term))
                     });
@@ -167,15 +167,16 @@ impl Dataset<'_> {
             let soft_edge = kinds::of(&kind).and_then(|kind| kind.soft_edge());
             let mut alike: Vec<&Curve> = places
                 .iter()
-                .filter(|c| !c.coherent && c.part > ALIKE * own_part && soft_edge != Some(c.coordinate))
+                .filter(|c| !c.coherent && c.part > LEAST_SHARED_PART * own_part && soft_edge != Some(c.coordinate))
                 .collect();
             alike.sort_by(|a, b| b.net().total_cmp(&a.net()));
             let free_gain = alike.first().map_or(0.0, |c| c.net());
             let follows = |curve: &&Curve| {
                 let unexplained = curve.net() - effect.gain + 2.0 * own_parameters as f64;
-                unexplained > STRUCTURE.max(LEFT * curve.gain) && {
+                unexplained > STRUCTURE.max(MOST_UNEXPLAINED_PART * curve.gain) && {
                     let left = self.gain_of_columns(&extended, &curve.basis, &extended.noise);
-                    usual(&left) > PREDICTED * effect.gain || (unexplained > MUCH * curve.gain && predictive(&left))
+                    usual(&left) > LEAST_PREDICTED_PART * effect.gain
+                        || (unexplained > LEAST_EXCESS_PART * curve.gain && predictive(&left))
                 }
             };
             let followed = alike.iter().take(CURVES).any(follows);
@@ -204,19 +205,22 @@ impl Dataset<'_> {
             if let Some(fitted) = self.with_curve(&extended, &without, at, &effect.places, search)? {
                 extended = fitted;
                 effect.closest = None;
-                effect.places = telling(std::mem::take(&mut effect.places), &extended.model.terms[at]);
+                effect.places = repeated_first(std::mem::take(&mut effect.places), &extended.model.terms[at]);
             }
         }
         // What an approximation leaves is no further unexplained structure.
         let known = |e: &EffectVerdict| e.name != UNKNOWN || (e.closest.is_none() && e.term.is_some());
         let mut left = self.places_of(&extended)?;
-        while verdicts.iter().all(known) && verdicts.iter().filter(|e| e.name == UNKNOWN).count() < STRANGERS {
+        while verdicts.iter().all(known) && verdicts.iter().filter(|e| e.name == UNKNOWN).count() < MOST_UNKNOWN {
             let total = base.minus_two_log_likelihood - extended.minus_two_log_likelihood;
-            let Some(unexplained) = self.unexplained(&extended, &left, STRUCTURE.max(LEFT * total)) else { break };
+            let Some(unexplained) = self.unexplained(&extended, &left, STRUCTURE.max(MOST_UNEXPLAINED_PART * total))
+            else {
+                break;
+            };
             left = by_first(left, unexplained);
             let further = verdicts.iter().any(|e| e.name == UNKNOWN);
             let gain = left[0].gain;
-            if verdicts.is_empty() && !left[0].coherent && gain < LONE {
+            if verdicts.is_empty() && !left[0].coherent && gain < LEAST_GAIN_ALONE {
                 break;
             }
             let end = extended.model.terms.len();
@@ -232,7 +236,7 @@ impl Dataset<'_> {
                 equivalents: Vec::new(),
                 confidence: 1.0,
                 places: match term {
-                    Some(at) => telling(left, &extended.model.terms[at]),
+                    Some(at) => repeated_first(left, &extended.model.terms[at]),
                     None => left,
                 },
                 term,
@@ -251,7 +255,7 @@ impl Dataset<'_> {
         let strange: Vec<(&str, f64)> = strange.map(|e| (e.places[0].coordinate, e.gain)).collect();
         for effect in verdicts.iter_mut().filter(|e| e.name != UNKNOWN) {
             let own = coordinates(&effect.name);
-            if strange.iter().any(|(at, gain)| own.contains(at) && *gain > MUCH * effect.gain) {
+            if strange.iter().any(|(at, gain)| own.contains(at) && *gain > LEAST_EXCESS_PART * effect.gain) {
                 effect.closest = Some(std::mem::replace(&mut effect.name, UNKNOWN.to_owned()));
                 effect.naming = Naming::Unknown;
                 effect.equivalents.clear();
@@ -301,8 +305,11 @@ impl Dataset<'_> {
 
     /// The coordinate of what a fit leaves: the curve that gains most, but not one over time where another predicts half as much.
     fn unexplained(&self, fit: &Fitted, left: &[Curve], least: f64) -> Option<&'static str> {
-        let tone =
-            || left.iter().find(|c| c.coherent && c.is_structure(STRUCTURE) && c.part > KEPT).map(|c| c.coordinate);
+        let tone = || {
+            left.iter()
+                .find(|c| c.coherent && c.is_structure(STRUCTURE) && c.part > LEAST_TONE_PART)
+                .map(|c| c.coordinate)
+        };
         let mut unexplained = left.iter().filter(|c| !c.coherent && c.is_structure(least) && self.predicts(fit, c));
         let Some(first) = unexplained.next() else { return tone() };
         let mut other = || unexplained.find(|c| !once(c) && c.net() > 0.5 * first.net());
@@ -312,7 +319,7 @@ impl Dataset<'_> {
     /// Whether a curve predicts what it was not fitted to. What comes once, in time, cannot be predicted and has to gain more instead.
     fn predicts(&self, fit: &Fitted, curve: &Curve) -> bool {
         if once(curve) {
-            curve.net() > ONCE
+            curve.net() > LEAST_GAIN_UNREPEATED
         } else {
             predictive(&self.gain_of_columns(fit, &curve.basis, &curve.noise))
         }
@@ -429,8 +436,8 @@ fn once(curve: &Curve) -> bool {
     matches!(curve.coordinate, "time" | "frequency")
 }
 
-/// The places with that of a curve first where the best comes once: what recurs tells more.
-fn telling(places: Vec<Curve>, curve: &Term) -> Vec<Curve> {
+/// The coordinates with that of a curve first where the best is seen once only: what repeats is better evidence.
+fn repeated_first(places: Vec<Curve>, curve: &Term) -> Vec<Curve> {
     match curve.values.get("coordinate") {
         Some(TermValue::Text(own)) if once(&places[0]) => by_first(places, own),
         _ => places,

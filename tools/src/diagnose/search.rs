@@ -68,7 +68,7 @@ impl Dataset<'_> {
 
     /// Whether a fit that gains so much lessens the squared residual enough to be believed.
     fn lessens(&self, better: &Fitted, worse: &Fitted, net: f64) -> bool {
-        part(better, worse) > if net > SURE * self.counted() as f64 { 0.0 } else { LEAST_PART }
+        part(better, worse) > if net > CLEAR_GAIN_A_ROW * self.counted() as f64 { 0.0 } else { LEAST_PART }
     }
 
     /// An alternative, all its numbers refitted together and its shapes searched by the swarm.
@@ -100,8 +100,8 @@ impl Dataset<'_> {
             let best = best.and_then(|(_, best)| {
                 let predicted =
                     |a: &Alternative| self.gain_of_blocks(&a.fit, &extended, &best.fit.noise).iter().sum::<f64>();
-                let rivals = able().filter(|(_, a)| net(a) >= RIVAL * net(best));
-                rivals.map(|(i, a)| (i, a, predicted(a))).max_by(|a, b| a.2.total_cmp(&b.2)).map(|(i, a, _)| (i, a))
+                let close = able().filter(|(_, a)| net(a) >= LEAST_OF_BEST * net(best));
+                close.map(|(i, a)| (i, a, predicted(a))).max_by(|a, b| a.2.total_cmp(&b.2)).map(|(i, a, _)| (i, a))
             });
             let simplest = best.and_then(|(_, best)| {
                 let as_much = |a: &Alternative| net(a) >= net(best) - SHAPE * best.gain;
@@ -153,7 +153,7 @@ impl Dataset<'_> {
                 a.extends.is_none()
                     && other > net + SWAP + shape
                     && self.lessens(&a.fit, &rest, other)
-                    && (net < RIVAL * other || sum(&predicted(&a.fit)) > sum(&held_out))
+                    && (net < LEAST_OF_BEST * other || sum(&predicted(&a.fit)) > sum(&held_out))
                     && (a.kind != extended.model.terms[term].kind || a.parameters >= parameters)
             });
             if let Some(better) = better.filter(|_| swaps < 4) {
@@ -181,10 +181,10 @@ const LARGE_PART: f64 = 0.4;
 const LEAST_PART: f64 = 0.05;
 
 /// Or it gains so much a row, which takes two fifths of the variance of what the noise brings anew.
-const SURE: f64 = 0.5;
+const CLEAR_GAIN_A_ROW: f64 = 0.5;
 
 /// Of kinds whose gains differ by less than this factor the one that predicts held-out blocks best is taken: noise of an angle favours what follows it.
-const RIVAL: f64 = 0.75;
+const LEAST_OF_BEST: f64 = 0.75;
 
 /// Which part of what one fit leaves another does not.
 pub fn part(better: &Fitted, worse: &Fitted) -> f64 {

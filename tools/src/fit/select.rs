@@ -124,8 +124,8 @@ pub fn table(
     let Some(best) = best else { return Ok((candidates, evaluations)) };
     let tied: Vec<bool> = candidates.iter().map(|c| !clearly_worse(c, &candidates[best])).collect();
     candidates.iter_mut().zip(&tied).for_each(|(c, tied)| c.tied = *tied);
-    let rivals = (0..candidates.len()).filter(|&i| tied[i]);
-    let chosen = rivals.min_by_key(|&i| (candidates[i].parameters, i)).unwrap_or(best);
+    let equal = (0..candidates.len()).filter(|&i| tied[i]);
+    let chosen = equal.min_by_key(|&i| (candidates[i].parameters, i)).unwrap_or(best);
     candidates[chosen].chosen = true;
     Ok((candidates, evaluations))
 }

@@ -3,7 +3,7 @@
 use super::Notes;
 use crate::model::Model;
 use crate::number::trimmed;
-use crate::recording::{self, Pace, Recording, RecordingError};
+use crate::recording::{self, Recording, RecordingError, Timing};
 
 /// Compares the ratio given, else the model's, with that of the angles; derives the deflection where a ratio is given; interpolates and reports dropouts of the angles.
 ///
@@ -69,16 +69,16 @@ const GAP: (f64, f64) = (20.0, 0.01);
 const SLOWEST_HZ: f64 = 0.05;
 
 fn notes_of_pace(recording: &Recording, notes: Notes<'_>) {
-    let Some(pace) = Pace::of(&recording.time_s) else { return };
-    if pace.rate_hz < SLOWEST_HZ {
+    let Some(timing) = Timing::of(&recording.time_s) else { return };
+    if timing.rate_hz < SLOWEST_HZ {
         notes(&format!(
             "{}: its rows are {} s apart; if the time is in milliseconds, add --map time_ms=COLUMN",
             recording.name,
-            trimmed(1.0 / pace.rate_hz, 5)
+            trimmed(1.0 / timing.rate_hz, 5)
         ));
     }
-    let (step, at) = pace.longest;
-    if step * pace.rate_hz > GAP.0 && step > GAP.1 * (pace.last_s - pace.first_s) {
+    let (step, at) = timing.longest;
+    if step * timing.rate_hz > GAP.0 && step > GAP.1 * (timing.last_s - timing.first_s) {
         let [from, to] = [at, at + step].map(|time| trimmed(time, 6));
         notes(&format!(
             "{}: no rows between {from} and {to} s; what the gear did there is unknown: give the parts as two recordings, or crop by --from and --to",

@@ -67,7 +67,7 @@ pub struct BlockRow {
     pub exact: Rate,
     /// Visible effects of the library whose kind is in a class found.
     pub class_hits: Rate,
-    /// Plants other than the base model whose own nature was named.
+    /// Plants other than the base model whose plant model was named.
     pub plant_named: Rate,
     /// Kinds in those classes over kinds in the theoretical ones.
     pub class_size_ratio: Option<f64>,

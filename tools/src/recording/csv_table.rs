@@ -9,7 +9,7 @@ use super::error::{ColumnPlace, RecordingError, RecordingProblem};
 use super::header::Source;
 use super::name::is_unit;
 use super::samples::Samples;
-use super::table::{ColumnHead, Place, Table};
+use super::table::{ColumnHead, Location, Table};
 use super::unit_text;
 
 /// A CSV file under way: its header, then one row after the other.
@@ -184,7 +184,7 @@ impl<'a> CsvTable<'a> {
     }
 
     fn at_line(&self, problem: RecordingProblem) -> RecordingError {
-        RecordingError { place: Some(Place::Line(self.line)), ..self.at_file(problem) }
+        RecordingError { place: Some(Location::Line(self.line)), ..self.at_file(problem) }
     }
 
     fn at_column(&self, index: usize, problem: RecordingProblem) -> RecordingError {
@@ -198,8 +198,8 @@ impl Table for CsvTable<'_> {
         &self.heads
     }
 
-    fn header_place(&self) -> Option<Place> {
-        Some(Place::Line(self.header_line))
+    fn header_place(&self) -> Option<Location> {
+        Some(Location::Line(self.header_line))
     }
 
     fn read(&mut self, columns: &[usize]) -> Result<Vec<Samples>, RecordingError> {
@@ -218,9 +218,9 @@ impl Table for CsvTable<'_> {
         Ok(values.into_iter().map(Samples::from).collect())
     }
 
-    fn place(&self, row: usize) -> Place {
+    fn place(&self, row: usize) -> Location {
         let before = self.lines.partition_point(|(first, _)| *first <= row);
-        Place::Line(row as u64 + self.lines.get(before.wrapping_sub(1)).map_or(0, |(_, ahead)| *ahead))
+        Location::Line(row as u64 + self.lines.get(before.wrapping_sub(1)).map_or(0, |(_, ahead)| *ahead))
     }
 }
 

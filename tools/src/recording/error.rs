@@ -1,7 +1,7 @@
 //! Why a recording was refused: where, what is wrong, and the fix.
 
 use super::quantity::Quantity;
-use super::table::Place;
+use super::table::Location;
 use crate::number::trimmed;
 
 /// A recording was refused.
@@ -11,7 +11,7 @@ pub struct RecordingError {
     /// The file.
     pub file: String,
     /// Its line or row, where one is to blame.
-    pub place: Option<Place>,
+    pub place: Option<Location>,
     /// Its column, where one is to blame.
     pub column: Option<ColumnPlace>,
     /// What is wrong.

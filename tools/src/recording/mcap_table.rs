@@ -26,7 +26,7 @@ struct Topic {
     channels: Vec<u16>,
     decoder: Decoder,
     /// Columns by their places in a message, and the first instant of each.
-    places: HashMap<Place, usize>,
+    places: HashMap<ColumnSource, usize>,
     log_time: usize,
 }
 
@@ -57,7 +57,7 @@ enum Decoder {
 }
 
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
-enum Place {
+enum ColumnSource {
     Cdr(Vec<u32>),
     Json(String),
 }
@@ -121,8 +121,8 @@ impl McapTable {
         let mut stamped = false;
         visit(&decoder, first, &mut |place, value| {
             let name = match (&decoder, &place) {
-                (Decoder::Cdr(schema), Place::Cdr(place)) => schema.name(place),
-                (_, Place::Json(name)) => name.clone(),
+                (Decoder::Cdr(schema), ColumnSource::Cdr(place)) => schema.name(place),
+                (_, ColumnSource::Json(name)) => name.clone(),
                 _ => String::new(),
             };
             let instant = matches!(value, Value::Instant(_));
@@ -199,12 +199,14 @@ fn decoder(encoding: &str, schema: Option<&Definition>) -> Result<Option<Decoder
     }
 }
 
-fn visit(decoder: &Decoder, message: &[u8], visit: &mut dyn FnMut(Place, Value)) -> Result<(), Damage> {
+fn visit(decoder: &Decoder, message: &[u8], visit: &mut dyn FnMut(ColumnSource, Value)) -> Result<(), Damage> {
     match decoder {
-        Decoder::Cdr(schema) => schema.visit(message, &mut |place, value| visit(Place::Cdr(place.to_vec()), value)),
+        Decoder::Cdr(schema) => {
+            schema.visit(message, &mut |place, value| visit(ColumnSource::Cdr(place.to_vec()), value))
+        }
         Decoder::Json => {
             json("", &serde_json::from_slice(message)?, &mut |name, number| {
-                visit(Place::Json(name.to_owned()), Value::Number(number));
+                visit(ColumnSource::Json(name.to_owned()), Value::Number(number));
             });
             Ok(())
         }

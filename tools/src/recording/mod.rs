@@ -43,8 +43,8 @@ pub use open::{Progress, RecordingFile};
 pub use quantity::{Quantity, Unit};
 pub use read::{Reading, read};
 pub use samples::{Lender, Samples};
-pub use survey::{Pace, Survey, SurveyedColumn};
-pub use table::Place;
+pub use survey::{Survey, SurveyedColumn, Timing};
+pub use table::Location;
 pub use write::{Column, CopyError, copy_with_columns, write_columns};
 
 /// What the torque column of a recording holds.

@@ -8,7 +8,7 @@ use super::open::{Progress, RecordingFile, open};
 use super::quantity::Quantity;
 use super::read::Reading;
 use super::samples::Samples;
-use super::table::Place;
+use super::table::Location;
 
 /// What is in a file.
 #[derive(Debug, Clone)]
@@ -24,7 +24,7 @@ pub struct Survey {
     /// The columns, in the order of the file.
     pub columns: Vec<SurveyedColumn>,
     /// How the rows follow each other, where the time was recognised.
-    pub pace: Option<Pace>,
+    pub timing: Option<Timing>,
     /// Why it is no recording to fit, if it is none.
     pub lacks: Option<RecordingError>,
 }
@@ -46,7 +46,7 @@ pub struct SurveyedColumn {
 
 /// How rows follow each other in time.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Pace {
+pub struct Timing {
     /// First time, s.
     pub first_s: f64,
     /// Last time, s.
@@ -92,12 +92,12 @@ impl Survey {
             file: file.name.clone(),
             format: opened.format,
             header_line: match opened.table().header_place() {
-                Some(Place::Line(line)) => Some(line),
+                Some(Location::Line(line)) => Some(line),
                 _ => None,
             },
             rows: None,
             columns: columns.collect(),
-            pace: None,
+            timing: None,
             lacks,
         };
         let sources = found.unwrap_or_default();
@@ -116,7 +116,7 @@ impl Survey {
             });
             survey.rows = Some(values.len());
             if source.quantity == Quantity::Time {
-                survey.pace = Pace::of(&values);
+                survey.timing = Timing::of(&values);
             }
         }
         if survey.lacks.is_none() && survey.rows.is_some_and(|rows| rows < 2) {
@@ -127,8 +127,8 @@ impl Survey {
     }
 }
 
-impl Pace {
-    pub(crate) fn of(time: &[f64]) -> Option<Pace> {
+impl Timing {
+    pub(crate) fn of(time: &[f64]) -> Option<Timing> {
         let mut steps: Vec<f64> = time.windows(2).map(|pair| pair[1] - pair[0]).collect();
         let backward = steps.iter().filter(|step| **step <= 0.0).count();
         let longest = steps.iter().copied().zip(time.iter().copied()).max_by(|a, b| a.0.total_cmp(&b.0))?;
@@ -136,7 +136,7 @@ impl Pace {
         let median = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
         let gaps = steps.iter().filter(|step| **step > GAP * median).count();
         let (first_s, last_s) = (*time.first()?, *time.last()?);
-        Some(Pace { first_s, last_s, rate_hz: 1.0 / median, gaps, longest, backward })
+        Some(Timing { first_s, last_s, rate_hz: 1.0 / median, gaps, longest, backward })
     }
 }
 

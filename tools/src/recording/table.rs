@@ -22,7 +22,7 @@ pub(super) trait Table {
     fn heads(&self) -> &[ColumnHead];
 
     /// Where its columns are named.
-    fn header_place(&self) -> Option<Place> {
+    fn header_place(&self) -> Option<Location> {
         None
     }
 
@@ -30,25 +30,25 @@ pub(super) trait Table {
     fn read(&mut self, columns: &[usize]) -> Result<Vec<Samples>, RecordingError>;
 
     /// Where a row stands, counted from 0.
-    fn place(&self, row: usize) -> Place {
-        Place::Row(row as u64 + 1)
+    fn place(&self, row: usize) -> Location {
+        Location::Row(row as u64 + 1)
     }
 }
 
 /// Where in a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Place {
+pub enum Location {
     /// A line of a text, counted from 1.
     Line(u64),
     /// A row of a table, counted from 1.
     Row(u64),
 }
 
-impl std::fmt::Display for Place {
+impl std::fmt::Display for Location {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Place::Line(line) => write!(f, "line {line}"),
-            Place::Row(row) => write!(f, "row {row}"),
+            Location::Line(line) => write!(f, "line {line}"),
+            Location::Row(row) => write!(f, "row {row}"),
         }
     }
 }

@@ -117,8 +117,8 @@ fn exponential(rate: f64, end: f64, count: usize) -> Vec<[f64; 2]> {
 
 /// Eight elements of random reach, 0.02 to 2 of A on a logarithmic scale, and random torque.
 fn random(seed: u64) -> Vec<[f64; 2]> {
-    let mut dice = ChaCha8Rng::seed_from_u64(seed);
-    (0..8).map(|_| [0.02 * 100_f64.powf(dice.random()), -f64::ln(1.0 - dice.random::<f64>())]).collect()
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    (0..8).map(|_| [0.02 * 100_f64.powf(rng.random()), -f64::ln(1.0 - rng.random::<f64>())]).collect()
 }
 
 /// T = f(θ) − ΔK·w·tanh(θ/w) + Σ k_i s_i, s_i ← clamp(s_i + Δθ, ±r_i): springs that slip at their reach r_i (Iwan 1966), and a soft windup of w = A/4.

@@ -118,7 +118,7 @@ impl Experiment {
         rms(&Span::new(&self.base_columns(&truths, true)).residual(&joined(&truths)))
     }
 
-    /// The rms that the refitted base model leaves of the whole torque, N·m: `effects`, and a gear of another nature.
+    /// The rms that the refitted base model leaves of the whole torque, N·m: `effects`, and a gear of another plant model.
     pub fn leaves(&self, effects: &[Scaled]) -> f64 {
         let truths = self.truth(effects);
         let torque: Vec<f64> = truths.iter().flat_map(|t| t.torque.iter().copied()).collect();

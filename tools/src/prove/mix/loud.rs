@@ -46,7 +46,7 @@ pub fn spec(block: &str, count: usize, rng: &mut Rng) -> CaseSpec {
             let effects = rng.pick(&[2, 3, 4, 5]);
             spec.effects = omitted(rng, effects, false);
         }
-        // A tenth of the mismatch that the gear's nature makes.
+        // A tenth of the mismatch that another plant model makes.
         2 => {
             spec.plant_model = PlantKind::Maxwell;
             let kinds = rng.pick(&[&LOCKED[..3], &RUNNING[..]]);

@@ -85,20 +85,20 @@ pub struct Question {
 /// The recording cannot be read.
 pub fn of(entry: &Entry, folder: &Path, parts: &[Part]) -> Result<Vec<Question>, RealError> {
     let recording = entry.read(folder)?;
-    let subject = Subject { entry, channels: Channels::of(&recording), recording };
+    let material = Material { entry, channels: Channels::of(&recording), recording };
     let mut questions = Vec::new();
     for part in parts {
         match part {
-            Part::Answers => questions.push(subject.answers()),
-            Part::Dropped => questions.extend(subject.dropped()),
-            Part::Added => questions.extend(subject.added()),
-            Part::Pairs => questions.extend(subject.changed(folder)?),
+            Part::Answers => questions.push(material.answers()),
+            Part::Dropped => questions.extend(material.dropped()),
+            Part::Added => questions.extend(material.added()),
+            Part::Pairs => questions.extend(material.changed(folder)?),
         }
     }
     Ok(questions)
 }
 
-struct Subject<'a> {
+struct Material<'a> {
     entry: &'a Entry,
     channels: Channels,
     recording: Recording,
@@ -107,7 +107,7 @@ struct Subject<'a> {
 /// A kind of a base, with the orders of a ripple.
 type Kind = (String, Vec<f64>);
 
-impl Subject<'_> {
+impl Material<'_> {
     /// The torque to be explained by terms.
     fn torque(&self, recording: &Recording) -> Samples {
         let torque = recording.torque.clone().unwrap_or_default();
@@ -246,7 +246,7 @@ impl Subject<'_> {
         let entry = Entry::all().into_iter().find(|e| e.file == change.before && folder.join(&e.file).exists());
         let Some(entry) = entry else { return Ok(None) };
         let recording = entry.read(folder)?;
-        let before = Subject { entry: &entry, channels: Channels::of(&recording), recording };
+        let before = Material { entry: &entry, channels: Channels::of(&recording), recording };
         let kinds = before.with_answers();
         let (fit, chosen) = before.fit(&before.torque(&before.recording), &kinds);
         let model = before.model(&kinds, &fit.weights(), &chosen);

@@ -11,14 +11,14 @@ const NEARLY_ONE: f64 = 1.0 - 1e-6;
 
 /// The present branch up to the place where something changes.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Glide<S> {
+pub(super) struct FastPath<S> {
     /// By how much the deflection after the play lags behind.
     lag: S,
     /// That deflection has to stay before; none does where there is no short way. In floats times the bend of the branch, which spares two branches.
     until: S,
 }
 
-impl<S: Scalar> Glide<S> {
+impl<S: Scalar> FastPath<S> {
     /// No short way.
     #[inline]
     pub(super) fn none(sign: S) -> Self {
@@ -67,7 +67,7 @@ impl<S: Scalar> Glide<S> {
 
 #[cfg(test)]
 mod tests {
-    use super::Glide;
+    use super::FastPath;
     use crate::memory::Frame;
     use crate::memory::masing::{Branch, TurningPoint};
     use crate::{Elastic, Memory, ParamError, Params};
@@ -79,7 +79,7 @@ mod tests {
         let frame = Frame::<f64>::new(&Params::new(1.0, elastic, memory)?);
         let branch = |theta: f64, sign| Branch::from(TurningPoint { theta, eta: 0.0 }, sign);
         let along = |branch: &Branch<f64>, half_play, sign, target, filtered, theta| {
-            Glide::new(&frame, half_play, sign, branch, target).follow(&frame, filtered, theta, branch)
+            FastPath::new(&frame, half_play, sign, branch, target).follow(&frame, filtered, theta, branch)
         };
         let falling = |half_play, filtered, theta| {
             let seen = along(&branch(0.75, -1.0), half_play, -1.0, Some(-0.25), filtered, theta);

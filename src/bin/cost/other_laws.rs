@@ -4,8 +4,8 @@ use gmhm::closed_form::ClosedForm;
 use gmhm::scalar::Scalar;
 use gmhm::{Gate, Kernel, Law, Params};
 
+use crate::baselines::ClampTo;
 use crate::platform::gears::{self, RATED_RAD};
-use crate::yardsticks::ClampTo;
 use crate::{report, say};
 
 /// Elements of the play-operator inverse.
