@@ -60,8 +60,6 @@ pub struct Search<'a> {
 const RELATIVE: f64 = 0.002;
 /// down to this share.
 const NEGLIGIBLE: f64 = 1e-4;
-/// Friction of a set may drive the joint with this part of the energy that it dissipates: its smoothed sign is a model of how it reverses.
-const MOST_DRIVING: f64 = 0.3;
 
 impl Search<'_> {
     /// What may be chosen.
@@ -169,12 +167,8 @@ impl Search<'_> {
         if own.len() < 2 {
             return true;
         }
-        let (mut dissipated, mut driving) = (0.0, 0.0);
-        for (row, velocity) in velocity.iter().enumerate() {
-            let power = velocity * own.iter().map(|(column, weight)| weight * column[row]).sum::<f64>();
-            if power > 0.0 { dissipated += power } else { driving -= power }
-        }
-        driving <= MOST_DRIVING * dissipated
+        let torque = |row: usize| own.iter().map(|(column, weight)| weight * column[row]).sum::<f64>();
+        velocity.iter().enumerate().map(|(row, velocity)| velocity * torque(row)).sum::<f64>() > 0.0
     }
 
     /// Whether every kind has those beside it that it refines.
