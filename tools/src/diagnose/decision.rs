@@ -106,7 +106,7 @@ impl Dataset<'_> {
         if taken > LOUD {
             return self.decided_loud(model, &base, selection, taken, search);
         }
-        let (verdict, by_likelihood) = self.found(model, search)?;
+        let (verdict, by_likelihood) = self.found_in_means(model, search)?;
         let selection = self.confirmed(&base, selection.clone(), &verdict.base, search)?;
         let (ours, theirs) =
             (self.mean_square_of_blocks(&selection.fit), self.mean_square_of_blocks(&verdict.extended));
@@ -136,6 +136,19 @@ impl Dataset<'_> {
         Ok((verdict, by_likelihood))
     }
 
+    /// What likelihood finds. Without a gear to follow, terms are evaluated on means of the signals.
+    fn found_in_means<'r>(
+        &self,
+        model: &Model,
+        search: Search<'r>,
+    ) -> Result<(DiagnosisVerdict, Search<'r>), DiagnoseError> {
+        if self.stride > 1 && model.memory.is_none() && model.elastic.is_none() {
+            self.with_mean_signals().found(model, search)
+        } else {
+            self.found(model, search)
+        }
+    }
+
     /// The verdict where structure is loud: the joint selection's, unless likelihood predicts clearly better, or as well with fewer names or with kinds that contain those selected.
     fn decided_loud<'r>(
         &self,
@@ -161,12 +174,12 @@ impl Dataset<'_> {
         if is_clear {
             // Whether a finer kind stands in the place of a plainer one takes no search among all kinds.
             let only = with_finer(&names(&joint));
-            let (verdict, _) = self.found(model, Search { only: Some(&only), ..search })?;
+            let (verdict, _) = self.found_in_means(model, Search { only: Some(&only), ..search })?;
             if !is_finer(&verdict, self.mean_square_of_blocks(&verdict.extended)) {
                 return Ok((joint, search));
             }
         }
-        let (verdict, by_likelihood) = self.found(model, search)?;
+        let (verdict, by_likelihood) = self.found_in_means(model, search)?;
         let ours = self.mean_square_of_blocks(&verdict.extended);
         let finer = is_finer(&verdict, ours);
         let simpler = all_named(&verdict) && ours <= AS_GOOD * theirs && verdict.effects.len() < joint.effects.len();

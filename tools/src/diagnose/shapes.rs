@@ -58,8 +58,12 @@ impl Dataset<'_> {
     pub fn reshaped(&self, fit: Fitted, term: usize, seed: u64) -> Result<Fitted, DiagnoseError> {
         let mut without = fit.model.clone();
         let own = without.terms.remove(term);
-        let evaluations = self.evaluate(&without)?;
-        let shapes = self.shapes(&fit, term, &evaluations);
+        // What is better is polished on all rows.
+        let coarse = (self.stride > 1).then(|| self.with_mean_signals());
+        let rows_searched = coarse.as_ref().unwrap_or(self);
+        let evaluations = rows_searched.evaluate(&without)?;
+        let evaluations: Vec<Evaluation<'_>> = evaluations.into_iter().map(Evaluation::without_parts).collect();
+        let shapes = rows_searched.shapes(&fit, term, &evaluations);
         if shapes.is_empty() {
             return Ok(fit);
         }
@@ -70,7 +74,7 @@ impl Dataset<'_> {
         let white = Fitted { noise: self.spans.iter().map(|_| Noise::unit()).collect(), ..fit.clone() };
         // Coloured noise that was fitted beside a wrong shape may hold what the right one explains.
         for (against, rows) in [(&fit, None), (&white, Some(self.counted() as f64))] {
-            let beside = Beside::new(self, against, term, &evaluations)?;
+            let beside = Beside::new(rows_searched, against, term, &evaluations)?;
             let Some(now) = beside.left(&own) else { break };
             let options = SwarmOptions::for_unknowns(shapes.len(), seed, 0.1 * BETTER / rows.unwrap_or(now));
             let objective = |position: &[f64]| beside.left(&shaped(position)).unwrap_or(f64::INFINITY);

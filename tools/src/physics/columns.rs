@@ -103,6 +103,12 @@ impl<'a> Evaluation<'a> {
         Self { parts: Some(parts), ..self }
     }
 
+    /// The same, with every part computed anew: what never asks for the same term twice would only fill the store.
+    #[must_use]
+    pub fn without_parts(self) -> Self {
+        Self { parts: None, ..self }
+    }
+
     /// The recording's signals and the gear.
     pub fn context(&self) -> &RecordingContext<'a> {
         &self.context
