@@ -73,3 +73,18 @@ fn a_wrong_side_of_the_torque_is_not_made_up_for_by_friction_of_the_position() {
     assert_eq!(names, ["coulomb_friction", "viscous_friction"]);
     assert_eq!(found.model.gear.torque_side, TorqueSide::Motor);
 }
+
+#[test]
+fn a_dip_of_friction_and_a_rise_with_the_velocity_that_hide_each_other_are_found_together() {
+    let torque = |t: f64| {
+        let (angle, velocity) = two_sines(t);
+        let dry = 3.0 + 4.0 * (-(velocity / 0.05).abs()).exp();
+        5.0 * angle.sin() + dry * (velocity / 0.02).tanh() + 8.0 * velocity
+    };
+    let found = diagnosed(joint(two_sines, torque));
+    let mut names: Vec<&str> = found.diagnosis.effects.iter().map(|e| e.name.as_str()).collect();
+    names.sort_unstable();
+    assert_eq!(names, ["coulomb_friction", "stribeck_friction", "viscous_friction"]);
+    let left = found.diagnosis.heldout.rms;
+    assert!(left.extended < 0.01 * left.refitted, "{left:?}");
+}

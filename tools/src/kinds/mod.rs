@@ -169,6 +169,11 @@ pub trait Kind: Sync {
         None
     }
 
+    /// Whether a number of its term does what another term of the model does: a fit leaves it as it is.
+    fn repeats_another(&self, _model: &Model, _key: &KeyInfo) -> bool {
+        false
+    }
+
     /// Adds the numbers that a found term has to hold to be complete.
     fn complete(&self, _term: &mut Term) {}
 

@@ -10,7 +10,7 @@ use super::experiment::Experiment;
 use super::measures::Measures;
 use super::ranges::{Extent, Ranges};
 use super::viscous_friction::ViscousFriction;
-use super::{Family, Kind, accepts_positive_only, saturates, usual_bounds};
+use super::{Family, Kind, accepts_positive_only, saturates};
 use crate::model::{Model, Term, TermValue};
 use gmhm::terms::KeyInfo;
 
@@ -21,9 +21,9 @@ const DAMPING: &str = "damping_nms_per_rad";
 /// Static over Coulomb friction, at least, for the dip to be named.
 const SMALLEST_STATIC_RATIO: f64 = 1.17;
 
-/// Whether the model has friction that a Stribeck term would repeat.
-fn has_coulomb_friction(model: &Model) -> bool {
-    model.terms.iter().any(|term| term.kind == CoulombFriction.name())
+/// Whether the model has a term of a kind.
+fn has(model: &Model, kind: &dyn Kind) -> bool {
+    model.terms.iter().any(|term| term.kind == kind.name())
 }
 
 /// Kind `stribeck_friction`.
@@ -72,7 +72,7 @@ impl Kind for StribeckFriction {
     }
 
     fn most_of_refined(&self) -> f64 {
-        1.5
+        6.0
     }
 
     fn draft(&self, _shape: &str, measures: &Measures, random: &mut ChaCha8Rng) -> Draft {
@@ -87,7 +87,11 @@ impl Kind for StribeckFriction {
 
     /// Beside Coulomb friction in the model, only what differs from it.
     fn only_free_key(&self, model: &Model) -> Option<&'static str> {
-        has_coulomb_friction(model).then_some(STATIC)
+        has(model, &CoulombFriction).then_some(STATIC)
+    }
+
+    fn repeats_another(&self, model: &Model, key: &KeyInfo) -> bool {
+        key.name == COULOMB && has(model, &CoulombFriction) || key.name == DAMPING && has(model, &ViscousFriction)
     }
 
     fn complete(&self, term: &mut Term) {
@@ -96,12 +100,6 @@ impl Kind for StribeckFriction {
 
     fn has_to_be_positive(&self, key: &KeyInfo) -> bool {
         accepts_positive_only(key) || key.plausible.0 >= 0.0 && key.name != COULOMB && !key.optional
-    }
-
-    /// Coulomb friction beside Coulomb friction: the two share it, and neither drives.
-    fn bounds(&self, model: &Model, term: &Term, key: &KeyInfo, index: Option<usize>) -> (f64, f64) {
-        let (low, high) = usual_bounds(term, key, index);
-        if key.name == COULOMB && has_coulomb_friction(model) { (low.max(0.0), high) } else { (low, high) }
     }
 
     fn is_of_kind(&self, term: &Term, extent: &Extent) -> bool {

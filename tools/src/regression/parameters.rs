@@ -64,11 +64,11 @@ pub fn of_term(model: &Model, term: usize) -> Vec<FreeParameter> {
         _ => None,
     };
     let kind = kinds::of_term(&model.terms[term]);
-    let is_scale = |key: &KeyInfo| kind.is_some_and(|kind| kind.is_scale(key));
+    let is_fixed = |key: &KeyInfo| kind.is_some_and(|kind| kind.is_scale(key) || kind.repeats_another(model, key));
     let free = |key: &&'static KeyInfo| {
         let is_number = !matches!(key.form, Form::Choice(_)) && (key.role != Role::Structure || key.name == ORDERS);
         // An optional number that was left out stays 0.
-        is_number && !is_scale(key) && key.belongs_to(shape) && model.terms[term].values.contains_key(key.name)
+        is_number && !is_fixed(key) && key.belongs_to(shape) && model.terms[term].values.contains_key(key.name)
     };
     // A whole order is that of a mechanism, not a number to be fitted.
     let whole = |place: &FreeParameter| match place {
@@ -333,5 +333,35 @@ mod tests {
                 assert!(low < high && at < high, "{place:?} {size:e}: {low:e} {at:e} {high:e}");
             }
         }
+    }
+
+    #[test]
+    fn what_another_term_does_already_is_not_free() {
+        let text = r#"format = 1
+            [[term]]
+            kind = "stribeck_friction"
+            coulomb_nm = 0.0
+            static_nm = 1.0
+            stribeck_velocity_rad_per_s = 0.05
+            exponent = 2.0
+            damping_nms_per_rad = 0.0
+            smoothing_rad_per_s = 0.004
+            [[term]]
+            kind = "coulomb_friction"
+            torque_nm = 1.0
+            smoothing_rad_per_s = 0.004
+            [[term]]
+            kind = "viscous_friction"
+            damping_nms_per_rad = 1.0"#;
+        let beside = parse("joint.toml", text).unwrap();
+        let mut alone = beside.clone();
+        alone.terms.truncate(1);
+        let keys = |model: &Model| -> Vec<&str> {
+            let key = |place| if let FreeParameter::Term { key, .. } = place { Some(key.name) } else { None };
+            of_term(model, 0).into_iter().filter_map(key).collect()
+        };
+        let (all, own) = (keys(&alone), keys(&beside));
+        assert!(all.contains(&"coulomb_nm") && all.contains(&"damping_nms_per_rad"), "{all:?}");
+        assert_eq!(own, ["static_nm", "stribeck_velocity_rad_per_s", "exponent", "smoothing_rad_per_s"]);
     }
 }

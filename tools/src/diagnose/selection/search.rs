@@ -88,7 +88,8 @@ impl Search<'_> {
         let mut set = start;
         let mut banned = BTreeSet::new();
         for step in 0..STEPS {
-            let moves = self.larger(&set, &banned);
+            let mut moves = self.larger(&set, &banned);
+            moves.extend(self.with_other_variants(&set, &moves));
             let next = self.best_lawful(&set, moves).or_else(|| self.best_pair(&set, &banned));
             let Some((kind, next)) = next else { break };
             let added: Vec<&'static str> = next.keys().copied().filter(|k| next.get(k) != set.get(k)).collect();
@@ -148,11 +149,14 @@ impl Search<'_> {
         self.best_lawful(set, pairs)
     }
 
-    /// Kinds together with one that refines them.
+    /// Kinds together with one that refines them; common kinds together with one that refines any: a dip of friction hides the rise with the velocity, and the rise the dip.
     fn refined_pairs(&self, firsts: &[(&'static str, Set)]) -> Vec<(&'static str, Set)> {
         let mut pairs = Vec::new();
         for (kind, with) in firsts {
-            let refines = |other: &str| kinds::of(other).is_some_and(|k| k.refines().contains(kind));
+            let refines = |other: &str| {
+                kinds::of(other)
+                    .is_some_and(|k| k.refines().contains(kind) || is_common(kind) && !k.refines().is_empty())
+            };
             for (c, candidate) in self.candidates().iter().enumerate() {
                 if refines(candidate.kind) && !with.contains_key(candidate.kind) {
                     let mut both = with.clone();
@@ -164,6 +168,25 @@ impl Search<'_> {
             }
         }
         pairs
+    }
+
+    /// A common kind more, and another variant of one that refines some of the set.
+    fn with_other_variants(&self, set: &Set, firsts: &[(&'static str, Set)]) -> Vec<(&'static str, Set)> {
+        let refining =
+            |kind: &&&'static str| kinds::of(kind).is_some_and(|k| !k.refines().is_empty()) && set[**kind].len() == 1;
+        let mut moves = Vec::new();
+        for (kind, with) in firsts.iter().filter(|(kind, _)| is_common(kind) && !set.contains_key(kind)) {
+            for own in set.keys().filter(refining) {
+                for variant in self.of_kind(own) {
+                    let mut other = with.clone();
+                    other.insert(own, vec![variant]);
+                    if self.is_allowed(&other) {
+                        moves.push((*kind, other));
+                    }
+                }
+            }
+        }
+        moves
     }
 
     /// The most that a lawful kind alone saves.
