@@ -4,7 +4,7 @@ use super::STEPS;
 use crate::diagnose::DiagnoseError;
 use crate::diagnose::explain::{Search, is_delay};
 use crate::kinds;
-use crate::model::Term;
+use crate::model::{Model, Term};
 use crate::regression::dataset::Dataset;
 use crate::regression::fit::Fitted;
 
@@ -43,9 +43,11 @@ impl Dataset<'_> {
         Ok((self.plain_fit(&model, &self.places(&model, search), STEPS)?, renamed))
     }
 
-    /// A fit without the found terms whose refitted numbers are not of their kind, and those kinds. What refines such a term goes before the term itself.
+    /// A fit without the found terms whose refitted numbers are not of their kind, and without found friction beside which friction of the `base` turns round and drives: at one
+    /// speed the two can trade any torque. With it those kinds. What refines such a term goes before the term itself.
     pub(super) fn without_unlawful(
         &self,
+        base: &Model,
         mut fit: Fitted,
         search: Search<'_>,
     ) -> Result<(Fitted, Vec<String>), DiagnoseError> {
@@ -56,8 +58,12 @@ impl Dataset<'_> {
                 kinds::of_term(term).is_some_and(|k| kinds::may_be_reversed(k, fit.model.is_simulation()))
             };
             let smooths = self.only_smooths(&fit);
-            let unlawful =
-                found.iter().find(|t| (!may_be_reversed(t) && kinds::is_reversed(t)) || (smooths && is_delay(t)));
+            let is_friction = |term: &Term| kinds::of_term(term).is_some_and(kinds::is_friction_of_motion);
+            let mut of_base = base.terms.iter().zip(&fit.model.terms).take(search.base_terms);
+            let drives = of_base.any(|(was, is)| is_friction(is) && kinds::is_reversed(is) && !kinds::is_reversed(was));
+            let unlawful = found.iter().find(|t| {
+                (!may_be_reversed(t) && kinds::is_reversed(t)) || (smooths && is_delay(t)) || (drives && is_friction(t))
+            });
             let Some(unlawful) = unlawful else { return Ok((fit, lost)) };
             if let Some(fewer) = kinds::without_negative_elements(unlawful) {
                 let mut model = fit.model.clone();
@@ -75,5 +81,45 @@ impl Dataset<'_> {
             lost.extend(found.iter().filter(|t| gone(t)).map(|t| t.kind.clone()));
             fit = self.plain_fit(&model, &self.places(&model, search), STEPS)?;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::parse;
+    use crate::recording::Recording;
+
+    #[test]
+    fn viscous_friction_that_turns_the_bases_coulomb_friction_round_is_no_finding() {
+        // There and back at nearly one speed: −0.2 N·m of Coulomb friction beside 0.7 N·m·s/rad fit best.
+        let velocity = |t: f64| if t % 4.0 < 2.0 { 1.0 + 0.1 * (9.0 * t).sin() } else { -1.0 - 0.1 * (9.0 * t).sin() };
+        let time_s: Vec<f64> = (0..4000).map(|row| 0.005 * f64::from(row)).collect();
+        let velocities: Vec<f64> = time_s.iter().map(|t| velocity(*t)).collect();
+        let angle = |at: &mut f64, v: &f64| {
+            *at += 0.005 * v;
+            Some(*at)
+        };
+        let recording = Recording {
+            name: "joint".into(),
+            torque: Some(velocities.iter().map(|v| 0.7 * v - 0.2 * v.signum()).collect()),
+            theta_out_rad: Some(velocities.iter().scan(0.0, angle).collect()),
+            velocity_out_rad_per_s: Some(velocities.into()),
+            time_s: time_s.into(),
+            ..Recording::default()
+        };
+        let text = "format = 1\n[gear]\ntorque_side = \"motor\"\n[[term]]\nkind = \"coulomb_friction\"\ntorque_nm = 0.5\nsmoothing_rad_per_s = 0.01\n";
+        let base = parse("joint.toml", text).unwrap();
+        let found = "[[term]]\nkind = \"viscous_friction\"\ndamping_nms_per_rad = 0.1\n";
+        let extended = parse("joint.toml", &format!("{text}{found}")).unwrap();
+        let recordings = [recording];
+        let dataset = Dataset::new(&recordings, &base).unwrap();
+        let search = Search { removed: &[], only: None, base_terms: 1, zero: false, seed: 1 };
+        let fit = dataset.plain_fit(&extended, &dataset.places(&extended, search), STEPS).unwrap();
+        assert!(kinds::is_reversed(&fit.model.terms[0]));
+        let (fit, lost) = dataset.without_unlawful(&base, fit, search).unwrap();
+        assert_eq!(lost, ["viscous_friction"]);
+        let torque = kinds::number_of(&fit.model.terms[0], "torque_nm");
+        assert!((torque - 0.5).abs() < 0.02, "{torque} N·m");
     }
 }

@@ -225,7 +225,7 @@ impl Dataset<'_> {
             let model = dictionary.applied(&fit.model, &set, &weights);
             let refitted = self.plain_fit(&model, &self.places(&model, search), STEPS)?;
             let (refitted, renamed) = self.without_degenerate(refitted, search)?;
-            let (refitted, mut lost) = self.without_unlawful(refitted, search)?;
+            let (refitted, mut lost) = self.without_unlawful(&base.model, refitted, search)?;
             if let (true, Some(result)) = (last, result.as_mut()) {
                 for (was, is) in renamed {
                     match is {
