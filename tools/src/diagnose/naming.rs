@@ -408,14 +408,7 @@ pub(super) fn curve_term(see: &Coordinates, coordinate: &str) -> Option<Term> {
     };
     let turning = coordinate.ends_with("angle");
     let knots = if turning {
-        let count = if coordinate == "motor_angle" { 24 } else { 16 };
-        let low = along.iter().copied().fold(f64::INFINITY, f64::min);
-        let knots: Vec<f64> = (0..count).map(|i| low + TAU * f64::from(i) / f64::from(count)).collect();
-        // Within one interval a curve over the turn is a line.
-        if width(along) < knots[1] - low {
-            return None;
-        }
-        knots
+        knots_of_turn(along, if coordinate == "motor_angle" { 24 } else { 16 })
     } else {
         nonparametric::knots(along, if coordinate == "deflection" { 24 } else { 12 })
     };
@@ -429,6 +422,20 @@ pub(super) fn curve_term(see: &Coordinates, coordinate: &str) -> Option<Term> {
         ("values_nm", TermValue::List(values)),
     ];
     Some(Term { kind: UNKNOWN.to_owned(), values: values.into_iter().map(|(k, v)| (k.to_owned(), v)).collect() })
+}
+
+/// Knots over a turn, or over the part of it that was recorded: where no row is, nothing holds a knot. None within one interval, where a curve is a line.
+fn knots_of_turn(angle: &[f64], count: u32) -> Vec<f64> {
+    let low = angle.iter().copied().fold(f64::INFINITY, f64::min);
+    let (part, spacing) = (width(angle), TAU / f64::from(count));
+    if part < spacing {
+        return Vec::new();
+    }
+    if part > TAU - spacing {
+        return (0..count).map(|i| low + spacing * f64::from(i)).collect();
+    }
+    let intervals = (part / spacing).ceil().max(2.0);
+    (0..=intervals as u32).map(|i| low + part * f64::from(i) / intervals).collect()
 }
 
 /// Whether what a curve shows comes once.
@@ -460,4 +467,19 @@ fn elements_of(model: &Model, term: usize) -> usize {
 pub fn coordinates(kind: &str) -> Vec<&'static str> {
     let info = KINDS.iter().find(|i| i.name == kind);
     info.map_or_else(Vec::new, |i| i.coordinates.iter().map(|c| c.name()).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn knots_over_a_part_of_a_turn_lie_where_rows_are() {
+        let part: Vec<f64> = (0..1000).map(|row| 0.5 * (0.03 * f64::from(row)).sin() + 1.0).collect();
+        let knots = knots_of_turn(&part, 16);
+        assert!(knots.len() == 4 && knots.iter().all(|knot| (0.499..=1.501).contains(knot)), "{knots:?}");
+        let turns: Vec<f64> = (0..1000).map(|row| 0.03 * f64::from(row)).collect();
+        assert_eq!(knots_of_turn(&turns, 16).len(), 16);
+        assert_eq!(knots_of_turn(&[0.0, 0.1, 0.2], 16), []);
+    }
 }
