@@ -1,6 +1,7 @@
 //! The shapes of terms: the swarm that searches those of what was found, and the bounds of those in the base model. Synthetic recordings.
 
 use crate::gears::{Path, published, record, walk};
+use gmhm_tools::diagnose::diagnosis::ParameterValue;
 use gmhm_tools::diagnose::explain::Search;
 use gmhm_tools::diagnose::{Options, diagnose};
 use gmhm_tools::kinds::{LARGEST_BASE_SMOOTHING, coulomb_friction};
@@ -145,4 +146,22 @@ fn a_base_far_from_its_recordings_is_not_kept() {
     let rms = found.diagnosis.rms;
     assert!(rms.given > 5.0 * rms.refitted, "{rms:?}");
     assert!(rms.extended < 1.05 * rms.refitted, "{rms:?}");
+}
+
+/// A gear of `gmhm prove` with a windup that follows a rational law. In the selection a tanh predicts as well; its width is 37 % smaller.
+#[test]
+fn the_likeliest_shape_stands_and_the_others_count_as_uncertainty() {
+    let specs = mix::only(&["pair"], 9101, 24, &[]);
+    let (_, spec) = specs.iter().find(|(index, _)| *index == 183).unwrap();
+    let case = case(case_seed(9101, 183), spec);
+    let found = diagnose(&case.recordings, &case.base, &[], &Options::default(), &()).unwrap();
+    let windup = found.diagnosis.effects.iter().find(|e| e.name == "soft_windup").unwrap();
+    let shape = &windup.parameters["shape"].value;
+    assert!(matches!(shape, ParameterValue::Text(shape) if shape == "rational"), "{shape:?}");
+    let width = &windup.parameters["width_rad"];
+    let (ParameterValue::Number(value), Some(ParameterValue::Number(sd))) = (&width.value, &width.sd) else {
+        panic!("{width:?}")
+    };
+    let off = (value - 1.727_724_25e-4).abs();
+    assert!(off < 2.0 * sd && *sd > 0.1 * value, "{value} ± {sd} rad");
 }

@@ -77,9 +77,10 @@ impl Dataset<'_> {
         stretches
     }
 
-    /// The effects of a verdict, each with its parameters and their standard deviations.
-    pub(super) fn effects(&self, verdict: &DiagnosisVerdict) -> Vec<Effect> {
-        let sds = self.standard_deviations(&verdict.extended);
+    /// The effects of a verdict, each with its parameters and their standard deviations; `variances` are what other shapes of the kinds add to each free number.
+    pub(super) fn effects(&self, verdict: &DiagnosisVerdict, variances: &[f64]) -> Vec<Effect> {
+        let sds = self.standard_deviations(&verdict.extended).into_iter().zip(variances);
+        let sds: Vec<Option<f64>> = sds.map(|(sd, more)| sd.map(|sd| (sd * sd + more).sqrt())).collect();
         let parameters = |term: usize| {
             let term_of = &verdict.extended.model.terms[term];
             let mut all = BTreeMap::new();

@@ -12,6 +12,7 @@
 //! | [`naming`], `shares` | classes of indistinguishable kinds, names, shares of power |
 //! | [`selection`], [`joint_naming`] | joint selection of kinds by held-out error, and its verdicts |
 //! | `decision` | which of the two searches is believed |
+//! | `other_shapes` | the likeliest shape of what was found, and what the others add to its uncertainty |
 //! | `unchanged` | numbers of the base that stay as given |
 //! | [`next_experiment`] | what could not have been seen, and the experiment that would show it |
 //! | [`report_data`] | what a report shows |
@@ -27,6 +28,7 @@ pub(crate) mod jumps;
 pub mod naming;
 pub mod next_experiment;
 pub mod nonparametric;
+mod other_shapes;
 pub(crate) mod past;
 pub mod pipeline;
 pub(crate) mod ranges;

@@ -133,6 +133,8 @@ pub fn diagnose(
     verdict.extended = dataset.with_curves_apart(verdict.extended, search)?;
     dataset.drop_curves(&mut verdict, search)?;
     verdict.extended = dataset.with_base_unchanged(&model, verdict.extended, search)?;
+    let (extended, variances) = dataset.among_shapes(verdict.extended, search)?;
+    verdict.extended = extended;
     check()?;
     progress.report("checking on rows held out", 0.9);
     let rms = Rms {
@@ -182,7 +184,7 @@ pub fn diagnose(
         named,
         places,
         suggestions,
-        effects: dataset.effects(&verdict),
+        effects: dataset.effects(&verdict, &variances),
         undecidable,
         next_experiment,
     };
