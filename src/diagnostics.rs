@@ -1,6 +1,6 @@
 //! Latched diagnostics of a joint: what went wrong since they were cleared, and what last.
 //!
-//! A drive shows each sample's [`Status`] and each period's [`Contribution`] to its [`Diagnostics`]; a host reads them over the link (feature `link`), or C by
+//! A drive shows each sample's [`Status`], each period's [`Contribution`] and each [`Solution`] of an inverse to its [`Diagnostics`]; a host reads them over the link (feature `link`), or C by
 //! `gmhm_get_diagnostics`, and clears them by command. Counters stop at `u32::MAX`.
 //!
 //! ```
@@ -21,6 +21,7 @@
 
 use crate::feedforward::Contribution;
 use crate::gear::Status;
+use crate::inverse::Solution;
 
 /// What can go wrong in a control period.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -141,7 +142,7 @@ pub struct Diagnostics {
     pub quarantined: u32,
     /// New starts where quarantined samples agreed.
     pub restarted: u32,
-    /// Periods with a torque beyond the invertible range.
+    /// Torques asked for beyond the invertible range.
     pub saturated: u32,
     /// Pairs of turning points given up.
     pub merged_pairs: u32,
@@ -168,6 +169,12 @@ impl Diagnostics {
         self.count(accepted && status.out_of_range, Fault::OutOfRange);
         self.count(accepted && status.restarted, Fault::Restarted);
         self.count(accepted && contribution.saturated, Fault::Saturated);
+    }
+
+    /// Counts what an [inverse](crate::Inverse) made of a torque.
+    pub fn see_solution<S>(&mut self, solution: &Solution<S>) {
+        self.count(solution.refused, Fault::Refused);
+        self.count(solution.saturated && !solution.refused, Fault::Saturated);
     }
 
     /// Takes over how many pairs of turning points a state has given up ([`Gear::merged_pairs`](crate::Gear::merged_pairs)), `before` of them earlier.

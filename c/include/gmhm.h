@@ -156,11 +156,11 @@ typedef struct gmhm_status {
 
 /* What went wrong since gmhm_init or gmhm_clear_diagnostics, or their like of another type. Counters stop at UINT32_MAX. */
 typedef struct gmhm_diagnostics {
-    uint32_t refused;      /* samples that were NaN, infinite or absurd */
+    uint32_t refused;      /* samples and torques that were NaN, infinite or absurd */
     uint32_t out_of_range; /* samples beyond the rated deflection */
     uint32_t quarantined;  /* samples further from the last one than gmhm_set_largest_step allows */
     uint32_t restarted;    /* new starts where quarantined samples agreed */
-    uint32_t saturated;    /* periods of a feed-forward with a torque beyond the invertible range */
+    uint32_t saturated;    /* torques asked for beyond the invertible range, by a feed-forward or an inverse */
     uint32_t merged_pairs; /* pairs of turning points given up because there was no room for more */
     uint32_t last_fault;   /* GMHM_FAULT_... */
     uint32_t self_test;    /* of the last block that was loaded: GMHM_SELF_TEST_...; gmhm_clear_diagnostics leaves it */
@@ -232,10 +232,11 @@ uint32_t gmhm_step(gmhm_joint *joint, const gmhm_sample *sample, gmhm_output *to
 uint32_t gmhm_step_counts(gmhm_joint *joint, uint32_t motor, uint32_t output, const gmhm_sample *sample, gmhm_output *to);
 
 /*
- * The deflection at which the next sample gives this torque, terms included, at the angles, speeds and temperature of `sample`, whose deflection is not read. Nothing moves.
+ * The deflection at which the next sample gives this torque, terms included, at the angles, speeds and temperature of `sample`, whose deflection is not read. Nothing moves;
+ * a torque that is none or beyond the invertible range is counted in the diagnostics.
  * Without a sample (NULL), and before the first step, it is that of the base model alone.
  */
-uint32_t gmhm_invert(const gmhm_joint *joint, float torque_nm, const gmhm_sample *sample, gmhm_solution *to);
+uint32_t gmhm_invert(gmhm_joint *joint, float torque_nm, const gmhm_sample *sample, gmhm_solution *to);
 
 /* What is in force. */
 uint32_t gmhm_get_status(const gmhm_joint *joint, gmhm_status *to);
@@ -272,7 +273,7 @@ uint16_t gmhm_gear_load_amperes(gmhm_gear *gear, const uint8_t *block, uint32_t 
 uint16_t gmhm_gear_set_largest_step(gmhm_gear *gear, float largest_step_rad);
 void gmhm_gear_restart(gmhm_gear *gear);
 uint32_t gmhm_gear_step(gmhm_gear *gear, float deflection_rad, gmhm_output *to);
-uint32_t gmhm_gear_invert(const gmhm_gear *gear, float torque_nm, gmhm_solution *to);
+uint32_t gmhm_gear_invert(gmhm_gear *gear, float torque_nm, gmhm_solution *to);
 uint32_t gmhm_gear_get_status(const gmhm_gear *gear, gmhm_status *to);
 uint16_t gmhm_gear_get_diagnostics(const gmhm_gear *gear, gmhm_diagnostics *to);
 void gmhm_gear_clear_diagnostics(gmhm_gear *gear);

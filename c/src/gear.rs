@@ -107,12 +107,13 @@ impl GearC {
         Some(output)
     }
 
-    fn invert(&self, torque_nm: f32) -> Option<SolutionC> {
+    fn invert(&mut self, torque_nm: f32) -> Option<SolutionC> {
         let inverse = &self.force.as_ref()?.inverse;
         let found = match &self.path {
             Some(state) => inverse.peek(state, torque_nm),
             None => inverse.start::<DEPTH>(torque_nm).1,
         };
+        self.diagnostics.see_solution(&found);
         Some(solution(&found, true))
     }
 
@@ -206,7 +207,7 @@ pub extern "C" fn gmhm_gear_step(
 // SAFETY: as for `gmhm_gear_init`.
 #[unsafe(no_mangle)]
 pub extern "C" fn gmhm_gear_invert(
-    gear: Option<&GearC>,
+    gear: Option<&mut GearC>,
     torque_nm: f32,
     to: Option<&mut MaybeUninit<SolutionC>>,
 ) -> u32 {

@@ -147,7 +147,7 @@ pub(crate) fn prepared(block: &Block<'_>, unit: TorqueUnit) -> Result<Loaded, Bl
 /// From what the block says of gear and inverse, in double precision. A frame of its own, as above.
 #[inline(never)]
 pub(crate) fn any(block: &Block<'_>, unit: TorqueUnit) -> Result<Loaded, BlockError> {
-    let parameters = Parameters::<f32, AnyLaw<f32>, CheckedTerms<TERMS>>::of_block_in(block, DEPTH, unit)?;
+    let parameters = Parameters::<f32, AnyLaw<f32>, CheckedTerms<TERMS>>::of_any_block(block, DEPTH, unit)?;
     let Parameters { self_test, gear, inverse, terms, .. } = parameters;
     let base = match (inverse, gear) {
         (Some(inverse), _) => Base::Inverse(inverse),
@@ -306,13 +306,14 @@ impl Joint {
         self.diagnostics.clear();
     }
 
-    pub(crate) fn invert(&self, torque_nm: f32, sample: Option<&SampleC>) -> SolutionC {
+    pub(crate) fn invert(&mut self, torque_nm: f32, sample: Option<&SampleC>) -> SolutionC {
         let none = |flags| SolutionC { deflection_rad: 0.0, flags };
         let Some(force) = &self.force else { return none(flag::NOT_LOADED) };
         let Some(inverse) = &force.inverse else { return none(flag::NO_INVERSE) };
         let base = match (&self.path, sample) {
             (Path::WithTerms(state), Some(sample)) => {
                 let solved = state.solve(inverse, &force.compensated.stack, torque_nm, &force.sample(sample));
+                self.diagnostics.see_solution(&solved.gear);
                 let solution = solution(&solved.gear, solved.converged);
                 return SolutionC { deflection_rad: solved.measured, ..solution };
             }
@@ -320,6 +321,7 @@ impl Joint {
             (Path::Base(state), _) => inverse.peek(state, torque_nm),
             (Path::WithTerms(state), None) => inverse.peek(state.gear(), torque_nm),
         };
+        self.diagnostics.see_solution(&base);
         solution(&base, true)
     }
 

@@ -235,7 +235,7 @@ pub extern "C" fn gmhm_step(
 // SAFETY: as for `gmhm_init`.
 #[unsafe(no_mangle)]
 pub extern "C" fn gmhm_invert(
-    joint: Option<&Joint>,
+    joint: Option<&mut Joint>,
     torque_nm: f32,
     sample: Option<&SampleC>,
     to: Option<&mut MaybeUninit<SolutionC>>,

@@ -277,7 +277,7 @@ pub struct DiagnosticsC {
     pub quarantined: u32,
     /// New starts where quarantined samples agreed.
     pub restarted: u32,
-    /// Periods of a feed-forward with a torque beyond the invertible range.
+    /// Torques asked for beyond the invertible range.
     pub saturated: u32,
     /// Pairs of turning points given up.
     pub merged_pairs: u32,

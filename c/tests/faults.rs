@@ -136,7 +136,7 @@ fn fuzzed_samples_are_answered() {
             // Samples that agreed may have been taken for a new place.
             assert!(good < 4 || output.flags == 0, "{k}: {:x}", output.flags);
             let torque = if next().is_multiple_of(8) { f32::from_bits(next()) } else { output.torque_nm };
-            let solution = gmhm_invert(Some(&joint), torque, None);
+            let solution = gmhm_invert(Some(&mut joint), torque, None);
             assert!(solution.deflection_rad.abs() <= 1.01e5 * A, "{solution:?} for {torque}");
             if next().is_multiple_of(10_000) {
                 gmhm_restart(Some(&mut joint));

@@ -67,8 +67,8 @@ fn torques_and_deflections_are_those_of_a_joint() {
             let u = (1.0 - 2.0 * phase.abs()) * (0.2 + (k / 200) as f32 / 10.0);
             let of_joint = common::gmhm_step(Some(&mut joint), Some(&at(u * A)));
             assert_eq!(step(&mut gear, u), of_joint);
-            let (aim, _) = out(|to| gmhm_c::gmhm_gear_invert(Some(&gear), 10.0 * u, to));
-            assert_eq!(aim, common::gmhm_invert(Some(&joint), 10.0 * u, None));
+            let (aim, _) = out(|to| gmhm_c::gmhm_gear_invert(Some(&mut gear), 10.0 * u, to));
+            assert_eq!(aim, common::gmhm_invert(Some(&mut joint), 10.0 * u, None));
             // Another block with the loop running.
             if k == 1500 {
                 let other = block_with(1.2, &[]);
@@ -132,6 +132,34 @@ fn what_is_none_is_refused_and_changes_nothing() {
     assert_eq!(step(&mut empty, 0.1).flags, flag::NOT_LOADED);
     assert_eq!(gmhm_c::gmhm_gear_step(None, 0.0, None), flag::NOT_LOADED);
     assert_eq!(gmhm_c::gmhm_gear_get_diagnostics(None, None), NULL);
+}
+
+/// As a feed-forward does, a gear and a joint count the torques that they are asked for beyond the range, and those that are none.
+#[test]
+fn an_inverse_counts_what_goes_wrong() {
+    let bytes = block();
+    let (mut gear, mut joint) = (gear(&bytes), joint());
+    // SAFETY: the block outlives the call.
+    let code = unsafe { gmhm_c::gmhm_load(Some(&mut joint), bytes.as_ptr(), bytes.len() as u32) };
+    assert_eq!(code, OK);
+    let expected = DiagnosticsC { refused: 1, saturated: 2, last_fault: 5, self_test: 1, ..DiagnosticsC::default() };
+    for torque_nm in [5.0, 1e4, f32::NAN, -1e4, 5.0] {
+        let (aim, _) = out(|to| gmhm_c::gmhm_gear_invert(Some(&mut gear), torque_nm, to));
+        assert_eq!(aim, common::gmhm_invert(Some(&mut joint), torque_nm, Some(&at(0.0))));
+    }
+    assert_eq!(out(|to| gmhm_c::gmhm_gear_get_diagnostics(Some(&gear), to)).0, expected);
+    assert_eq!(out(|to| gmhm_c::gmhm_get_diagnostics(Some(&joint), to)).0, expected);
+    // With terms, too.
+    let with_terms = block_with(1.0, &["coulomb_friction"]);
+    // SAFETY: the block outlives the call.
+    let code = unsafe { gmhm_c::gmhm_load(Some(&mut joint), with_terms.as_ptr(), with_terms.len() as u32) };
+    assert_eq!(code, OK);
+    common::gmhm_step(Some(&mut joint), Some(&at(0.0)));
+    for torque_nm in [5.0, 1e4, f32::NAN] {
+        common::gmhm_invert(Some(&mut joint), torque_nm, Some(&at(0.0)));
+    }
+    let expected = DiagnosticsC { refused: 2, saturated: 3, last_fault: 1, ..expected };
+    assert_eq!(out(|to| gmhm_c::gmhm_get_diagnostics(Some(&joint), to)).0, expected);
 }
 
 const LIMITS: LimitsC = LimitsC {

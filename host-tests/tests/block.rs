@@ -53,7 +53,7 @@ fn sealed(mut bytes: Vec<u8>) -> Vec<u8> {
 }
 
 fn refusal(bytes: &[u8]) -> BlockError {
-    Parameters::<f32>::load(bytes, 16).expect_err("the block is bad")
+    Parameters::<f32>::load_any(bytes, 16).expect_err("the block is bad")
 }
 
 /// Values for every key of a kind, growing along lists and from key to key.
@@ -94,7 +94,7 @@ fn every_law_loads_to_the_bit() {
     let mut with_inverse = 0;
     for params in common::every_law() {
         let bytes = block(header(), |writer| write_gear(writer, &params));
-        let loaded = Parameters::<f32>::load(&bytes, 16).expect("a good block");
+        let loaded = Parameters::<f32>::load_any(&bytes, 16).expect("a good block");
         assert_eq!(loaded.gear, Some(Gear::with_period(&params, PERIOD_S).expect("a period")));
         assert_eq!(loaded.inverse, Inverse::with_period(&params, PERIOD_S).ok());
         assert_eq!(loaded.joint, Joint { ratio: Some(-100.0), deflection_zero_rad: 0.1, motor_side: true });
@@ -126,7 +126,7 @@ fn fixed_law<L: BlockLaw<Fixed> + PartialEq + Debug>(header: Header, params: &Pa
         }
         writer.joint(&Joint::default())
     });
-    let loaded = Parameters::<Fixed, L, ()>::load(&bytes, 16).expect("a good block");
+    let loaded = Parameters::<Fixed, L, ()>::load_any(&bytes, 16).expect("a good block");
     assert_eq!(loaded.gear, Some(gear));
     assert_eq!(loaded.inverse, inverse);
     assert_eq!(refusal(&bytes), BlockError::Scalar([2, 28]));
@@ -136,7 +136,7 @@ fn fixed_law<L: BlockLaw<Fixed> + PartialEq + Debug>(header: Header, params: &Pa
         for word in STRANGE {
             let mut changed = bytes.clone();
             changed[at..at + 4].copy_from_slice(&word.to_le_bytes());
-            match Parameters::<Fixed, L, ()>::load(&sealed(changed), 16) {
+            match Parameters::<Fixed, L, ()>::load_any(&sealed(changed), 16) {
                 Ok(parameters) => {
                     taken += 1;
                     let gear = parameters.gear.expect("its record is still there");
@@ -166,7 +166,7 @@ fn every_kind_of_term_loads_to_the_bit() {
                 write_gear(writer, &common::masing())?;
                 writer.term(info.name, &source)
             });
-            let loaded = Parameters::<f32>::load(&bytes, 16).expect("a good block");
+            let loaded = Parameters::<f32>::load_any(&bytes, 16).expect("a good block");
             let stack: Stack<f32, 8> = loaded.terms;
             let written = Term::read(info.name, &source, setting).expect("a good term");
             assert_eq!(stack.terms(), [written], "{} {shape}", info.name);
@@ -181,7 +181,7 @@ fn a_joint_without_gear_has_terms_alone() {
         writer.joint(&Joint::default())?;
         writer.term("gravity_load", &gravity)
     });
-    let loaded = Parameters::<f32>::load(&bytes, 16).expect("a good block");
+    let loaded = Parameters::<f32>::load_any(&bytes, 16).expect("a good block");
     assert!(loaded.gear.is_none() && loaded.inverse.is_none() && !loaded.terms.has_gear());
     let empty = block(header(), |writer| writer.joint(&Joint::default()));
     assert_eq!(refusal(&empty), BlockError::Missing(GEAR.tag));
@@ -240,10 +240,10 @@ fn every_refusal_has_its_own_code() {
     let negative = [1.0_f32.to_bits().to_le_bytes(), (-1.0_f32).to_bits().to_le_bytes()].concat();
     let coulomb = 0x0100 + 5;
     let without_terms = {
-        let fixed = Parameters::<Fixed, Masing<Fixed>, ()>::load(IN_FIXED_POINT, 16);
+        let fixed = Parameters::<Fixed, Masing<Fixed>, ()>::load_any(IN_FIXED_POINT, 16);
         assert!(fixed.is_ok_and(|parameters| parameters.gear.is_some()));
         let with_term = self::appended(IN_FIXED_POINT, coulomb, &[0; 8]);
-        Parameters::<Fixed, Masing<Fixed>, ()>::load(&with_term, 16).expect_err("no terms in fixed point")
+        Parameters::<Fixed, Masing<Fixed>, ()>::load_any(&with_term, 16).expect_err("no terms in fixed point")
     };
     let refusals = [
         (refusal(&bytes[..20]), 0x0101),
@@ -281,7 +281,7 @@ fn every_refusal_has_its_own_code() {
     assert_eq!(codes, (0x0101..=0x0111).collect());
 
     // What is not known but may be skipped is.
-    assert!(Parameters::<f32>::load(&appended(0x8077, &[1; 8]), 16).is_ok());
+    assert!(Parameters::<f32>::load_any(&appended(0x8077, &[1; 8]), 16).is_ok());
     // Nine terms do not fit into eight places, and firmware without terms takes none.
     let friction = |count| {
         let info = KINDS.iter().find(|kind| kind.name == "coulomb_friction").expect("a kind");
@@ -291,15 +291,15 @@ fn every_refusal_has_its_own_code() {
         })
     };
     assert_eq!(refusal(&friction(9)), BlockError::Term { tag: coulomb, error: TermError::StackFull });
-    assert!(Parameters::<f32>::load(&friction(8), 16).is_ok());
-    let bare = Parameters::<f32, Masing<f32>, ()>::load(&friction(1), 16);
+    assert!(Parameters::<f32>::load_any(&friction(8), 16).is_ok());
+    let bare = Parameters::<f32, Masing<f32>, ()>::load_any(&friction(1), 16);
     assert_eq!(bare, Err(BlockError::TermsNotComputed(coulomb)));
     // Firmware of one law refuses the others.
-    assert!(Parameters::<f32, Masing<f32>, ()>::load(&published(), 16).is_ok());
+    assert!(Parameters::<f32, Masing<f32>, ()>::load_any(&published(), 16).is_ok());
     for params in common::every_law().iter().skip(1) {
         let other = block(header(), |writer| write_gear(writer, params));
         let tag = if params.memory().law == Law::Phase { PHASE.tag } else { TIME.tag };
-        assert_eq!(Parameters::<f32, Masing<f32>, ()>::load(&other, 16), Err(BlockError::Unknown(tag)));
+        assert_eq!(Parameters::<f32, Masing<f32>, ()>::load_any(&other, 16), Err(BlockError::Unknown(tag)));
     }
 }
 
@@ -327,7 +327,7 @@ fn a_name_stands_for_people() {
     });
     assert_eq!(verify(&named).expect("a good block").name(), "Gelenk 3, Größe 25");
     assert_eq!(verify(&published()).expect("a good block").name(), "");
-    assert!(Parameters::<f32>::load(&named, 16).is_ok());
+    assert!(Parameters::<f32>::load_any(&named, 16).is_ok());
 }
 
 /// Words that break things: zeros, infinities, NaN, the largest, the smallest, halves of doubles.
@@ -363,7 +363,7 @@ fn strange_words_are_refused_or_harmless() {
             for word in STRANGE {
                 let mut changed = bytes.clone();
                 changed[at..at + 4].copy_from_slice(&u32::to_le_bytes(word));
-                match Parameters::<f32>::load(&sealed(changed), 16) {
+                match Parameters::<f32>::load_any(&sealed(changed), 16) {
                     Ok(parameters) => {
                         taken += 1;
                         use_up(&parameters);
@@ -420,7 +420,7 @@ fn a_block_turns_counts_into_its_deflection() {
             write_gear_alone(writer, &params)?;
             writer.joint(&joint)
         });
-        let loaded = Parameters::<f32>::load(&bytes, 16).expect("a good block");
+        let loaded = Parameters::<f32>::load_any(&bytes, 16).expect("a good block");
         let setup = loaded.encoders(mounting, mounting).expect("a ratio");
         assert_eq!((setup.ratio, setup.motor.reversed), (fraction, ratio < 0.0));
         let pair = EncoderPair::<f32>::new(&setup).expect("encoders");
@@ -436,7 +436,7 @@ fn a_block_turns_counts_into_its_deflection() {
         write_gear_alone(writer, &params)?;
         writer.joint(&Joint::default())
     });
-    let loaded = Parameters::<f32>::load(&without, 16).expect("a good block");
+    let loaded = Parameters::<f32>::load_any(&without, 16).expect("a good block");
     assert_eq!(loaded.encoders(mounting, mounting), Err(SetupError::Ratio));
     let odd = Joint { ratio: Some(std::f64::consts::PI * 1e5), ..Joint::default() };
     assert_eq!(odd.encoders(mounting, mounting, common::A), Err(SetupError::Ratio));
@@ -456,11 +456,11 @@ fn a_block_in_amperes_is_not_taken_for_one_in_newton_metres() {
             writer.joint(&Joint::default())
         });
         for asked in [TorqueUnit::NewtonMetre, TorqueUnit::Ampere] {
-            let loaded = Parameters::<f32>::of_block_in(&verify(&bytes).expect("a block"), 16, asked);
+            let loaded = Parameters::<f32>::of_any_block(&verify(&bytes).expect("a block"), 16, asked);
             assert_eq!(loaded.map(|_| ()), if asked == unit { Ok(()) } else { Err(BlockError::Unit(unit)) });
         }
         // Without a word of the unit it is newton metres.
-        let loaded = Parameters::<f32>::load(&bytes, 16).map(|_| ());
+        let loaded = Parameters::<f32>::load_any(&bytes, 16).map(|_| ());
         assert_eq!(loaded, if unit == TorqueUnit::NewtonMetre { Ok(()) } else { Err(BlockError::Unit(unit)) });
     }
 }
@@ -474,7 +474,7 @@ fn law_time_without_a_period_refuses_samples() {
             write_gear_alone(writer, &params)?;
             writer.joint(&Joint::default())
         });
-        let gear = Parameters::<f32>::load(&bytes, 16).expect("a good block").gear.expect("a gear");
+        let gear = Parameters::<f32>::load_any(&bytes, 16).expect("a good block").gear.expect("a gear");
         let mut state = gear.start::<16>(0.0);
         gear.step(&mut state, 1e-4);
         assert_eq!(state.status().refused, refused);

@@ -5,9 +5,12 @@
 //! `GMHM_FUZZ_SEED` chooses others.
 
 use std::collections::BTreeMap;
+use std::fmt::Debug;
 
 use crate::common::fuzz::number;
-use gmhm::block::{BlockError, BlockLaw, CheckedTerms, HEADER_BYTES, Parameters, TermStack, Word, crc32, verify_first};
+use gmhm::block::{
+    BlockError, CheckedTerms, HEADER_BYTES, Parameters, PreparedLaw, TermStack, Word, crc32, verify_first,
+};
 use gmhm::inverse::MOST_STEPS;
 use gmhm::memory::AnyLaw;
 use gmhm::memory::masing::Masing;
@@ -106,12 +109,17 @@ fn mutate(block: &mut Vec<u8>, others: &[Vec<u8>], dice: &mut ChaCha8Rng) {
 }
 
 /// Loads bytes as some firmware would, and computes with what it takes: the code of a refusal, 0 for none.
-fn load<S: Word, L: BlockLaw<S>, T: TermStack>(
+fn load<S: Word, L: PreparedLaw<S> + PartialEq + Debug, T: TermStack + PartialEq + Debug>(
     bytes: &[u8],
     dice: &mut ChaCha8Rng,
 ) -> (u16, Option<Parameters<S, L, T>>) {
-    let loaded = verify_first(bytes)
-        .and_then(|block| Parameters::<S, L, T>::of_block_in(&block, 16, block.header().torque_unit));
+    let loaded = verify_first(bytes).and_then(|block| {
+        let unit = block.header().torque_unit;
+        let loaded = Parameters::<S, L, T>::of_any_block(&block, 16, unit);
+        let stored = Parameters::<S, L, T>::of_block_in(&block, 16, unit);
+        assert!(stored.is_err() || loaded.is_ok() || loaded == Err(BlockError::SelfTest), "{stored:?}, {loaded:?}");
+        loaded
+    });
     let parameters = match loaded {
         Ok(parameters) => parameters,
         Err(error) => return (error.code(), None),
@@ -192,7 +200,7 @@ fn any_bytes_are_refused_or_computed_with() {
                 let checked = verify_first(&block).and_then(|block| {
                     Ok((
                         block,
-                        Parameters::<f32, AnyLaw<f32>, CheckedTerms<8>>::of_block_in(
+                        Parameters::<f32, AnyLaw<f32>, CheckedTerms<8>>::of_any_block(
                             &block,
                             16,
                             block.header().torque_unit,

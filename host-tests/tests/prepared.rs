@@ -70,6 +70,7 @@ where
     assert_eq!((prepared.inverse, prepared.self_test), (inverse, SelfTest::Passed));
     let whole = Parameters::<S, L, ()>::load(&bytes, 16).expect("the same block");
     assert_eq!(whole.inverse, Some(inverse));
+    assert_eq!(Parameters::<S, L, ()>::load(&bytes, 16), Ok(whole));
     // A sector holds more than the block.
     let sector = [bytes.as_slice(), &[0xFF; 300]].concat();
     assert_eq!(Prepared::<S, L>::load(&sector, 16), Ok(prepared));

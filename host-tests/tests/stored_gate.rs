@@ -2,8 +2,8 @@
 
 use crate::common::{A, params};
 use gmhm::block::{
-    BlockError, Header, Identity, Joint, LARGEST_STEP, Parameters, Prepared, PreparedLaw, Word, Writer, check_set_up,
-    crc32, verify,
+    BlockError, Header, Identity, Joint, LARGEST_STEP, PREPARED, PREPARED_GEAR, Parameters, Prepared, PreparedLaw,
+    Word, Writer, check_set_up, crc32, verify,
 };
 use gmhm::diagnostics::SelfTest;
 use gmhm::feedforward::{Controls, Demand, FeedForward, Limits, Source};
@@ -51,11 +51,14 @@ fn quarantines<S: Scalar, L: MemoryLaw<S>>(gear: &Gear<S, L>, step: f64) -> bool
 fn every_gear_of_a_block_takes_its_largest_step() {
     for params in every_law() {
         let law = AnyLaw::<f32>::new(&params, PERIOD_S);
+        let missing = if params.memory().law == Law::Masing { PREPARED.tag } else { PREPARED_GEAR.tag };
         for is_prepared in [true, false] {
             for (step, beyond) in [(None, false), (Some((STEP * A) as f32), true)] {
                 let bytes = block(&params, law, step, is_prepared);
                 check_set_up(&verify(&bytes).expect("a block")).expect("a set-up");
-                let loaded = Parameters::<f32>::load(&bytes, 16).expect("a good block");
+                let loaded = Parameters::<f32>::load_any(&bytes, 16).expect("a good block");
+                let stored = Parameters::<f32>::load(&bytes, 16);
+                assert_eq!(stored, if is_prepared { Ok(loaded.clone()) } else { Err(BlockError::Missing(missing)) });
                 assert_eq!(loaded.self_test, SelfTest::Passed);
                 let mut gears = vec![loaded.gear.expect("a gear"), *loaded.inverse.expect("an inverse").gear()];
                 if is_prepared {

@@ -49,6 +49,13 @@ fn only_law(block: &Block<'_>) -> Result<&'static RecordInfo, BlockError> {
     found.ok_or(BlockError::Missing(MASING.tag))
 }
 
+/// Checks each word of the law of a block against its range.
+pub(super) fn check_law<S: Word>(block: &Block<'_>) -> Result<(), BlockError> {
+    let info = only_law(block)?;
+    let record = block.only(info)?.ok_or(BlockError::Missing(info.tag))?;
+    record.check::<S>(info)
+}
+
 /// Refuses a block of another law than the one that the caller computes.
 fn expect(block: &Block<'_>, info: &'static RecordInfo) -> Result<(), BlockError> {
     let found = only_law(block)?;

@@ -6,7 +6,8 @@
 //! | step | what | refuses |
 //! |---|---|---|
 //! | [`verify`] | magic, version, header, length, CRC-32, the walk over the records | bytes that are no block, or not the whole of one |
-//! | [`Parameters::load`] | every word against its range; gear, inverse and terms set up | values that cannot be, records that this firmware does not know |
+//! | [`Parameters::load`] | every word against its range; gear, inverse and terms, the set-up taken from the block | values that cannot be, records that this firmware does not know, a gear without its set-up |
+//! | [`Parameters::load_any`] | the same, gear and inverse set up in double precision | values that cannot be, records that this firmware does not know |
 //! | [`Prepared::load`] | the words of law and inverse as the host has computed them: less flash, stack and time | as `verify`, and a block without them |
 //! | [`self_test`] | golden samples computed anew | an arithmetic that computes otherwise than the host's |
 //!
@@ -29,6 +30,7 @@
 //! writer.gear(gear, &params)?;
 //! writer.inverse::<f32>(&params, 0.0)?;
 //! writer.self_test(gear, Some(&inverse))?; // computed anew by the drive; a block that comes out otherwise is refused
+//! writer.prepared(&inverse)?; // the set-up, which the drive takes over
 //! writer.joint(&Joint::default())?;
 //! let length = writer.finish()?;
 //!

@@ -1,14 +1,15 @@
 //! What a drive computes with: the gear, its inverse and its terms, from a block.
 
 use super::Word;
+use super::agreement::check_set_up;
 use super::error::BlockError;
 use super::header::{Header, TorqueUnit};
 use super::joint::{Joint, JointRecord};
-use super::law::{BlockLaw, number};
+use super::law::{BlockLaw, check_law, number};
 use super::layout::{GEAR, INVERSE, LARGEST_STEP, MASING, MAY_SKIP, PHASE, RECORDS, SELF_TEST, TERM_TAGS, TIME};
-use super::prepared::within;
+use super::prepared::{PreparedLaw, setting, within};
 use super::record::{Block, Record, double, verify};
-use super::scales::Scales;
+use super::scales::{Scales, ScalesRecord};
 use super::self_test::{IS_COMPARED, SAMPLES, samples};
 use super::term::TermRecord;
 use crate::diagnostics::SelfTest;
@@ -46,15 +47,15 @@ pub struct Parameters<S: Word = f32, L = AnyLaw<S>, T = Stack<f32, 8>> {
     pub terms: T,
 }
 
-impl<S: Word, L: BlockLaw<S>, T: TermStack> Parameters<S, L, T> {
-    /// Verifies a block, checks every value and sets up what it says. `stack_depth` is how many turning points the caller has room for. A block that counts torques in amperes is
-    /// refused: [`of_block_in`](Self::of_block_in) takes it.
+impl<S: Word, L: PreparedLaw<S>, T: TermStack> Parameters<S, L, T> {
+    /// Verifies a block, checks every value and takes the set-up of gear and inverse that the block holds, as `gmhm pack` writes it for every gear with an inverse: nothing is computed in double precision.
+    /// `stack_depth` is how many turning points the caller has room for. A block that counts torques in amperes is refused: [`of_block_in`](Self::of_block_in) takes it.
     ///
     /// Whatever the bytes, nothing panics, and an error leaves the caller with what it had.
     ///
     /// # Errors
-    /// [`BlockError`]: bytes that are no block, another scalar or law, more turning points or terms than there is room for, a record that is unknown,
-    /// missing, twice or malformed, a value out of range.
+    /// [`BlockError`]: bytes that are no block, another scalar or law, a gear without its set-up ([`load_any`](Self::load_any) takes it), more turning points or terms than there is room for, a record that
+    /// is unknown, missing, twice or malformed, a value out of range.
     pub fn load(bytes: &[u8], stack_depth: usize) -> Result<Self, BlockError> {
         Self::of_block(&verify(bytes)?, stack_depth)
     }
@@ -72,6 +73,33 @@ impl<S: Word, L: BlockLaw<S>, T: TermStack> Parameters<S, L, T> {
     /// # Errors
     /// As there; [`BlockError::Unit`]: the block counts them in the other one.
     pub fn of_block_in(block: &Block<'_>, stack_depth: usize, unit: TorqueUnit) -> Result<Self, BlockError> {
+        Self::of(block, stack_depth, unit, stored_gear)
+    }
+}
+
+impl<S: Word, L: BlockLaw<S>, T: TermStack> Parameters<S, L, T> {
+    /// [`load`](Self::load) of a block that need not hold the set-up: a gear without an inverse, or a block of before. Gear and inverse are set up here, in double precision.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn load_any(bytes: &[u8], stack_depth: usize) -> Result<Self, BlockError> {
+        Self::of_any_block(&verify(bytes)?, stack_depth, TorqueUnit::NewtonMetre)
+    }
+
+    /// [`load_any`](Self::load_any) from a block that is verified, for code that counts torques in a unit.
+    ///
+    /// # Errors
+    /// As there; [`BlockError::Unit`]: the block counts them in the other one.
+    pub fn of_any_block(block: &Block<'_>, stack_depth: usize, unit: TorqueUnit) -> Result<Self, BlockError> {
+        Self::of(block, stack_depth, unit, set_up_gear)
+    }
+
+    fn of(
+        block: &Block<'_>,
+        stack_depth: usize,
+        unit: TorqueUnit,
+        base: impl FnOnce(&Block<'_>) -> Result<Base<S, L>, BlockError>,
+    ) -> Result<Self, BlockError> {
         let header = *block.header();
         if header.torque_unit != unit {
             return Err(BlockError::Unit(header.torque_unit));
@@ -79,7 +107,8 @@ impl<S: Word, L: BlockLaw<S>, T: TermStack> Parameters<S, L, T> {
         if header.scalar != S::KIND {
             return Err(BlockError::Scalar(header.scalar.bytes()));
         }
-        let joint = JointRecord::checked(block)?.joint();
+        let record = JointRecord::checked(block)?;
+        let joint = record.joint();
         let mut parameters = Self {
             header,
             crc: block.crc(),
@@ -90,29 +119,26 @@ impl<S: Word, L: BlockLaw<S>, T: TermStack> Parameters<S, L, T> {
             self_test: SelfTest::NotRun,
             terms: T::empty(Setting { sigma: joint.sigma(), c1: 0.0, rated_deflection: 0.0 }, false),
         };
-        if let Some(record) = block.only(&GEAR)? {
-            let (gear, scales) = gear::<S, L>(block, &record)?;
+        if block.only(&GEAR)?.is_some() {
+            let scales = ScalesRecord::of_block(block)?;
+            let (gear, inverse) = base(block)?;
             if usize::from(header.stack_depth) > stack_depth {
                 return Err(BlockError::StackDepth(header.stack_depth));
             }
-            parameters.inverse = inverse(block, gear, scales, f64::from(header.period_s))?;
-            if let (Some(record), true) = (block.only(&SELF_TEST)?, IS_COMPARED) {
-                test(&record, &gear, parameters.inverse.as_ref())?;
+            if let (Some(samples), true) = (block.only(&SELF_TEST)?, IS_COMPARED) {
+                test(&samples, &gear, inverse.as_ref())?;
                 parameters.self_test = SelfTest::Passed;
             }
+            (parameters.gear, parameters.inverse) = (Some(gear), inverse);
             // After the golden samples, which lie further apart.
-            let gear = match block.only(&LARGEST_STEP)? {
-                Some(record) => {
-                    let [step] = record.checked::<S, 1>(&LARGEST_STEP)?.map(number);
-                    parameters.inverse = parameters.inverse.map(|inverse| inverse.with_largest_step(step));
-                    gear.with_largest_step(step)
-                }
-                None => gear,
-            };
-            let c1 = gear.elastic().polynomial().k1.to_f64() * scales.torque_scale_nm / scales.rated_deflection_rad;
-            let rated_deflection = scales.rated_deflection_rad as f32;
-            parameters.terms = T::empty(Setting { sigma: joint.sigma(), c1: c1 as f32, rated_deflection }, true);
-            (parameters.gear, parameters.scales) = (Some(gear), Some(scales));
+            if let Some(record) = block.only(&LARGEST_STEP)? {
+                let [step] = record.checked::<S, 1>(&LARGEST_STEP)?.map(number);
+                parameters.gear = Some(gear.with_largest_step(step));
+                parameters.inverse = inverse.map(|inverse| inverse.with_largest_step(step));
+            }
+            let k1 = S::KIND.number(gear.elastic().polynomial().k1.word());
+            parameters.terms = T::empty(setting(&record, &scales, k1), true);
+            parameters.scales = Some(scales.scales());
         } else {
             for info in [&MASING, &PHASE, &TIME, &INVERSE] {
                 if block.only(info)?.is_some() {
@@ -300,26 +326,36 @@ fn test<S: Word, L: BlockLaw<S>>(
     if stored == samples(gear, inverse) { Ok(()) } else { Err(BlockError::SelfTest) }
 }
 
-fn gear<S: Word, L: BlockLaw<S>>(block: &Block<'_>, record: &Record<'_>) -> Result<(Gear<S, L>, Scales), BlockError> {
-    let [a0, a1, t0, t1, k1, k3, k5] = record.checked::<S, 7>(&GEAR)?;
-    let scales = Scales { rated_deflection_rad: double([a0, a1]), torque_scale_nm: double([t0, t1]) };
-    let frame = Frame::of(scales.rated_deflection_rad, scales.torque_scale_nm);
-    let elastic = ElasticTorque::new(Polynomial { k1: number(k1), k3: number(k3), k5: number(k5) });
-    Ok((Gear::of(frame, elastic, L::of_block(block)?), scales))
+/// A gear and its inverse, where it has one.
+type Base<S, L> = (Gear<S, L>, Option<Inverse<S, L>>);
+
+/// Gear and inverse as the block holds their set-up, each word that it was computed from within its range.
+#[inline(never)]
+fn stored_gear<S: Word, L: PreparedLaw<S>>(block: &Block<'_>) -> Result<Base<S, L>, BlockError> {
+    block.words::<S, 7>(&GEAR)?;
+    check_law::<S>(block)?;
+    let inverse = L::of_prepared(block)?;
+    block.words::<S, 10>(&INVERSE)?;
+    check_set_up(block)?;
+    Ok((*inverse.gear(), Some(inverse)))
 }
 
-fn inverse<S: Word, L: BlockLaw<S>>(
-    block: &Block<'_>,
-    gear: Gear<S, L>,
-    scales: Scales,
-    period_s: f64,
-) -> Result<Option<Inverse<S, L>>, BlockError> {
-    let Some(record) = block.only(&INVERSE)? else { return Ok(None) };
-    let [r0, r1, s0, s1, b0, b1, b2, b3, b4, b5] = record.checked::<S, 10>(&INVERSE)?;
+/// Gear and inverse, set up from what the block says of them.
+#[inline(never)]
+fn set_up_gear<S: Word, L: BlockLaw<S>>(block: &Block<'_>) -> Result<Base<S, L>, BlockError> {
+    let [a0, a1, t0, t1, k1, k3, k5] = block.words::<S, 7>(&GEAR)?;
+    let [rated_deflection_rad, torque_scale_nm] = [[a0, a1], [t0, t1]].map(double);
+    let elastic = ElasticTorque::new(Polynomial { k1: number(k1), k3: number(k3), k5: number(k5) });
+    let gear = Gear::of(Frame::of(rated_deflection_rad, torque_scale_nm), elastic, L::of_block(block)?);
+    if block.only(&INVERSE)?.is_none() {
+        return Ok((gear, None));
+    }
+    let [r0, r1, s0, s1, b0, b1, b2, b3, b4, b5] = block.words::<S, 10>(&INVERSE)?;
     let monotony = Monotony {
         reach: double([r0, r1]),
         least_slope: double([s0, s1]),
         bounds: [[b0, b1], [b2, b3], [b4, b5]].map(double),
     };
-    Ok(Some(Inverse::with_monotony(gear, scales.torque_scale_nm, &monotony, period_s)))
+    let period_s = f64::from(block.header().period_s);
+    Ok((gear, Some(Inverse::with_monotony(gear, torque_scale_nm, &monotony, period_s))))
 }

@@ -1,8 +1,8 @@
 //! What a drive computes with, word by word as the host has computed it: loaded without arithmetic in double precision and without the registry of fields.
 //!
-//! [`Parameters::load`](super::Parameters::load) sets a gear up from few numbers, in `f64`, and checks each against its range; the record `prepared` beside them
-//! (law `masing`) or `prepared_gear` (laws `phase` and `time`) holds what comes of that. [`Prepared::load`] takes the words over: the same coefficients to the bit,
-//! in a fraction of the flash, of the stack and of the time. CRC-32 and golden samples vouch for them.
+//! [`Parameters::load_any`](super::Parameters::load_any) sets a gear up from few numbers, in `f64`; the record `prepared` beside them (law `masing`) or `prepared_gear` (laws `phase` and `time`)
+//! holds what comes of that. [`Parameters::load`](super::Parameters::load) and [`Prepared::load`] take the words over: the same coefficients to the bit. The former checks each number of the block
+//! against its range and the words against the numbers; the latter does neither, in a fraction of the flash, of the stack and of the time: CRC-32 and golden samples vouch for the words.
 //!
 //! ```
 //! use gmhm::block::{Header, Identity, Joint, Prepared, ScalarKind, Writer};
@@ -204,6 +204,12 @@ impl<S: Word + Float> PreparedLaw<S> for AnyLaw<S> {
     }
 }
 
+/// What terms refer to.
+pub(super) fn setting(joint: &JointRecord, scales: &ScalesRecord, k1: f32) -> Setting<f32> {
+    let sigma = if joint.motor_side() { 1.0 } else { -1.0 };
+    Setting { sigma, c1: scales.stiffness_nm_per_rad(k1), rated_deflection: scales.rated_deflection_rad() }
+}
+
 /// Whether golden samples come out as they are stored.
 fn is_met<S: Word, L: BlockLaw<S>>(expected: &Record<'_>, inverse: &Inverse<S, L>) -> bool {
     expected.words().zip(Samples::new(inverse.gear(), Some(inverse))).all(|(stored, computed)| stored == computed)
@@ -309,17 +315,13 @@ impl<S: Word, L: PreparedLaw<S>> Prepared<S, L> {
 }
 
 impl<L: PreparedLaw<f32>> Prepared<f32, L> {
-    /// The terms of the block that this was loaded from, checked and counted in single precision. The c1 that `thermal_stiffness` scales is that of
-    /// [`Parameters`](super::Parameters) within 2 units in the last place.
+    /// The terms of the block that this was loaded from, checked and counted.
     ///
     /// # Errors
     /// [`BlockError`]: a term that cannot be, more than `K`, a record that this firmware does not know and may not skip.
     pub fn terms<const K: usize>(&self, block: &Block<'_>) -> Result<CheckedTerms<K>, BlockError> {
-        let joint = JointRecord::of_block(block)?;
-        let frame = self.gear().frame();
-        let c1 = self.gear().elastic().polynomial().k1 * frame.torque_scale() * frame.inverse_rated();
-        let sigma = if joint.motor_side() { 1.0 } else { -1.0 };
-        let mut terms = CheckedTerms::empty(Setting { sigma, c1, rated_deflection: frame.rated() }, true);
+        let (joint, scales) = (JointRecord::of_block(block)?, ScalesRecord::of_block(block)?);
+        let mut terms = CheckedTerms::empty(setting(&joint, &scales, self.gear().elastic().polynomial().k1), true);
         for record in block.records() {
             let is_fixed = RECORDS.iter().any(|info| info.tag == record.tag);
             if !is_fixed && !terms.take(&record)? && record.tag & MAY_SKIP == 0 {

@@ -157,13 +157,21 @@ impl<'a> Record<'a> {
 
     /// Its words against the ranges of its fields, `N` of them.
     pub(super) fn checked<S: Word, const N: usize>(&self, info: &'static RecordInfo) -> Result<[u32; N], BlockError> {
-        if self.payload.len() != 4 * N || info.size() != N {
+        if self.payload.len() != 4 * N {
             return Err(BlockError::Malformed(self.tag));
         }
+        self.check::<S>(info)?;
         let mut words = [0; N];
         words.iter_mut().zip(self.words()).for_each(|(to, from)| *to = from);
-        check::<S>(info, &words)?;
         Ok(words)
+    }
+
+    /// Its words against the ranges of its fields.
+    pub(super) fn check<S: Word>(&self, info: &'static RecordInfo) -> Result<(), BlockError> {
+        if self.payload.len() != 4 * info.size() {
+            return Err(BlockError::Malformed(self.tag));
+        }
+        check::<S>(info, self.words())
     }
 }
 
@@ -194,27 +202,40 @@ impl Record<'_> {
 }
 
 /// Holds words against the ranges of a record's fields.
-pub(super) fn check<S: Word>(info: &'static RecordInfo, words: &[u32]) -> Result<(), BlockError> {
-    let mut at = words.iter().copied();
+pub(super) fn check<S: Word>(info: &'static RecordInfo, mut at: impl Iterator<Item = u32>) -> Result<(), BlockError> {
     for field in info.fields {
         let first = at.next().unwrap_or_default();
         let second = if field.coding.words() == 2 { at.next().unwrap_or_default() } else { 0 };
-        if value::<S>(field, [first, second]).is_none() {
+        if !is_within::<S>(field, [first, second]) {
             return Err(BlockError::OutOfRange { tag: info.tag, field: field.key.name });
         }
     }
     Ok(())
 }
 
-/// What the words of a field say; `None` where they say nothing or are out of range.
-pub(super) fn value<S: Word>(field: &FieldInfo, [first, second]: [u32; 2]) -> Option<f64> {
-    let value = match field.coding {
-        Coding::Scalar => S::of_word(first)?.to_f64(),
-        Coding::Gain => S::gain_of_words([first, second])?.1,
-        Coding::Double => double([first, second]),
-        Coding::Choice => return field.choices().get(usize::try_from(first).ok()?).map(|_| f64::from(first)),
-    };
-    field.key.range.holds(value).then_some(value)
+/// Whether the words of a field are within its range, without arithmetic in double precision.
+fn is_within<S: Word>(field: &FieldInfo, words: [u32; 2]) -> bool {
+    let range = field.key.range;
+    match field.coding {
+        // What is no number is NaN or infinite.
+        Coding::Scalar => range.holds_in(S::KIND.number(words[0])),
+        Coding::Gain => range.holds_in(S::KIND.gain(words)),
+        Coding::Double => range.holds(double(words)),
+        Coding::Choice => usize::try_from(words[0]).is_ok_and(|number| number < field.choices().len()),
+    }
+}
+
+/// What the words of a field say; `None` where they are out of range.
+pub(super) fn value<S: Word>(field: &FieldInfo, words: [u32; 2]) -> Option<f64> {
+    if !is_within::<S>(field, words) {
+        return None;
+    }
+    match field.coding {
+        Coding::Scalar => S::of_word(words[0]).map(S::to_f64),
+        Coding::Gain => S::gain_of_words(words).map(|(_, value)| value),
+        Coding::Double => Some(double(words)),
+        Coding::Choice => Some(f64::from(words[0])),
+    }
 }
 
 /// The double of two words, the lower first.

@@ -6,6 +6,7 @@ use super::layout::GEAR;
 use super::prepared::words;
 use super::record::{Block, double};
 use crate::params::Params;
+use crate::scalar::Extended;
 
 /// A and T_A in SI units, also where samples enter as fractions of them.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -55,6 +56,15 @@ impl ScalesRecord {
     pub fn rated_deflection_rad(&self) -> f32 {
         let [low, high, ..] = self.0;
         single([low, high])
+    }
+
+    /// k1·T_A/A, rounded; 0 where one of them is not finite.
+    pub(super) fn stiffness_nm_per_rad(&self, k1: f32) -> f32 {
+        let [a0, a1, t0, t1] = self.0;
+        let [rated, scale] = [[a0, a1], [t0, t1]].map(double).map(Extended::of_double);
+        let size =
+            rated.zip(scale).zip(Extended::of_single(k1)).map(|((rated, scale), k1)| k1.times(scale).over(rated));
+        size.map_or(0.0, Extended::single).copysign(k1)
     }
 
     /// [`Scales::torque_scale_nm`], rounded.

@@ -43,7 +43,6 @@ impl ScalarKind {
     }
 
     /// The value of the two words of a gain, in single precision; NaN for what is none.
-    #[cfg(feature = "link")]
     pub(crate) fn gain(self, [first, second]: [u32; 2]) -> f32 {
         match self {
             Self::F32 if second == 0 => f32::from_bits(first),

@@ -133,7 +133,7 @@ impl<'a> Writer<'a> {
 
     /// A record of the registry, its values within their ranges.
     fn fixed<S: Word>(&mut self, info: &'static RecordInfo, words: &[u32]) -> Result<(), BlockError> {
-        check::<S>(info, words)?;
+        check::<S>(info, words.iter().copied())?;
         self.record(info.tag, words)
     }
 

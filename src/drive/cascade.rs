@@ -16,7 +16,7 @@ use core::fmt;
 
 use crate::feedforward::towards;
 use crate::gear::LONGEST_PERIOD_S;
-use crate::scalar::Float;
+use crate::scalar::{Extended, Float};
 
 /// The torque limit fades to zero in this time, s.
 pub const FADE_S: f64 = 0.1;
@@ -95,44 +95,45 @@ pub struct CascadeState<S> {
 }
 
 impl<S: Float> Cascade<S> {
-    /// A servo of these gains.
+    /// A servo of these gains, without arithmetic in double precision.
     ///
     /// # Errors
     /// [`GainsError`]: the first that is NaN, infinite, negative, or zero where it must not be, also as the scalar rounds it.
     pub fn new(gains: &Gains) -> Result<Self, GainsError> {
         let Gains { period_s, position_per_s, velocity_nms_per_rad, integral_rad_per_s, filter_rad_per_s, limit_nm } =
             *gains;
-        for (gain, value, zero, most) in [
-            ("period_s", period_s, false, LONGEST_PERIOD_S),
-            ("position_per_s", position_per_s, true, f64::INFINITY),
-            ("velocity_nms_per_rad", velocity_nms_per_rad, true, f64::INFINITY),
-            ("integral_rad_per_s", integral_rad_per_s, true, f64::INFINITY),
-            ("filter_rad_per_s", filter_rad_per_s, false, f64::INFINITY),
-            ("limit_nm", limit_nm, false, f64::INFINITY),
-        ] {
-            // A NaN compares false.
-            let positive = value > 0.0 && S::from_f64(value) > S::ZERO || zero && value == 0.0;
-            if !positive || value > most || !S::from_f64(value).is_finite() {
-                return Err(GainsError { gain, value });
+        let longest = Extended::of_double(LONGEST_PERIOD_S);
+        let checked = |gain, value: f64, may_be_zero, most: Option<Extended>| {
+            let size = Extended::of_double(value).filter(|size| most.is_none_or(|most| *size <= most));
+            let size = size.ok_or(GainsError { gain, value })?;
+            let rounded = S::of_extended(size);
+            let is_positive = !value.is_sign_negative() && rounded > S::ZERO && rounded.is_finite();
+            if is_positive || may_be_zero && size == Extended::ZERO {
+                Ok(size)
+            } else {
+                Err(GainsError { gain, value })
             }
-        }
-        let integral = velocity_nms_per_rad * integral_rad_per_s * period_s;
-        for (gain, value, rounded) in
-            [("period_s", period_s, 1.0 / period_s), ("integral_rad_per_s", integral_rad_per_s, integral)]
-        {
-            if !S::from_f64(rounded).is_finite() {
-                return Err(GainsError { gain, value });
-            }
-        }
+        };
+        let period = checked("period_s", period_s, false, longest)?;
+        let position = checked("position_per_s", position_per_s, true, None)?;
+        let velocity = checked("velocity_nms_per_rad", velocity_nms_per_rad, true, None)?;
+        let integral = checked("integral_rad_per_s", integral_rad_per_s, true, None)?;
+        let filter = checked("filter_rad_per_s", filter_rad_per_s, false, None)?;
+        let limit = checked("limit_nm", limit_nm, false, None)?;
+        let finite = |gain, value, number| {
+            Some(S::of_extended(number)).filter(|rounded| rounded.is_finite()).ok_or(GainsError { gain, value })
+        };
+        // Constants, and constant for the compiler.
+        let [top_speed, fade] = [TOP_SPEED_RAD_PER_S, FADE_S].map(|x| Extended::of_double(x).unwrap_or(Extended::ONE));
         Ok(Self {
-            rate: S::from_f64(1.0 / period_s),
-            position: S::from_f64(position_per_s),
-            velocity: S::from_f64(velocity_nms_per_rad),
-            integral: S::from_f64(integral),
-            filter: S::from_f64(-libm::expm1(-filter_rad_per_s * period_s)),
-            limit: S::from_f64(limit_nm),
-            largest_change: S::from_f64(TOP_SPEED_RAD_PER_S * period_s),
-            fade: S::from_f64(limit_nm * (period_s / FADE_S).min(1.0)),
+            rate: finite("period_s", period_s, Extended::ONE.over(period))?,
+            position: S::of_extended(position),
+            velocity: S::of_extended(velocity),
+            integral: finite("integral_rad_per_s", integral_rad_per_s, velocity.times(integral).times(period))?,
+            filter: S::of_extended(filter.times(period).decay()),
+            limit: S::of_extended(limit),
+            largest_change: S::of_extended(top_speed.times(period)),
+            fade: S::of_extended(if period < fade { limit.times(period).over(fade) } else { limit }),
         })
     }
 

@@ -51,15 +51,13 @@
 //! # Ok::<(), Box<dyn core::error::Error>>(())
 //! ```
 
-use core::f64::consts::TAU;
-
 use super::pair::{FromCounts, Reading};
 use super::position_loop::{PositionLoop, PositionLoopState};
 use super::servo::{Reference, ServoError, ServoSetup};
 use crate::feedforward::{Controls, Demand, Source};
 use crate::inverse::Invertible;
 use crate::memory::{AnyLaw, MemoryLaw};
-use crate::scalar::Float;
+use crate::scalar::{Extended, Float};
 use crate::terms::feedforward::{CompensatedFeedForward, CompensatedFeedForwardState, Compensation};
 use crate::terms::{Need, Sample};
 
@@ -97,7 +95,8 @@ struct Turn<S: FromCounts> {
 
 impl<S: FromCounts> Turn<S> {
     fn of(counts_per_turn: u32) -> Self {
-        Self { counts: i64::from(counts_per_turn), angle: S::factor(TAU / f64::from(counts_per_turn)) }
+        let angle = Extended::TURN.over(Extended::of_whole(counts_per_turn.into()));
+        Self { counts: i64::from(counts_per_turn), angle: S::factor_of(angle) }
     }
 
     /// rad.
@@ -132,17 +131,17 @@ impl<S: Float<Carry = S> + FromCounts, L: Invertible<S>, const K: usize> Compens
         let position = PositionLoop::new(setup, feed_forward.feed_forward.inverse().gear().frame().rated())?;
         let (numerator, denominator) = setup.encoders.ratio;
         let share = match torques {
-            TorqueShaft::Motor => f64::from(denominator) / f64::from(numerator),
-            TorqueShaft::Output => 1.0,
+            TorqueShaft::Motor => Extended::of_whole(denominator.into()).over(Extended::of_whole(numerator.into())),
+            TorqueShaft::Output => Extended::ONE,
         };
-        let torque_share = S::from_f64(share) * feed_forward.stack.setting().sigma;
+        let torque_share = S::of_extended(share) * feed_forward.stack.setting().sigma;
         let turns = [Need::MotorAngle, Need::OutputAngle].iter().any(|need| feed_forward.stack.needs(*need));
         Ok(Self {
             feed_forward,
             position,
             torque_share,
             turns,
-            period_s: S::from_f64(setup.gains.period_s),
+            period_s: Extended::of_double(setup.gains.period_s).map_or(S::ZERO, S::of_extended),
             motor: Turn::of(setup.encoders.motor.counts_per_turn),
             output: Turn::of(setup.reference_counts_per_turn),
         })

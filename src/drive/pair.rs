@@ -27,10 +27,7 @@ pub trait FromCounts: Scalar {
     /// A factor of any size.
     type Factor: Copy + fmt::Debug + PartialEq;
 
-    /// The nearest factor.
-    fn factor(x: f64) -> Self::Factor;
-
-    /// The same of a positive number, without arithmetic in double precision.
+    /// The nearest factor to a positive number, without arithmetic in double precision.
     fn factor_of(x: Extended) -> Self::Factor;
 
     /// counts·factor; saturates.
@@ -41,16 +38,12 @@ pub trait FromCounts: Scalar {
 }
 
 macro_rules! from_counts {
-    ($float:ty, $nearest:ident) => {
+    ($float:ty) => {
         impl FromCounts for $float {
             type Factor = Self;
 
-            fn factor(x: f64) -> Self {
-                x as Self
-            }
-
             fn factor_of(x: Extended) -> Self {
-                x.$nearest()
+                Float::of_extended(x)
             }
 
             #[inline]
@@ -67,16 +60,12 @@ macro_rules! from_counts {
     };
 }
 
-from_counts!(f32, single);
-from_counts!(f64, double);
+from_counts!(f32);
+from_counts!(f64);
 
 #[cfg(feature = "fixed")]
 impl FromCounts for Fixed {
     type Factor = Factor;
-
-    fn factor(x: f64) -> Factor {
-        Factor::new(x)
-    }
 
     fn factor_of(x: Extended) -> Factor {
         Factor::of(x)

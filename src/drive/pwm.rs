@@ -4,6 +4,7 @@ use embedded_hal::pwm::SetDutyCycle;
 
 use super::TorqueSink;
 use super::pair::FromCounts;
+use crate::scalar::Extended;
 
 /// One PWM channel, centred: duty = 1/2 + torque/(2·full scale), limited to what the channel can do.
 #[derive(Debug)]
@@ -18,9 +19,11 @@ impl<C: SetDutyCycle, S: FromCounts> CentredPwm<C, S> {
     /// torque makes every command none.
     pub fn new(channel: C, full_scale: f64) -> Self {
         let centre = channel.max_duty_cycle() / 2;
-        let per_torque = f64::from(centre) / full_scale;
-        let per_torque = if full_scale > 0.0 && per_torque <= f64::from(f32::MAX) { per_torque } else { 0.0 };
-        Self { channel, per_torque: S::factor(per_torque), centre }
+        let scale = Extended::of_double(full_scale).filter(|scale| *scale > Extended::ZERO);
+        let per_torque = scale.filter(|_| !full_scale.is_sign_negative());
+        let per_torque = per_torque.map(|scale| Extended::of_whole(centre.into()).over(scale));
+        let per_torque = per_torque.filter(|factor| factor.single().is_finite()).unwrap_or(Extended::ZERO);
+        Self { channel, per_torque: S::factor_of(per_torque), centre }
     }
 
     /// Gives the channel back.

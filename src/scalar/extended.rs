@@ -1,4 +1,4 @@
-//! Positive numbers of 64 binary digits, by integers alone: encoders are set up with them on drives that have no double precision.
+//! Positive numbers of 64 binary digits, by integers alone: encoders and servos are set up with them on drives that have no double precision.
 //!
 //! Set-up is rare: each operation is a call, whatever a compiler for speed would make of it.
 //!
@@ -31,6 +31,42 @@ impl Extended {
             0 => Some(Self::of(fraction, -1074)),
             _ => Some(Self::of(fraction | 1 << 52, exponent - 1075)),
         }
+    }
+
+    /// The magnitude of a single; `None` where it is NaN or infinite.
+    #[must_use]
+    pub const fn of_single(x: f32) -> Option<Self> {
+        let bits = x.to_bits();
+        let (exponent, fraction) = ((bits >> 23 & 0xff) as i32, (bits & ((1 << 23) - 1)) as u64);
+        match exponent {
+            0xff => None,
+            0 => Some(Self::of(fraction, -149)),
+            _ => Some(Self::of(fraction | 1 << 23, exponent - 150)),
+        }
+    }
+
+    /// 1 − e^(−self), within 2⁻⁵⁶ of itself.
+    #[must_use]
+    #[inline(never)]
+    pub const fn decay(self) -> Self {
+        const SMALL: i32 = -16;
+        let whole = Self::of_whole;
+        // 1 − e^(−x) of x below 2^SMALL, then of its doubles: 1 − (1 − y)² = y·(2 − y).
+        let (mut doublings, mut x) = (self.exponent.saturating_add(64 - SMALL), self);
+        if doublings > 6 - SMALL {
+            return Self::ONE;
+        }
+        if doublings > 0 {
+            x.exponent -= doublings;
+        }
+        let third = Self::ONE.apart(x.over(whole(4))).times(x).over(whole(3));
+        let half = Self::ONE.apart(third).times(x).over(whole(2));
+        let mut y = Self::ONE.apart(half).times(x);
+        while doublings > 0 {
+            y = y.times(whole(2).apart(y));
+            doublings -= 1;
+        }
+        y
     }
 
     /// A whole number.
@@ -180,6 +216,7 @@ mod tests {
         for (a, b) in doubles().zip(doubles().skip(1)) {
             assert_eq!(of(a).double().to_bits(), a.to_bits());
             assert_eq!(of(a).single().to_bits(), (a as f32).to_bits(), "{a:e}");
+            assert_eq!(Extended::of_single(a as f32), Extended::of_double(f64::from(a as f32)), "{a:e}");
             assert_eq!(of(a).times(of(b)).double(), a * b, "{a:e}·{b:e}");
             assert_eq!(of(a).over(of(b)).double(), a / b, "{a:e}/{b:e}");
             assert_eq!(of(a) < of(b), a < b);
@@ -207,8 +244,21 @@ mod tests {
     }
 
     #[test]
+    fn a_decay_is_that_of_libm() {
+        for x in doubles().chain([1e-300, 0.5, 1.0, 36.0, 50.0, 63.9, 64.0, 1e300]) {
+            let (ours, libm) = (of(x).decay().double(), -libm::expm1(-x));
+            assert!((ours - libm).abs() <= 4.0 * f64::EPSILON * libm, "{x:e}: {ours:e} {libm:e}");
+        }
+        assert_eq!((of(0.0).decay(), of(1e300).decay()), (Extended::ZERO, Extended::ONE));
+    }
+
+    #[test]
     fn what_is_no_number_is_none() {
         assert_eq!([f64::NAN, f64::INFINITY, -f64::INFINITY].map(Extended::of_double), [None; 3]);
+        assert_eq!([f32::NAN, f32::INFINITY].map(Extended::of_single), [None; 2]);
+        for x in [0.0, -0.0, 1e-45, -1e-40, -3.5] {
+            assert_eq!(Extended::of_single(x), Some(of(f64::from(x))));
+        }
         assert_eq!((of(0.0), of(-0.0), of(-2.0).double()), (Extended::ZERO, Extended::ZERO, 2.0));
         assert_eq!((of(1e300).single(), of(1e-300).single()), (f32::INFINITY, 0.0));
         assert_eq!(of(f64::from_bits(1)).times(of(2f64.powi(60))).double(), f64::from_bits(1) * 2f64.powi(60));

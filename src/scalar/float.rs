@@ -11,7 +11,7 @@
 //!
 //! It buys no speed on a Cortex-M4F. Square roots stay exact, so law `masing` does not change by a bit.
 
-use super::{Float, Scalar, circle};
+use super::{Extended, Float, Scalar, circle};
 
 macro_rules! scalar {
     ($f:ty, $sqrt:path, $fabs:path) => {
@@ -83,9 +83,12 @@ scalar!(f32, sqrtf, libm::fabsf);
 scalar!(f64, sqrt, libm::fabs);
 
 macro_rules! float {
-    ($f:ty, $exp_m1:path, $exp:path, $asin:path, $asin_of_small:path, $atan2:path, $sin:path, $cos:path, $sin_cos:path, $wrap:path,
+    ($f:ty, $nearest:path, $exp_m1:path, $exp:path, $asin:path, $asin_of_small:path, $atan2:path, $sin:path, $cos:path, $sin_cos:path, $wrap:path,
      $tanh:path, $pow:path, $round:path) => {
         impl Float for $f {
+            fn of_extended(x: Extended) -> Self {
+                $nearest(x)
+            }
             #[inline]
             fn is_finite(self) -> bool {
                 <$f>::is_finite(self)
@@ -145,6 +148,7 @@ macro_rules! float {
 #[cfg(not(feature = "micromath"))]
 float!(
     f32,
+    Extended::single,
     libm::expm1f,
     libm::expf,
     libm::asinf,
@@ -161,6 +165,7 @@ float!(
 #[cfg(feature = "micromath")]
 float!(
     f32,
+    Extended::single,
     micro::exp_m1,
     micro::exp,
     micro::asin,
@@ -176,6 +181,7 @@ float!(
 );
 float!(
     f64,
+    Extended::double,
     libm::expm1,
     libm::exp,
     libm::asin,

@@ -132,6 +132,8 @@ pub trait Scalar:
 
 /// A floating-point number: what the memory integral needs beyond [`Scalar`].
 pub trait Float: Scalar<Gain = Self> {
+    /// The nearest value, without arithmetic in double precision; 0 below the least normal one, infinite beyond the largest.
+    fn of_extended(x: Extended) -> Self;
     /// Neither NaN nor infinite.
     fn is_finite(self) -> bool;
     /// e^x − 1 without cancellation near 0.

@@ -1,5 +1,7 @@
 //! What there is to know of a kind of term before it has numbers: the source of checks, docs, parameter blocks and the search for missing physics.
 
+use core::cmp::Ordering;
+
 use crate::scalar::Float;
 
 /// Whether a term is physics of the gear or a fault of the measurement.
@@ -132,27 +134,39 @@ pub enum Range {
 }
 
 impl Range {
-    /// Whether a number lies within it; NaN and infinities never do.
+    /// Whether a number lies within it; NaN and infinities never do. In integers: drives check the doubles of a block without arithmetic in double precision.
     #[must_use]
     pub fn holds(self, x: f64) -> bool {
-        self.holds_in(x)
+        // Ordered as the numbers are, both zeros as one; what is not finite lies beyond the largest.
+        let place = |x: f64| {
+            let size = (x.to_bits() & (u64::MAX >> 1)).cast_signed();
+            if x.is_sign_negative() { -size } else { size }
+        };
+        let x = place(x);
+        x.abs() <= place(f64::MAX) && self.is_met(|limit| x.cmp(&place(limit)))
     }
 
     /// [`holds`](Self::holds) in the precision of a drive.
     pub(crate) fn holds_in<S: Float>(self, x: S) -> bool {
-        // A NaN compares false.
-        let within = |low: f64, high: f64| x >= S::from_f64(low) && x <= S::from_f64(high);
+        let order = |limit| x.partial_cmp(&S::from_f64(limit)).unwrap_or(Ordering::Less);
+        x.is_finite() && self.is_met(order)
+    }
+
+    /// Whether a finite number lies within it, by its order with a limit.
+    #[inline(always)]
+    fn is_met(self, order: impl Fn(f64) -> Ordering) -> bool {
+        let within = |low, high| order(low).is_ge() && order(high).is_le();
         match self {
-            Self::Any => x.is_finite(),
-            Self::AtLeastZero => x >= S::ZERO && x.is_finite(),
-            Self::Positive => x > S::ZERO && x.is_finite(),
-            Self::Fraction => x > S::ZERO && x <= S::ONE,
-            Self::Share => x >= S::ZERO && x <= S::ONE,
+            Self::Any => true,
+            Self::AtLeastZero => order(0.0).is_ge(),
+            Self::Positive => order(0.0).is_gt(),
+            Self::Fraction => order(0.0).is_gt() && order(1.0).is_le(),
+            Self::Share => within(0.0, 1.0),
             Self::Normalised => within(-8.0, 8.0),
             Self::NormalisedSize => within(0.0, 8.0),
             Self::Measure => within(1e-12, 1e12),
-            Self::NotZero => x != S::ZERO && x.is_finite(),
-            Self::AboveOne => x > S::ONE && x.is_finite(),
+            Self::NotZero => order(0.0).is_ne(),
+            Self::AboveOne => order(1.0).is_gt(),
         }
     }
 

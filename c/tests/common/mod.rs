@@ -18,7 +18,7 @@ pub fn gmhm_step_counts(joint: Option<&mut Joint>, motor: u32, output: u32, samp
     out(|to| gmhm_c::gmhm_step_counts(joint, motor, output, sample, to))
 }
 
-pub fn gmhm_invert(joint: Option<&Joint>, torque_nm: f32, sample: Option<&SampleC>) -> SolutionC {
+pub fn gmhm_invert(joint: Option<&mut Joint>, torque_nm: f32, sample: Option<&SampleC>) -> SolutionC {
     out(|to| gmhm_c::gmhm_invert(joint, torque_nm, sample, to))
 }
 

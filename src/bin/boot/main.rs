@@ -92,7 +92,7 @@ fn prepared_torque<L: PreparedLaw<f32>>(block: &[u8]) -> Option<f32> {
 
 #[inline(never)]
 fn plain_torque(block: &[u8]) -> Option<f32> {
-    let parameters = Parameters::<f32, AnyLaw<f32>, ()>::load(block, 16).ok()?;
+    let parameters = Parameters::<f32, AnyLaw<f32>, ()>::load_any(block, 16).ok()?;
     parameters.inverse.map(|inverse| first_torque(&inverse))
 }
 

@@ -5,7 +5,7 @@ use std::net::TcpListener;
 use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 
-use gmhm::block::{Block, BlockError, Identity, Parameters, ScalarKind};
+use gmhm::block::{Block, BlockError, Identity, Parameters, ScalarKind, TorqueUnit};
 use gmhm::link::{CompensationSetting, Drive, Live, Port};
 use gmhm::store::{RamFlash, Store};
 
@@ -31,7 +31,8 @@ impl Drive for Joint {
         self.enabled
     }
     fn adopt(&mut self, block: Option<&Block<'_>>) -> Result<(), BlockError> {
-        self.parameters = block.map(|block| Parameters::of_block(block, 16)).transpose()?;
+        self.parameters =
+            block.map(|block| Parameters::of_any_block(block, 16, TorqueUnit::NewtonMetre)).transpose()?;
         Ok(())
     }
     fn compensation(&self) -> CompensationSetting {

@@ -26,7 +26,7 @@ struct Path {
     joint_limit: u64,
 }
 
-const PATHS: [Path; 8] = [
+const PATHS: [Path; 9] = [
     Path {
         image: "core_path",
         machine: machine::M0,
@@ -68,6 +68,13 @@ const PATHS: [Path; 8] = [
         title: "servo of a joint, law chosen at run time",
         code_limit: 16_384,
         joint_limit: 512,
+    },
+    Path {
+        image: "stored_servo_path",
+        machine: machine::M4F,
+        title: "servo of a joint with terms of every kind, set up from the bytes of its block",
+        code_limit: 90_000,
+        joint_limit: 1280,
     },
     Path {
         image: "varying_path",
@@ -146,7 +153,7 @@ pub fn run(shell: &Shell, overwrite: bool) -> Result<()> {
     }
     table.push_str(
         "\nInstructions from the bytes of a stored block to the first torque, counted by the emulator: the checks of the block, the set-up of law and inverse, the self-test and a step. `gmhm pack` writes the\n\
-         words of the set-up into every block with an inverse. Blocks without them are set up on the drive in `f64`, and parameters in SI units have their invertible range searched there, too.\n\n\
+         words of the set-up into every block with an inverse. Blocks without them are set up on the drive in `f64` (`Parameters::load_any`, in C `gmhm_load_any`), and parameters in SI units have their invertible range searched there, too.\n\n\
          | set-up | instructions |\n|---|---:|\n",
     );
     let image = machine::M4F.build(shell, BOOT)?;

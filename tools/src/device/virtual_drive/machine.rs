@@ -166,7 +166,7 @@ impl Drive for Machine {
 
     fn adopt(&mut self, block: Option<&Block<'_>>) -> Result<(), BlockError> {
         // It moves nothing: torques are shown in the unit of the block.
-        let load = |block: &Block<'_>| Parameters::of_block_in(block, DEPTH, block.header().torque_unit);
+        let load = |block: &Block<'_>| Parameters::of_any_block(block, DEPTH, block.header().torque_unit);
         let parameters: Option<Parameters> = match block.map(load) {
             None => None,
             Some(loaded) => {
