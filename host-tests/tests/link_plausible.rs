@@ -8,7 +8,7 @@ use gmhm::diagnostics::{Diagnostics, Fault};
 use gmhm::link::server::{DEFAULT_BOUND, FADE_MS, SESSION_MS, TRIAL_MS};
 use gmhm::link::{Answer, LineCounts, LinkDiagnostics, Origin, Refusal, Request, Tag};
 use gmhm::memory::masing::Masing;
-use gmhm::scalar::Fixed;
+use gmhm::scalar::{Fixed, Scalar};
 use gmhm::terms::{KeyInfo, Source, Value};
 use gmhm::{Elastic, Gear, Params};
 
@@ -24,14 +24,26 @@ fn gear(torques: f64, deflections: f64) -> Params {
 }
 
 fn block(params: &Params, sequence: u32, scalar: ScalarKind) -> Vec<u8> {
+    gated_block(params, sequence, scalar, 0.0, None)
+}
+
+/// A block with a control period and a gate, A.
+fn gated_block(params: &Params, sequence: u32, scalar: ScalarKind, period_s: f32, step: Option<f64>) -> Vec<u8> {
     let mut buffer = [0; 1024];
-    let header = Header { sequence, ..Header::new(Identity::NONE, scalar) };
+    let header = Header { sequence, period_s, ..Header::new(Identity::NONE, scalar) };
     let mut writer = Writer::new(&mut buffer, header);
     match scalar {
         ScalarKind::F32 => writer.gear(&Gear::<f32>::new(params), params),
         ScalarKind::Fixed => writer.gear(&Gear::with_law(params, Masing::<Fixed>::new(params)), params),
     }
     .expect("a gear");
+    if let Some(step) = step {
+        match scalar {
+            ScalarKind::F32 => writer.largest_step((step * params.rated_deflection_rad()) as f32),
+            ScalarKind::Fixed => writer.largest_step(Fixed::from_f64(step)),
+        }
+        .expect("a gate");
+    }
     writer.joint(&Joint::default()).expect("a joint");
     let length = writer.finish().expect("room");
     buffer[..length].to_vec()
@@ -70,6 +82,40 @@ fn parameters_far_from_those_in_force_do_not_come_on_trial_while_enabled() {
                 assert_eq!(tried, expected, "{torques} and {deflections} times, enabled: {enabled}");
                 let in_force = if tried.is_ok() { &new } else { &old };
                 assert_eq!(drive.in_force.as_ref(), Some(in_force));
+            }
+        }
+    }
+}
+
+/// A gate that goes, opens or lets more through in a second is judged as torques are; a new or a narrower one refuses samples only.
+#[test]
+fn a_wider_gate_does_not_come_on_trial_while_enabled() {
+    let gear = gear(1.0, 1.0);
+    for scalar in [ScalarKind::F32, ScalarKind::Fixed] {
+        for (step, other, period_s, fits) in [
+            (Some(0.5), Some(0.5), 1e-3, true),
+            (Some(0.5), Some(0.6), 1e-3, true),
+            (Some(0.5), Some(0.7), 1e-3, false),
+            (Some(0.5), None, 1e-3, false),
+            (Some(0.5), Some(0.1), 1e-3, true),
+            (None, Some(0.1), 1e-3, true),
+            (None, None, 1e-3, true),
+            // The same step in half the time.
+            (Some(0.5), Some(0.5), 5e-4, false),
+            (Some(0.5), Some(0.5), 2e-3, true),
+        ] {
+            let old = gated_block(&gear, 1, scalar, 1e-3, step);
+            let new = gated_block(&gear, 2, scalar, period_s, other);
+            for (enabled, bound) in [(false, DEFAULT_BOUND), (true, DEFAULT_BOUND), (true, f32::INFINITY)] {
+                let (mut port, mut drive) = bench(&[&old]);
+                let mut session = Session::open(&mut port, &mut drive);
+                session.ask(&mut port, &mut drive, Request::Bound { share: bound }).expect("a bound");
+                drive.enabled = enabled;
+                session.stage(&mut port, &mut drive, &new).expect("staged");
+                let tried = session.ask(&mut port, &mut drive, Request::Try);
+                let is_free = !enabled || bound == f32::INFINITY;
+                let expected = if fits || is_free { Ok(Answer::Done) } else { Err(Refusal::Bound.into()) };
+                assert_eq!(tried, expected, "{step:?} and {other:?} in {period_s} s, enabled: {enabled}, {bound}");
             }
         }
     }

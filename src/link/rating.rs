@@ -7,12 +7,14 @@
 //! abs(f_other(θ) − f(θ)) + Δz ≤ s·max(f(A), f(θ))
 //! ```
 //!
+//! The gate on samples (record `largest_step`) is part of it: a wider one, or none, lets through what the block in force keeps from the torque. Within the share it may be wider; a narrower one refuses samples only.
+//!
 //! All of it in single precision: a share is no finer than that. Both elastic torques are odd polynomials of degree five up to their knees and straight beyond, so the extremes lie at knees, ends and roots of quadratic equations.
 
 use super::hysteresis::Hysteresis;
 use crate::block::joint::single;
 use crate::block::prepared::words;
-use crate::block::{Block, GEAR, digest_of_terms};
+use crate::block::{Block, GEAR, LARGEST_STEP, ScalarKind, digest_of_terms};
 use crate::elastic::{ElasticTorque, Polynomial};
 
 /// No deflection counts beyond so many times the rated one.
@@ -23,22 +25,56 @@ const LARGEST_KNEE: f32 = crate::elastic::LARGEST_KNEE as f32;
 pub(super) struct Bounds {
     rating: Option<Rating>,
     terms: u32,
+    gate: Gate,
 }
 
 impl Bounds {
     /// Those of a block.
     pub(super) fn of(block: &Block<'_>) -> Self {
-        Self { rating: Rating::of(block), terms: digest_of_terms(block) }
+        let rating = Rating::of(block);
+        let gate = Gate::of(block, rating.as_ref());
+        Self { rating, terms: digest_of_terms(block), gate }
     }
 
-    /// Whether another block gives the torques of this one within a share of them, by the same terms; an infinite share allows every block.
+    /// Whether another block gives the torques of this one within a share of them, by the same terms and from samples that pass a gate at most this share wider; an infinite share allows every block.
     pub(super) fn allow(&self, block: &Block<'_>, share: f32) -> bool {
         let other = Self::of(block);
         let is_within = match (&self.rating, &other.rating) {
             (Some(rating), Some(other)) => rating.bounds(other, share),
             (rating, other) => rating.is_none() && other.is_none(),
         };
-        share == f32::INFINITY || (other.terms == self.terms && is_within)
+        let is_gated = self.gate.bounds(&other.gate, share);
+        share == f32::INFINITY || (other.terms == self.terms && is_gated && is_within)
+    }
+}
+
+/// The fastest samples that a block takes; infinite where it has no gate.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Gate {
+    largest_step_rad: f32,
+    top_speed_rad_per_s: f32,
+}
+
+impl Gate {
+    fn of(block: &Block<'_>, rating: Option<&Rating>) -> Self {
+        let header = block.header();
+        let step = match words::<1>(block, LARGEST_STEP.tag) {
+            Ok([word]) => header.scalar.number(word),
+            Err(_) => f32::INFINITY,
+        };
+        let unit = match (header.scalar, rating) {
+            (ScalarKind::Fixed, Some(rating)) => rating.rated_deflection_rad,
+            _ => 1.0,
+        };
+        let largest_step_rad = unit * step;
+        Self { largest_step_rad, top_speed_rad_per_s: largest_step_rad / header.period_s }
+    }
+
+    /// Whether another gate is at most a share wider than this one.
+    fn bounds(&self, other: &Self, share: f32) -> bool {
+        // A NaN compares false.
+        other.largest_step_rad <= (1.0 + share) * self.largest_step_rad
+            && other.top_speed_rad_per_s <= (1.0 + share) * self.top_speed_rad_per_s
     }
 }
 

@@ -156,8 +156,27 @@ fn a_block_holds_the_top_speed_of_its_drive() {
         "pack m.toml --top-speed 0.08 -o x.bin",
         &["the top speed needs the control period", "--period SECONDS"],
     );
-    dir.succeed("pack m.toml --period 0.001 -o params.bin");
+    let done = dir.succeed("pack m.toml --period 0.001 --top-speed 0.08 -o params.bin");
+    assert!(!done.stderr.contains("gate"), "{}", done.stderr);
+    let done = dir.succeed("pack m.toml --period 0.001 -o params.bin");
+    assert!(done.stderr.contains("the block sets no gate on samples"), "{}", done.stderr);
     assert!(!dir.succeed("inspect params.bin").stdout.contains("largest_step"));
+}
+
+/// The set-up of the drive has a name, whatever the law.
+#[test]
+fn a_block_names_every_record() {
+    let dir = WorkDir::new();
+    let of_law = |law: &str| published_with(&format!("law = \"{law}\"\n"));
+    for (model, name) in
+        [(PUBLISHED.to_owned(), "prepared"), (of_law("phase"), "prepared_gear"), (of_law("time"), "prepared_gear")]
+    {
+        dir.write("m.toml", model);
+        dir.succeed("pack m.toml --period 0.001 --top-speed 0.08 -o params.bin");
+        let shown = dir.succeed("inspect params.bin --json params.json").stdout;
+        assert!(shown.contains(&format!("[{name}]")) && !shown.contains("not known"), "{shown}");
+        assert!(json(&dir, "params.json")[name]["words"].as_u64().unwrap() > 20);
+    }
 }
 
 #[test]
@@ -176,9 +195,14 @@ fn torques_may_be_counted_in_amperes() {
 fn a_joint_without_gear_is_its_terms() {
     let dir = WorkDir::new();
     dir.write("m.toml", "format = 1\n[[term]]\nkind = \"gravity_load\"\ncos_nm = 1.0\nsin_nm = 2.0\n");
-    dir.succeed("pack m.toml -o params.bin");
+    let done = dir.succeed("pack m.toml -o params.bin");
+    assert!(!done.stderr.contains("gate"), "{}", done.stderr);
     let shown = dir.succeed("inspect params.bin").stdout;
     assert!(shown.contains("[term gravity_load]") && !shown.contains("[gear]"), "{shown}");
+    dir.refuse(
+        "pack m.toml --period 0.001 --top-speed 0.08 -o x.bin",
+        &["the top speed bounds the deflection of a gear, and the model has none", "leave --top-speed out"],
+    );
 }
 
 #[test]

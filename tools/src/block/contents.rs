@@ -3,8 +3,8 @@
 use std::fmt;
 
 use gmhm::block::{
-    Block, BlockError, FORMAT_VERSION, GEAR, INVERSE, JOINT, LARGEST_STEP, MASING, NAME, PHASE, Record, RecordInfo,
-    SELF_TEST, ScalarKind, TIME, TermRecord, TorqueUnit,
+    Block, BlockError, FORMAT_VERSION, GEAR, INVERSE, JOINT, LARGEST_STEP, MASING, NAME, PHASE, PREPARED,
+    PREPARED_GEAR, Record, RecordInfo, SELF_TEST, ScalarKind, TIME, TermRecord, TorqueUnit,
 };
 use gmhm::terms::{Form, KeyInfo, Value};
 use serde::Serialize;
@@ -273,6 +273,11 @@ fn section(record: &Record<'_>, scalar: ScalarKind, (a, t): (f64, f64), ampere: 
                 name => fields.number(name, &format!("{name}_nm"), "N·m", torque),
             });
             (SELF_TEST.name.to_owned(), quantities.collect())
+        }
+        tag if tag == PREPARED.tag || tag == PREPARED_GEAR.tag => {
+            let info = if tag == PREPARED.tag { &PREPARED } else { &PREPARED_GEAR };
+            let words = known(info)?.values.len() as u64;
+            (info.name.to_owned(), vec![quantity("words", Shown::Count(words), "", info.words)])
         }
         tag if tag == LARGEST_STEP.tag => {
             let angle = if scalar == ScalarKind::F32 { 1.0 } else { a };

@@ -30,6 +30,9 @@ pub enum PackError {
     /// A top speed without a control period.
     #[error("the top speed needs the control period of the drive")]
     NoPeriodOfTopSpeed,
+    /// A top speed for a model without a gear.
+    #[error("the top speed bounds the deflection of a gear, and the model has none")]
+    TopSpeedWithoutGear,
     /// A law that fixed point does not compute.
     #[error("law phase is not computed in fixed point")]
     FixedLaw,
@@ -67,6 +70,7 @@ impl PackError {
         Some(match self {
             Self::NoRatedDeflection => "add rated_deflection_rad to [gear], or give --rated-deflection RAD".to_owned(),
             Self::NoPeriod | Self::NoPeriodOfTopSpeed => "add --period SECONDS".to_owned(),
+            Self::TopSpeedWithoutGear => "leave --top-speed out".to_owned(),
             Self::FixedLaw => "pack it with --scalar f32, or fit the gear with law masing".to_owned(),
             Self::FixedTerms { .. } => "pack it with --scalar f32, or leave the [[term]] tables out".to_owned(),
             Self::TooManyTerms(_) => {

@@ -108,7 +108,8 @@ pub fn pack(model: &Model, options: &PackOptions) -> Result<Packed, PackError> {
             (Arithmetic::Fixed, Law::Phase) => return Err(PackError::FixedLaw),
         };
     }
-    if let (Some(params), Some(top_speed)) = (&params, options.top_speed_rad_per_s) {
+    if let Some(top_speed) = options.top_speed_rad_per_s {
+        let params = params.as_ref().ok_or(PackError::TopSpeedWithoutGear)?;
         let step_rad = top_speed * options.period_s.ok_or(PackError::NoPeriodOfTopSpeed)?;
         match options.arithmetic {
             Arithmetic::F32 => writer.largest_step(step_rad as f32)?,
@@ -137,7 +138,7 @@ pub fn pack(model: &Model, options: &PackOptions) -> Result<Packed, PackError> {
 /// # Errors
 /// A block that cannot be loaded, or that has no gear of law `masing`.
 pub fn params_of(block: &Block<'_>) -> Result<Params, PackError> {
-    let loaded = InF32::of_block_in(block, usize::MAX, block.header().torque_unit)?;
+    let loaded = InF32::of_any_block(block, usize::MAX, block.header().torque_unit)?;
     loaded.params().ok_or(PackError::NotMasing)
 }
 
@@ -187,12 +188,12 @@ fn check(block: &[u8], arithmetic: Arithmetic, law: Option<Law>) -> Result<(), P
     let block = verify(block)?;
     let unit = block.header().torque_unit;
     let loaded = match (arithmetic, law) {
-        (Arithmetic::F32, _) => InF32::of_block_in(&block, usize::MAX, unit).map(drop),
+        (Arithmetic::F32, _) => InF32::of_any_block(&block, usize::MAX, unit).map(drop),
         (Arithmetic::Fixed, Some(Law::Time)) => {
-            Parameters::<Fixed, Time<Fixed>, ()>::of_block_in(&block, usize::MAX, unit).map(drop)
+            Parameters::<Fixed, Time<Fixed>, ()>::of_any_block(&block, usize::MAX, unit).map(drop)
         }
         (Arithmetic::Fixed, _) => {
-            Parameters::<Fixed, Masing<Fixed>, ()>::of_block_in(&block, usize::MAX, unit).map(drop)
+            Parameters::<Fixed, Masing<Fixed>, ()>::of_any_block(&block, usize::MAX, unit).map(drop)
         }
     };
     loaded.map_err(|error| match error {

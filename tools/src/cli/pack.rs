@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use gmhm::block::{Identity, verify};
+use gmhm::block::{GEAR, Identity, verify};
 use gmhm::terms::Side;
 
 use super::Session;
@@ -104,6 +104,11 @@ impl PackArgs {
         session.written(&[("Block", Some(&self.output)), ("Data sheet", self.eds.as_ref())])?;
         if let Some(why) = &packed.without_inverse {
             session.note(&format!("the drive can predict but not invert: {why}"));
+        }
+        if self.top_speed.is_none() && block.records().any(|record| record.tag == GEAR.tag) {
+            session.note(
+                "the block sets no gate on samples: a misread encoder moves the gear's path; set --top-speed and --period",
+            );
         }
         for term in &model.terms {
             if term.info().is_some_and(|info| info.side == Side::Instrument) {
