@@ -7,7 +7,7 @@ use super::header::{Header, TorqueUnit};
 use super::joint::{Joint, JointRecord};
 use super::law::{BlockLaw, check_law, number};
 use super::layout::{GEAR, INVERSE, LARGEST_STEP, MASING, MAY_SKIP, PHASE, RECORDS, SELF_TEST, TERM_TAGS, TIME};
-use super::prepared::{PreparedLaw, setting, within};
+use super::prepared::{PreparedLaw, within};
 use super::record::{Block, Record, double, verify};
 use super::scales::{Scales, ScalesRecord};
 use super::self_test::{IS_COMPARED, SAMPLES, samples};
@@ -107,8 +107,7 @@ impl<S: Word, L: BlockLaw<S>, T: TermStack> Parameters<S, L, T> {
         if header.scalar != S::KIND {
             return Err(BlockError::Scalar(header.scalar.bytes()));
         }
-        let record = JointRecord::checked(block)?;
-        let joint = record.joint();
+        let joint = JointRecord::checked(block)?.joint();
         let mut parameters = Self {
             header,
             crc: block.crc(),
@@ -137,7 +136,8 @@ impl<S: Word, L: BlockLaw<S>, T: TermStack> Parameters<S, L, T> {
                 parameters.inverse = inverse.map(|inverse| inverse.with_largest_step(step));
             }
             let k1 = S::KIND.number(gear.elastic().polynomial().k1.word());
-            parameters.terms = T::empty(setting(&record, &scales, k1), true);
+            let (c1, rated_deflection) = (scales.stiffness_nm_per_rad(k1), scales.rated_deflection_rad());
+            parameters.terms = T::empty(Setting { sigma: joint.sigma(), c1, rated_deflection }, true);
             parameters.scales = Some(scales.scales());
         } else {
             for info in [&MASING, &PHASE, &TIME, &INVERSE] {

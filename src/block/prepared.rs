@@ -204,12 +204,6 @@ impl<S: Word + Float> PreparedLaw<S> for AnyLaw<S> {
     }
 }
 
-/// What terms refer to.
-pub(super) fn setting(joint: &JointRecord, scales: &ScalesRecord, k1: f32) -> Setting<f32> {
-    let sigma = if joint.motor_side() { 1.0 } else { -1.0 };
-    Setting { sigma, c1: scales.stiffness_nm_per_rad(k1), rated_deflection: scales.rated_deflection_rad() }
-}
-
 /// Whether golden samples come out as they are stored.
 fn is_met<S: Word, L: BlockLaw<S>>(expected: &Record<'_>, inverse: &Inverse<S, L>) -> bool {
     expected.words().zip(Samples::new(inverse.gear(), Some(inverse))).all(|(stored, computed)| stored == computed)
@@ -315,13 +309,17 @@ impl<S: Word, L: PreparedLaw<S>> Prepared<S, L> {
 }
 
 impl<L: PreparedLaw<f32>> Prepared<f32, L> {
-    /// The terms of the block that this was loaded from, checked and counted.
+    /// The terms of the block that this was loaded from, checked and counted in single precision. The c1 that `thermal_stiffness` scales is that of
+    /// [`Parameters`](super::Parameters) within 2 units in the last place.
     ///
     /// # Errors
     /// [`BlockError`]: a term that cannot be, more than `K`, a record that this firmware does not know and may not skip.
     pub fn terms<const K: usize>(&self, block: &Block<'_>) -> Result<CheckedTerms<K>, BlockError> {
-        let (joint, scales) = (JointRecord::of_block(block)?, ScalesRecord::of_block(block)?);
-        let mut terms = CheckedTerms::empty(setting(&joint, &scales, self.gear().elastic().polynomial().k1), true);
+        let joint = JointRecord::of_block(block)?;
+        let frame = self.gear().frame();
+        let c1 = self.gear().elastic().polynomial().k1 * frame.torque_scale() * frame.inverse_rated();
+        let sigma = if joint.motor_side() { 1.0 } else { -1.0 };
+        let mut terms = CheckedTerms::empty(Setting { sigma, c1, rated_deflection: frame.rated() }, true);
         for record in block.records() {
             let is_fixed = RECORDS.iter().any(|info| info.tag == record.tag);
             if !is_fixed && !terms.take(&record)? && record.tag & MAY_SKIP == 0 {
