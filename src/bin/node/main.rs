@@ -20,7 +20,7 @@ use cortex_m_semihosting::debug::{self, EXIT_FAILURE};
 use defmt_rtt as _;
 #[cfg(not(feature = "rtt"))]
 use defmt_semihosting as _;
-use gmhm::block::{Block, BlockError, Parameters, ScalarKind, Scales, Word};
+use gmhm::block::{Block, BlockError, Parameters, ScalarKind, Scales, TorqueUnit, Word};
 use gmhm::diagnostics::{Diagnostics, SelfTest};
 use gmhm::link::{CompensationSetting, Drive, Live, Port};
 use gmhm::store::Store;
@@ -79,7 +79,7 @@ struct Running {
 impl Running {
     /// The gear of a block, at the beginning of its path.
     fn of(block: &Block<'_>) -> Result<(Option<Self>, SelfTest), BlockError> {
-        let parameters = Parameters::<Number, Law, ()>::of_block(block, DEPTH)?;
+        let parameters = Parameters::<Number, Law, ()>::of_any_block(block, DEPTH, TorqueUnit::NewtonMetre)?;
         let running = parameters.gear.zip(parameters.scales).map(|(gear, scales)| Self {
             state: gear.start(Number::default()),
             gear,
