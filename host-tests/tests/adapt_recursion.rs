@@ -89,7 +89,7 @@ fn largest_difference<S: Float>(motion: Motion) -> f64 {
     let mut right = [0.0; 5];
     let (mut rows, mut sums, mut before, mut variance) = (Vec::<Row>::new(), [0.0; 8], None, 0.0);
     // Weights: mean residual of the block before, and variance of samples about it.
-    let (mut centre, mut about) = (0.0, 0.02_f64.powi(2));
+    let (mut centre, mut about) = (0.0, 1.0 / 2048.0);
     let (start, mut samples) = (2_000, 0);
     // To the end of the stretch that the last of them is in.
     for k in 0.. {
@@ -138,15 +138,15 @@ fn largest_difference<S: Float>(motion: Motion) -> f64 {
             [1.0, before.map_or(0.0, |before| p - before), x[0], x[1], x[2], x[3], x[4], says.to_f64() / rated - p];
         before = Some(p);
         let square = (row[7] - centre).powi(2) / about;
-        about += about * (square.min(9.0) - 1.0) / 256.0;
+        about += (about * (square.min(9.0) - 1.0) + 1e-10) / 256.0;
         for (sum, x) in sums.iter_mut().zip(row) {
-            *sum += x * (16.0 / square).min(1.0);
+            *sum += x * (9.0 / square).min(1.0);
         }
         samples += 1;
         if samples == per_block {
             samples = 0;
             centre = sums[7] / sums[0];
-            rows.push(sums.map(|sum| sum / sums[0].sqrt()));
+            rows.push(sums.map(|sum| sum / f64::from(per_block).sqrt()));
             sums = [0.0; 8];
         }
     }

@@ -9,7 +9,7 @@ use super::supervision::Noise;
 use super::trial::Trial;
 use super::warnings::Warnings;
 use super::work::ROWS;
-use super::{AdaptError, BLOCK_S, Coefficients, LONGEST_S, SHORTEST_S, Settings, reversed};
+use super::{AdaptError, BLOCK_S, Coefficients, LEAST_MOTION, LONGEST_S, SHORTEST_S, Settings, reversed};
 use crate::memory::Frame;
 use crate::params::{Law, ParamError, Params};
 use crate::scalar::Float;
@@ -26,10 +26,12 @@ pub struct Adaptation<S> {
     pub(super) inverse_torque: S,
     /// Samples of a block.
     pub(super) samples: u16,
+    /// 1 over the square root of it.
+    pub(super) share: S,
     /// Pieces of work in a period.
     pub(super) pieces: u16,
-    pub(super) fewest_blocks: S,
-    pub(super) most_blocks: S,
+    pub(super) fewest_blocks: u16,
+    pub(super) most_blocks: u16,
     /// κ of the [filter](super::filter).
     pub(super) drift: S,
     /// Prior deviation of each coefficient, and its square.
@@ -39,10 +41,10 @@ pub struct Adaptation<S> {
     pub(super) inverse_change: S,
     pub(super) bounds: Bounds<S>,
     pub(super) health: Health<S>,
+    /// Σ p² about its mean that a stretch must have, a block.
+    pub(super) motion: S,
     /// The square of the share of the block's torque that residuals may have.
     pub(super) gain: S,
-    /// Spikes a block that a stretch may have.
-    pub(super) spikes: S,
     /// ln(1/α).
     pub(super) threshold: S,
 }
@@ -70,17 +72,18 @@ impl<S: Float> Adaptation<S> {
             block: block_coefficients,
             inverse_torque: S::from_f64(1.0 / block.torque_scale_nm()),
             samples: samples as u16,
+            share: S::from_f64(1.0 / libm::sqrt(samples)),
             pieces: libm::ceil(settings.period_s / 1e-3 - 1e-6).clamp(1.0, 1000.0) as u16,
-            fewest_blocks: S::from_f64(blocks(SHORTEST_S)),
-            most_blocks: S::from_f64(blocks(LONGEST_S)),
+            fewest_blocks: blocks(SHORTEST_S) as u16,
+            most_blocks: blocks(LONGEST_S) as u16,
             drift: S::from_f64(drift * drift),
             deviation: S::from_f64(deviation),
             prior: S::from_f64(deviation * deviation),
             inverse_change: S::from_f64(1.0 / settings.largest_change),
             bounds: bounds(&block_coefficients, &common, S::from_f64(settings.largest_change)),
             health: Health::new(settings, &block_coefficients, &common),
+            motion: S::from_f64(LEAST_MOTION * LEAST_MOTION * samples),
             gain: S::from_f64((settings.largest_change + 0.1) * (settings.largest_change + 0.1)),
-            spikes: S::from_f64(0.01 * samples),
             threshold: S::from_f64(-libm::log(settings.false_acceptance)),
         })
     }
@@ -89,14 +92,13 @@ impl<S: Float> Adaptation<S> {
     pub fn start(&self) -> AdaptationState<S> {
         AdaptationState {
             sums: [S::ZERO; ROWS],
-            row: [S::ZERO; ROWS],
             triangle: [S::ZERO; ROWS * (ROWS + 1) / 2],
-            blocks: S::ZERO,
+            blocks: 0,
             estimate: Estimate::new(self.deviation),
             trial: Trial::new(self.threshold),
             noise: Noise::new(),
             last: S::ZERO,
-            known: S::ZERO,
+            span: S::ZERO,
             samples: 0,
             warnings: Warnings::default(),
             passed: Passed::default(),

@@ -42,14 +42,16 @@ impl<S: Float> Adaptation<S> {
     /// The shadow anew: the estimate, e and h brought up to zero.
     #[inline]
     pub(super) fn lift(&self, state: &mut AdaptationState<S>) {
-        let [h, e, k5, k3, k1] = state.estimate.value;
+        let shadow = &mut state.trial.shadow;
+        *shadow = state.estimate.value;
+        let [h, e, ..] = shadow;
         let [block_h, block_e, ..] = self.block;
-        state.trial.shadow = [h.max(-block_h), e.max(-block_e), k5, k3, k1];
+        (*h, *e) = (h.max(-block_h), e.max(-block_e));
         state.held = false;
     }
 
     /// Holds the shadow within a bound.
-    #[inline]
+    #[inline(always)]
     pub(super) fn bound(&self, state: &mut AdaptationState<S>, number: usize) {
         let value = match (self.bounds.get(number), state.trial.shadow.get(number.wrapping_sub(ROWS))) {
             (Some(row), _) => dot(row, &state.trial.shadow),

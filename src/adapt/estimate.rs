@@ -1,27 +1,27 @@
 //! Recursive least squares in square-root form, with forgetting along the directions that rows inform.
 //!
 //! The covariance is kept as P = U·Uᵀ, U upper triangular by columns, so that it stays symmetric and positive in `f32` after any number of rows. P_0 is the prior's, diagonal. A row r,
-//! its value y of variance 1, does
+//! its value y of variance v, does
 //!
 //! ```text
-//! forget      P ← P + w·wᵀ                        w = P_0r·√(κ/(rᵀP_0r))
-//! learn       x ← x + Pr·(y − rᵀx)/(1 + rᵀPr)     P ← P − Pr·rᵀP/(1 + rᵀPr)
+//! forget      P ← P + w·wᵀ                        w = (P_0 − P)r·√(κ/(rᵀP_0r))
+//! learn       x ← x + Pr·(y − rᵀx)/(v + rᵀPr)     P ← P − Pr·rᵀP/(v + rᵀPr)
 //! ```
 //!
 //! Both are plane rotations of columns (Kailath, Sayed, Hassibi, *Linear Estimation*, 2000, chapter 12): w is folded into U as a block is into the [triangle](super::triangle) of its stretch; and the
-//! rotations that turn (1, rᵀU) into (√(1 + rᵀPr), 0), applied to (0, U), leave (Pr/√(1 + rᵀPr), the new U).
+//! rotations that turn (√v, rᵀU) into (√(v + rᵀPr), 0), applied to (0, U), leave (Pr/√(v + rᵀPr), the new U).
 //!
-//! The variance along r grows as that of a random walk whose steps have κ times the prior's variance: the memory is short where rows tell much and long where they tell little. What no row
-//! informs forgets nothing. w is limited to what keeps every variance within its prior: no excitation, however little, lets the covariance grow without bound.
+//! Where P is small, the variance along r grows as that of a random walk whose steps have κ times the prior's variance: the memory is short where rows tell much and long where they tell little. What no
+//! row informs forgets nothing. P never passes P_0: with M = P_0 − P, κ ≤ 1 and rᵀMr ≤ rᵀP_0r, what is left of it, M − Mr·rᵀM·κ/(rᵀP_0r), is not negative (Cauchy–Schwarz). So no excitation, however little,
+//! lets the covariance grow without bound.
 
 use core::hint::black_box;
 
-use super::triangle::{add, dot, fold, places, root, rotate, row, scale};
+use super::trial::limited;
+use super::triangle::{add, dot, fold, places, rotate, row};
+use super::work::ROWS;
 use super::{COEFFICIENTS, Coefficients};
 use crate::scalar::Float;
-
-/// An innovation beyond this many standard deviations counts as one of this many.
-const LARGEST_INNOVATION: f64 = 4.0;
 
 /// An estimate with its covariance.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,22 +42,6 @@ impl<S: Float> Estimate<S> {
         Self { value: [S::ZERO; COEFFICIENTS], factor }
     }
 
-    /// rᵀPr.
-    #[inline]
-    pub(super) fn spread(&self, r: &[S]) -> S {
-        let (mut spread, mut columns, mut length) = (S::ZERO, black_box(self.factor.as_slice()), 1);
-        while let Some((column, longer)) = columns.split_at_checked(length) {
-            let mut seen = S::ZERO;
-            for (u, r) in column.iter().zip(r) {
-                seen = seen + *u * *r;
-                black_box(());
-            }
-            spread = spread + seen * seen;
-            (columns, length) = (longer, length + 1);
-        }
-        spread
-    }
-
     /// The variance of a coefficient.
     #[inline]
     pub(super) fn variance(&self, number: usize) -> S {
@@ -73,24 +57,21 @@ impl<S: Float> Estimate<S> {
         variance
     }
 
-    /// Limits w to what the variance of a coefficient lacks of its prior.
-    #[inline]
-    pub(super) fn limit(&self, prior: S, number: usize, w: &mut [S]) {
-        let room = prior - self.variance(number);
-        if let Some(&entry) = w.get(number)
-            && entry * entry > room
-        {
-            scale(w, root(room.max(S::ZERO)).over(entry.abs()));
-        }
+    /// Adds the share of a column in Pr, times a factor.
+    #[inline(always)]
+    pub(super) fn project(&mut self, length: usize, r: &[S], factor: S, sum: &mut [S]) {
+        let column = row(&mut self.factor, length);
+        let seen = dot(column, r);
+        add(sum, column, factor * seen);
     }
 
     /// Folds w into a column, from the longest to the shortest.
     #[inline]
-    pub(super) fn forget(&mut self, length: usize, w: &mut [S]) {
+    pub(super) fn forget(&mut self, length: usize, w: &mut [S; ROWS]) {
         fold(&mut self.factor, length, w);
     }
 
-    /// Learns from r by a column, from the shortest to the longest: √(1 + rᵀPr) and Pr over it come of 1 and zeros.
+    /// Learns from r by a column, from the shortest to the longest: √(v + rᵀPr) and Pr over it come of √v and zeros.
     #[inline]
     pub(super) fn learn(&mut self, length: usize, r: &[S], total: &mut S, gain: &mut [S]) {
         let column = row(&mut self.factor, length);
@@ -98,10 +79,9 @@ impl<S: Float> Estimate<S> {
     }
 
     /// Moves the estimate by what r and its value told, from what [`learn`](Self::learn) found. Returns the innovation over its standard deviation, limited.
-    #[inline]
+    #[inline(always)]
     pub(super) fn follow(&mut self, r: &[S], value: S, total: S, gain: &[S]) -> S {
-        let limit = S::from_f64(LARGEST_INNOVATION);
-        let innovation = (value - dot(r, &self.value)).over(total).clamp(-limit, limit);
+        let innovation = limited((value - dot(r, &self.value)).over(total));
         add(&mut self.value, gain, innovation);
         innovation
     }
@@ -113,19 +93,33 @@ mod tests {
 
     const PRIOR: f64 = 0.25;
 
+    /// Pr.
+    fn project(estimate: &mut Estimate<f64>, r: &Coefficients<f64>) -> Coefficients<f64> {
+        let mut sum = [0.0; COEFFICIENTS];
+        (1..=COEFFICIENTS).for_each(|length| estimate.project(length, r, 1.0, &mut sum));
+        sum
+    }
+
+    fn spread(estimate: &mut Estimate<f64>, r: &Coefficients<f64>) -> f64 {
+        dot(r, &project(estimate, r))
+    }
+
     fn forget(estimate: &mut Estimate<f64>, r: &Coefficients<f64>) {
-        let told = PRIOR * dot(r, r);
-        let mut w = r.map(|r| r * PRIOR * (0.5 / told).sqrt());
-        (0..COEFFICIENTS).for_each(|number| estimate.limit(PRIOR, number, &mut w));
+        let pace = (0.5 / (PRIOR * dot(r, r))).sqrt();
+        let mut w = [0.0; ROWS];
+        for ((w, r), known) in w.iter_mut().zip(r).zip(project(estimate, r)) {
+            *w = pace * (PRIOR * r - known);
+        }
         (1..=COEFFICIENTS).rev().for_each(|length| estimate.forget(length, &mut w));
     }
 
     fn learn(estimate: &mut Estimate<f64>, r: &Coefficients<f64>, value: f64) {
-        let before = estimate.spread(r);
-        let (mut total, mut gain) = (1.0, [0.0; COEFFICIENTS]);
+        const VARIANCE: f64 = 2.0;
+        let before = spread(estimate, r);
+        let (mut total, mut gain) = (VARIANCE.sqrt(), [0.0; COEFFICIENTS]);
         (1..=COEFFICIENTS).for_each(|length| estimate.learn(length, r, &mut total, &mut gain));
-        assert!((total * total - 1.0 - before).abs() < 1e-9 && (dot(r, &gain) * total - before).abs() < 1e-9);
-        assert!((estimate.spread(r) - before / (1.0 + before)).abs() < 1e-9);
+        assert!((total * total - VARIANCE - before).abs() < 1e-9 && (dot(r, &gain) * total - before).abs() < 1e-9);
+        assert!((spread(estimate, r) - VARIANCE * before / (VARIANCE + before)).abs() < 1e-9);
         estimate.follow(r, value, total, &gain);
     }
 
@@ -141,7 +135,7 @@ mod tests {
         }
         let variances = |estimate: &Estimate<f64>| [0, 1, 2, 3, 4].map(|number| estimate.variance(number));
         let learnt = variances(&estimate);
-        for _ in 0..1000 {
+        for _ in 0..10_000 {
             rows.iter().for_each(|row| forget(&mut estimate, row));
         }
         let variances = variances(&estimate);
@@ -150,7 +144,7 @@ mod tests {
         assert!(variances.iter().any(|variance| *variance > 0.99 * PRIOR), "{variances:?}");
         for (number, variance) in variances.into_iter().enumerate() {
             let unit: Coefficients<f64> = core::array::from_fn(|k| f64::from(u8::from(k == number)));
-            assert!((estimate.spread(&unit) - variance).abs() < 1e-12);
+            assert!((spread(&mut estimate, &unit) - variance).abs() < 1e-12);
         }
     }
 }

@@ -12,32 +12,30 @@
 //! | e | 5 % of T_A |
 //! | lost motion | 10 % |
 
-use core::hint::black_box;
-
-use super::state::AdaptationState;
-use super::triangle::{dot, places};
-use super::{Adaptation, COEFFICIENTS, Coefficients, Settings};
+use super::{COEFFICIENTS, Coefficients, Settings};
 use crate::scalar::Float;
 
 /// Stretches in a row at which a limit must be passed.
-const TIMES: u8 = 3;
+pub(super) const TIMES: u8 = 3;
 /// Standard deviations by which it must be passed.
 const SIGNIFICANT: f64 = 5.0;
 /// Delay, s.
 const LARGEST_DELAY_S: f64 = 2e-3;
 /// Offset, of T_A.
 const LARGEST_OFFSET: f64 = 0.02;
+/// d of the rows of the gear.
+const DIAGONAL: f64 = 1e3;
 
 /// How many quantities there are: of the signal, and all.
-const OF_SIGNAL: usize = 2;
+pub(super) const OF_SIGNAL: usize = 2;
 pub(super) const QUANTITIES: usize = OF_SIGNAL + 5;
 
 /// The quantities of a gear.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Health<S> {
-    /// What multiplies the changes of the coefficients in the quantities of the gear.
-    rows: [Coefficients<S>; QUANTITIES - OF_SIGNAL],
-    limits: [S; QUANTITIES],
+    /// Of the gear: [0, row·d, d], as rows of the triangle say value − row·x = d·quantity, with a d beside which the noise of a row is nothing.
+    pub(super) rows: [[S; COEFFICIENTS + 2]; QUANTITIES - OF_SIGNAL],
+    pub(super) limits: [S; QUANTITIES],
 }
 
 /// For how many stretches in a row each limit was passed.
@@ -51,6 +49,11 @@ impl<S: Float> Health<S> {
         let least = S::from_f64(0.02);
         let [spring, slope, width] = [k1 + k3 + k5, k1 - e, h].map(|of| of.max(least).recip());
         let (zero, one) = (S::ZERO, S::ONE);
+        let diagonal = S::from_f64(DIAGONAL);
+        let row = |row: Coefficients<S>| {
+            let [a, b, c, d, e] = row.map(|x| x * diagonal);
+            [zero, a, b, c, d, e, diagonal]
+        };
         Self {
             rows: [
                 *common,
@@ -59,44 +62,19 @@ impl<S: Float> Health<S> {
                 [zero, one, zero, zero, zero],
                 // Lost motion goes as h over the slope at zero.
                 [width, slope, zero, zero, -slope],
-            ],
+            ]
+            .map(row),
             limits: [LARGEST_DELAY_S / settings.period_s, LARGEST_OFFSET, 0.03, 0.05, 0.10, 0.05, 0.10]
                 .map(S::from_f64),
         }
     }
 }
 
-impl<S: Float> Adaptation<S> {
-    /// Holds a quantity against its limit: finds its variance in `sums` in an odd step, compares in an even one.
-    #[inline]
-    pub(super) fn check(&self, state: &mut AdaptationState<S>, step: usize) {
-        let number = step / 2;
-        let AdaptationState { sums: [spread, ..], triangle, estimate, noise, warnings, passed, .. } = state;
-        let (Some(limit), Some(times)) = (self.health.limits.get(number), passed.get_mut(number)) else { return };
-        // The rows of delay and offset say value − row·x = diagonal·quantity.
-        let (row, value, diagonal, variance) = match self.health.rows.get(number.wrapping_sub(OF_SIGNAL)) {
-            Some(row) => (row.as_slice(), S::ZERO, S::ONE, S::ZERO),
-            None => {
-                const DELAY: usize = COEFFICIENTS + 2;
-                // Of a length that the compiler knows, what is done with it would be unrolled.
-                let row = black_box(if number == 0 { &triangle[places(DELAY)] } else { &triangle[places(DELAY + 1)] });
-                let ([value, x @ ..], Some(&diagonal)) = (row, row.last()) else { return };
-                (x, *value, diagonal, noise.variance)
-            }
-        };
-        if !step.is_multiple_of(2) {
-            *spread = variance + estimate.spread(row);
-            return;
-        }
-        let beyond = (value - dot(row, &estimate.value)).abs() - *limit * diagonal;
-        let significant = S::from_f64(SIGNIFICANT * SIGNIFICANT) * *spread;
-        if beyond > S::ZERO && beyond * beyond > significant {
-            *times = (*times + 1).min(TIMES);
-        } else {
-            *times = 0;
-        }
-        warnings.latch_quantity(*times == TIMES, number);
-    }
+/// Whether a quantity is beyond its limit by more than chance; all of them times the diagonal of its row, the variance times its square.
+#[inline]
+pub(super) fn is_beyond<S: Float>(quantity: S, limit: S, variance: S) -> bool {
+    let beyond = quantity.abs() - limit;
+    beyond * beyond.abs() > S::from_f64(SIGNIFICANT * SIGNIFICANT) * variance
 }
 
 #[cfg(test)]

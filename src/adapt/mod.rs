@@ -20,13 +20,13 @@
 //! | work | `work` | what is done with blocks and stretches: a countdown of pieces, one a period |
 //! | rotations | `triangle` | the loops that all of these are made of, each once in flash |
 //!
-//! **Samples.** One beyond 4σ of the mean residual of the block before gets the weight (4σ/r)², r its distance, one that is not finite 0. σ is that of the samples about that mean.
+//! **Samples.** One beyond 3σ of the mean residual of the block before gets the weight (3σ/r)², r its distance, one that is not finite 0. σ is that of the samples about that mean.
 //!
 //! **Blocks** of [`BLOCK_S`] average the samples. **Stretches** of samples end after [`SHORTEST_S`] as soon as the block's torque has moved by [`LEAST_MOTION`] of T_A; one that has not after
 //! [`LONGEST_S`] is dropped. So standing still, tiny amplitudes and slow drifts of the signal teach nothing. A stretch's offset and delay are free, so steady loads teach nothing either, and a
 //! loop that a delay explains as well as h does is not taken for h.
 //!
-//! **Work** is spread: a period takes a sample or does a piece of work. A block takes 7 pieces, a stretch some 120. Periods longer than 1 ms do as many pieces as they have milliseconds, and then take
+//! **Work** is spread: a period takes a sample or does a piece of work. A block takes 8 pieces, a stretch some 150. Periods longer than 1 ms do as many pieces as they have milliseconds, and then take
 //! their sample.
 //!
 //! **Coloured noise.** The variance v of the rows is learnt from their innovations from stretch to stretch, not only from the residuals within one: what the noise does at the pace of the motion, and

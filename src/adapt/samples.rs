@@ -1,20 +1,20 @@
 //! A control period: a sample, or a piece of work. Samples become blocks, blocks a stretch.
 //!
 //! A sample is a row [r, x5 … x1, ṗ, 1] with a weight w: p the block's own torque, ṗ its change a period, x the regressors, r the measured torque less p. A block is one row of them,
-//! Σw·row/√Σw, and a stretch the triangle of its blocks. Whatever an offset or a delay of the signal explains is in the two longest rows of the triangle, so the five below
+//! Σw·row/√n for n samples, and a stretch the triangle of its blocks. Whatever an offset or a delay of the signal explains is in the two longest rows of the triangle, so the five below
 //! say what the coefficients alone can explain, and the shortest what nothing explains.
 
 use super::state::AdaptationState;
-use super::triangle::{add, clear, dot, root};
-use super::work::BEGIN;
+use super::triangle::{add, dot};
+use super::work::{BEGIN, ROWS};
 use super::{Adaptation, Change};
 use crate::elastic::Polynomial;
 use crate::gear::{State, Status};
 use crate::memory::masing::{LoopPath, Masing, Path};
 use crate::scalar::Float;
 
-/// What is unknown of the loop may shrink by this within a stretch, of its half-width.
-const KNOWN_LOOP: f64 = 0.05;
+/// What the span of all places that the gear has been to may grow by within a stretch, over A.
+const SAME_PLACES: f64 = 0.05;
 
 impl<S: Float> Adaptation<S> {
     /// One control period: the gear after its step along the measured deflection, and the torque at the same time, N·m, terms taken off. Says what becomes of the parameters in force; the
@@ -26,24 +26,23 @@ impl<S: Float> Adaptation<S> {
         gear: &State<S, N, L>,
         torque: S,
     ) -> Change {
-        let mut change = Change::None;
+        let continues = core::mem::take(&mut state.continues);
         let mut pieces = self.pieces;
-        while state.work > 0 && pieces > 0 {
-            let now = self.piece(state);
-            change = if now == Change::None { change } else { now };
+        while state.work > 0 {
+            let change = self.piece(state);
             pieces -= 1;
+            // A period of work takes no sample, nor one that changes what is in force.
+            if pieces == 0 || change != Change::None {
+                return change;
+            }
         }
-        let continues = core::mem::replace(&mut state.continues, false);
-        // A period of work takes no sample.
-        if pieces == 0 {
-            return change;
-        }
-        let Some(path) = L::path(gear.memory()) else { return change };
+        let Some(path) = L::path(gear.memory()) else { return Change::None };
         if state.samples == 0 {
             self.look_back(state, path);
+            state.sums = [S::ZERO; ROWS];
         }
         if gear.status() != Status::default() || path.is_merged() {
-            return change;
+            return Change::None;
         }
         let theta = gear.theta();
         let u = self.frame.fraction(theta);
@@ -56,32 +55,28 @@ impl<S: Float> Adaptation<S> {
         *slope = if continues { p - state.last } else { S::ZERO };
         state.last = p;
         state.continues = true;
-        let weight = state.noise.weigh(*residual, &mut state.warnings);
-        if weight > S::ZERO {
-            add(&mut state.sums, &row, weight);
+        if let Some(weight) = state.noise.weigh(*residual, &mut state.warnings) {
+            add(&mut state.sums, &row, weight * self.share);
             state.samples += 1;
             if state.samples == self.samples {
+                Self::take_block(state);
                 state.work = BEGIN;
             }
         }
-        change
+        Change::None
     }
 
     /// Whether the past of the loop lets the next block be learnt from.
     ///
     /// What is unknown of it stays the same while the deflection keeps within the places that it has been to: an offset of η, which a stretch is free of. Beyond them it changes.
-    #[inline(never)]
+    #[inline]
     fn look_back<const N: usize>(&self, state: &mut AdaptationState<S>, path: &Path<S, N>) {
-        let known = S::ONE - path.start_uncertainty(&self.frame);
-        if known - state.known > S::from_f64(KNOWN_LOOP) {
-            state.known = known;
+        let [falling, rising] = path.reach();
+        let span = self.frame.fraction(falling + rising);
+        if span - state.span > S::from_f64(SAME_PLACES) {
+            state.span = span;
             Self::begin_stretch(state);
         }
-    }
-
-    fn begin_block(state: &mut AdaptationState<S>) {
-        clear(&mut state.sums);
-        state.samples = 0;
     }
 
     /// A block is whole: its row.
@@ -90,19 +85,16 @@ impl<S: Float> Adaptation<S> {
         let [residual, .., weight] = state.sums;
         state.noise.centre = residual.over(weight);
         // The centre was that of a block before the work on a stretch: the gear has moved since.
-        if state.blocks == S::ZERO {
-            state.noise.spikes = S::ZERO;
+        if state.blocks == 0 {
+            state.noise.spikes = 0;
         }
-        clear(&mut state.row);
-        add(&mut state.row, &state.sums, root(weight).recip());
-        Self::begin_block(state);
     }
 
     /// A block was folded in: the stretch goes on, or is assessed.
     #[inline]
     pub(super) fn end_block(&self, state: &mut AdaptationState<S>) {
-        clear(&mut state.row);
-        state.blocks = state.blocks + S::ONE;
+        state.samples = 0;
+        state.blocks += 1;
         if state.blocks < self.fewest_blocks {
             state.work = 0;
         }
@@ -110,8 +102,7 @@ impl<S: Float> Adaptation<S> {
 
     #[inline(never)]
     pub(super) fn begin_stretch(state: &mut AdaptationState<S>) {
-        clear(&mut state.triangle);
-        (state.blocks, state.noise.spikes) = (S::ZERO, S::ZERO);
-        Self::begin_block(state);
+        state.triangle = [S::ZERO; ROWS * (ROWS + 1) / 2];
+        (state.blocks, state.noise.spikes) = (0, 0);
     }
 }

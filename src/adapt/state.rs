@@ -11,26 +11,8 @@ use crate::scalar::Float;
 
 /// What the adaptation of one joint has learnt.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)] // Small fields first: the instructions that reach them are short.
 pub struct AdaptationState<S> {
-    /// Weighted sums of the samples of a block; while a stretch is learnt from, a place to work in.
-    pub(super) sums: [S; ROWS],
-    /// The block that is folded in; while a stretch is worked on, a place to work in.
-    pub(super) row: [S; ROWS],
-    /// The triangle of the stretch.
-    pub(super) triangle: [S; ROWS * (ROWS + 1) / 2],
-    /// Its blocks, a whole number.
-    pub(super) blocks: S,
-    pub(super) estimate: Estimate<S>,
-    pub(super) trial: Trial<S>,
-    pub(super) noise: Noise<S>,
-    /// The block's torque at the last sample.
-    pub(super) last: S,
-    /// How much less the loop's torque may be off over the stretch, for want of its past, than without any.
-    pub(super) known: S,
-    /// Samples of the block.
-    pub(super) samples: u16,
-    pub(super) warnings: Warnings,
-    pub(super) passed: Passed,
     /// Pieces of work that are left.
     pub(super) work: u8,
     /// Stretches that nothing is learnt from, or decided after, for now.
@@ -39,6 +21,23 @@ pub struct AdaptationState<S> {
     pub(super) held: bool,
     /// Whether the last period took a sample.
     pub(super) continues: bool,
+    /// Samples of the block.
+    pub(super) samples: u16,
+    /// Blocks of the stretch.
+    pub(super) blocks: u16,
+    pub(super) warnings: Warnings,
+    pub(super) passed: Passed,
+    /// The block's torque at the last sample.
+    pub(super) last: S,
+    /// The span of the places that the gear had been to as the stretch began, over A.
+    pub(super) span: S,
+    pub(super) noise: Noise<S>,
+    pub(super) trial: Trial<S>,
+    pub(super) estimate: Estimate<S>,
+    /// Weighted sums of the samples of a block, then its row; while a stretch is worked on, a place to work in.
+    pub(super) sums: [S; ROWS],
+    /// The triangle of the stretch.
+    pub(super) triangle: [S; ROWS * (ROWS + 1) / 2],
 }
 
 impl<S: Float> AdaptationState<S> {
@@ -90,5 +89,6 @@ impl<S: Float> AdaptationState<S> {
     /// The parameters in force could not be taken over: the block stays.
     pub fn give_back(&mut self) {
         self.trial.give_back();
+        self.trial.leads = Default::default();
     }
 }

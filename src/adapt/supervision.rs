@@ -9,14 +9,13 @@
 //! The next [`HOLD`] stretches are not learnt from either.
 
 use super::state::AdaptationState;
-use super::triangle::row;
-use super::work::ROWS;
-use super::{Adaptation, LEAST_MOTION, Warning, Warnings};
+use super::work::{DECIDED, LEARNT, ROWS};
+use super::{Adaptation, Warning, Warnings};
 use crate::scalar::Float;
 
 /// Weights fall beyond this many σ, as the square of the distance.
-const FAR: f64 = 4.0;
-/// Beyond twice as many it is a spike.
+const FAR: f64 = 3.0;
+/// Beyond this many it is a spike.
 const SPIKE: f64 = 8.0;
 /// Samples that σ² is averaged over.
 const NOISE_SAMPLES: f64 = 256.0;
@@ -24,8 +23,8 @@ const NOISE_SAMPLES: f64 = 256.0;
 const ROUGHER: f64 = 3.0;
 /// What the usual variance of residuals may rise by in a stretch.
 const RISE: f64 = 1.5;
-/// σ before anything is known, of T_A.
-const FIRST_NOISE: f64 = 0.02;
+/// σ² before anything is known, of T_A²: 2.2 % of T_A.
+const FIRST_VARIANCE: f64 = 1.0 / 2048.0;
 /// No torque is better than this, of T_A.
 const LEAST_NOISE: f64 = 1e-5;
 /// Stretches that are not learnt from after one that was unfit.
@@ -46,48 +45,50 @@ pub(super) struct Noise<S> {
     pub(super) variance: S,
     /// Σ of squared innovations less one, over their variance.
     surprise: S,
-    /// Spikes in the stretch, a whole number.
-    pub(super) spikes: S,
+    /// Spikes in the stretch.
+    pub(super) spikes: u32,
     /// Stretches that were fit.
     pub(super) stretches: u32,
 }
 
 impl<S: Float> Noise<S> {
     pub(super) fn new() -> Self {
-        let variance = S::from_f64(FIRST_NOISE * FIRST_NOISE);
+        let variance = S::from_f64(FIRST_VARIANCE);
         Self {
             centre: S::ZERO,
             sample: variance,
             within: variance,
             variance: S::ZERO,
             surprise: S::ZERO,
-            spikes: S::ZERO,
+            spikes: 0,
             stretches: 0,
         }
     }
 
-    /// The weight of a sample by its residual; 0 if that is no number.
+    /// The weight of a sample by its residual, if that is a number.
     #[inline]
-    pub(super) fn weigh(&mut self, residual: S, warnings: &mut Warnings) -> S {
+    pub(super) fn weigh(&mut self, residual: S, warnings: &mut Warnings) -> Option<S> {
         let far = residual - self.centre;
         let square = (far * far).over(self.sample);
         if !square.is_finite() {
             warnings.latch(true, Warning::NotANumber);
-            return S::ZERO;
+            return None;
         }
         if square > S::from_f64(SPIKE * SPIKE) {
-            self.spikes = self.spikes + S::ONE;
+            self.spikes += 1;
         }
-        let change = (square.min(S::from_f64(9.0)) - S::ONE) * S::from_f64(1.0 / NOISE_SAMPLES);
-        self.sample = (self.sample + self.sample * change).max(S::from_f64(LEAST_NOISE * LEAST_NOISE));
-        S::from_f64(FAR * FAR).over(square).min(S::ONE)
+        let far = S::from_f64(FAR * FAR);
+        let weight = far.over(square.max(far));
+        let change = self.sample * (square * weight - S::ONE) + S::from_f64(LEAST_NOISE * LEAST_NOISE);
+        self.sample = self.sample + change * S::from_f64(1.0 / NOISE_SAMPLES);
+        Some(weight)
     }
 
-    /// Notes the innovation of a row over its deviation, and that deviation over the noise's.
+    /// Notes the innovation of a row over its deviation, and that deviation.
     #[inline]
     pub(super) fn note(&mut self, innovation: S, total: S) {
         // What is not known yet says nothing of the noise.
-        if total < S::TWO {
+        if total * total < S::from_f64(4.0) * self.variance {
             self.surprise = self.surprise + (innovation * innovation - S::ONE);
         }
     }
@@ -102,21 +103,23 @@ impl<S: Float> Noise<S> {
 }
 
 impl<S: Float> Adaptation<S> {
-    /// Whether a stretch is fit to be learnt from, by its triangle and by Σ p² and Σ r² about their means, what nothing explains apart.
+    /// Judges a stretch: whether it is long enough, is fit to be learnt from, and to decide by.
     #[inline]
-    pub(super) fn judge(&self, state: &mut AdaptationState<S>, of_block: S, of_residual: S) -> bool {
-        let blocks = state.blocks;
-        let AdaptationState { triangle, noise, warnings, .. } = &mut *state;
-        let [.., weight] = *row(triangle, ROWS) else { return false };
-        if of_block < S::from_f64(LEAST_MOTION * LEAST_MOTION) * weight * weight {
+    pub(super) fn judge(&self, state: &mut AdaptationState<S>) {
+        // Σ p² and Σ r² about their means, without what a delay explains.
+        let [of_block, of_residual, ..] = state.sums;
+        let AdaptationState { triangle, noise, warnings, blocks, .. } = &mut *state;
+        let blocks = *blocks;
+        let number = S::from_f64(f64::from(blocks));
+        let [unexplained, ..] = *triangle;
+        if of_block < self.motion * number {
             state.work = 0;
             if blocks >= self.most_blocks {
                 Self::begin_stretch(state);
             }
-            return false;
+            return;
         }
-        let [unexplained, ..] = *triangle;
-        let free = blocks - S::from_f64((ROWS - 1) as f64);
+        let free = number - S::from_f64((ROWS - 1) as f64);
         let within = (unexplained * unexplained).over(free) + S::from_f64(LEAST_NOISE * LEAST_NOISE);
         // A NaN compares false.
         let calm = within <= S::from_f64(ROUGHER * ROUGHER) * noise.within;
@@ -124,17 +127,25 @@ impl<S: Float> Adaptation<S> {
         let mut faults = Warnings::default();
         faults.latch(!calm, Warning::Disturbed);
         faults.latch(of_residual > self.gain * of_block, Warning::Dead);
-        faults.latch(noise.spikes > self.spikes * blocks, Warning::Spikes);
+        faults.latch(100 * noise.spikes > u32::from(blocks) * u32::from(self.samples), Warning::Spikes);
         if faults != Warnings::default() {
             warnings.add(faults);
             state.hold = HOLD;
             state.work = 0;
             Self::begin_stretch(state);
-            return false;
+            return;
         }
         // Until innovations say more.
-        let first = if noise.stretches == 0 { S::from_f64(4.0) * within } else { noise.within };
-        noise.variance = noise.variance.max(first);
-        true
+        if noise.stretches == 0 {
+            noise.variance = S::from_f64(4.0) * within;
+        }
+        // The signal was late in the stretch before: nothing is decided.
+        let [delayed, ..] = state.passed;
+        if state.hold > 0 {
+            state.hold -= 1;
+            state.work = LEARNT;
+        } else if delayed > 0 {
+            state.work = DECIDED;
+        }
     }
 }

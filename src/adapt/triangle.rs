@@ -8,6 +8,7 @@
 use core::hint::black_box;
 use core::ops::Range;
 
+use super::work::ROWS;
 use crate::scalar::Float;
 
 /// What a diagonal is short of zero by: a rotation needs no case for rows of zeros.
@@ -42,17 +43,11 @@ pub(super) fn scale<S: Float>(a: &mut [S], factor: S) {
     }
 }
 
-/// a ← 0.
-#[inline]
-pub(super) fn clear<S: Float>(a: &mut [S]) {
-    a.fill(S::ZERO);
-}
-
 /// Rotates a and b, over the shorter of both, as it takes to turn the pair (x, y) into (√(x² + y²), 0). Returns that root.
 #[inline(never)]
 pub(super) fn rotate<S: Float>(x: S, y: S, a: &mut [S], b: &mut [S]) -> S {
     let x = x + S::from_f64(TINY);
-    let root = root(x * x + y * y);
+    let root = (x * x + y * y).sqrt();
     let (cosine, sine) = (x.over(root), y.over(root));
     for (a, b) in a.iter_mut().zip(b) {
         (*a, *b) = (cosine * *a + sine * *b, cosine * *b - sine * *a);
@@ -70,19 +65,13 @@ pub(super) fn places(length: usize) -> Range<usize> {
 /// The row of a length.
 #[inline(never)]
 pub(super) fn row<S>(packed: &mut [S], length: usize) -> &mut [S] {
-    // Of a length that the compiler knows, all that is done with the row would be unrolled.
-    packed.get_mut(places(black_box(length))).unwrap_or_default()
-}
-
-/// √x.
-#[inline(never)]
-pub(super) fn root<S: Float>(x: S) -> S {
-    x.sqrt()
+    let rest = packed.get_mut(places(length).start..).unwrap_or_default();
+    rest.get_mut(..length).unwrap_or_default()
 }
 
 /// Folds a new row into that of a length.
 #[inline(never)]
-pub(super) fn fold<S: Float>(packed: &mut [S], length: usize, new: &mut [S]) {
+pub(super) fn fold<S: Float>(packed: &mut [S], length: usize, new: &mut [S; ROWS]) {
     let row = row(packed, length);
     if let (Some(&diagonal), Some(&entry)) = (row.last(), new.get(length - 1)) {
         rotate(diagonal, entry, row, new);
@@ -97,7 +86,9 @@ mod tests {
     fn a_triangle_has_the_squares_of_its_rows() {
         let rows = [[1.0, -2.0, 0.5], [0.0, 3.0, 0.0], [4.0, 0.25, -1.0], [0.5, 0.5, 2.0]];
         let mut packed = [0.0_f64; 6];
-        for mut new in rows {
+        for [a, b, c] in rows {
+            let mut new = [0.0_f64; ROWS];
+            new[..3].copy_from_slice(&[a, b, c]);
             for length in (1..=3).rev() {
                 fold(&mut packed, length, &mut new);
             }

@@ -2,47 +2,48 @@
 //!
 //! | piece | counts | file |
 //! |---|---|---|
-//! | the row of a block | [`TAKE`] | `samples` |
-//! | it is folded into a row of the triangle | [`FOLD`] | `triangle` |
+//! | a block is folded into a row of the triangle | [`FOLD`] | `triangle` |
 //! | a row of the stretch is predicted | [`ASSESS`] | `trial` |
-//! | the stretch is judged, and what is in force decided | [`DECIDE`] | `supervision`, `trial` |
+//! | the stretch is judged | [`JUDGE`] | `supervision` |
+//! | a gain is added to a lead | [`LEAD`] | `trial` |
+//! | what is in force is decided | [`DECIDE`] | `trial` |
 //! | a row is learnt from, in [`STEPS`] | [`LEARN`] | `estimate` |
-//! | a quantity is held against its limit, in two pieces | [`CHECK`] | `health` |
-//! | the next shadow: e and h not negative, no coefficient beyond its limit | [`LIFT`] | `bounds` |
-//! | three bounds on the shadow | [`BOUND`] | `bounds` |
-
-use core::hint::black_box;
+//! | a quantity is held against its limit, in the first of these [`STEPS`] and one more | [`CHECK`] | `health` |
+//! | the next shadow: e and h not negative | [`LIFT`] | `bounds` |
+//! | a bound on the shadow | [`BOUND`] | `bounds` |
 
 use super::bounds::BOUNDS;
-use super::health::QUANTITIES;
+use super::health::{OF_SIGNAL, QUANTITIES, TIMES, is_beyond};
 use super::state::AdaptationState;
-use super::triangle::{add, clear, dot, fold, root, row, scale};
+use super::trial::LEADS;
+use super::triangle::{add, dot, fold, row};
 use super::{Adaptation, COEFFICIENTS, Change, LEAST_TOLD};
 use crate::scalar::Float;
 
 /// Entries of a block's row, and rows of the triangle: the residual, the coefficients, delay, offset.
 pub(super) const ROWS: usize = COEFFICIENTS + 3;
-/// The shortest rows are folded in pairs.
-const PAIRS: usize = 2;
-/// Bounds in a piece.
-const BOUNDED: usize = 3;
-/// Pieces that learn from a row: scaling it, limiting w by each coefficient, columns forgotten, columns learnt, following.
-const STEPS: usize = 3 * COEFFICIENTS + 2;
+/// The shortest row that is learnt from.
+const SHORTEST: usize = 2;
+/// Steps of learning from a row: it is projected on the columns, columns forget, columns learn, the estimate follows.
+const STEPS: usize = 3 * COEFFICIENTS + 1;
 
 /// Counts at which a piece of each kind is the last of its kind.
 const END: usize = 1;
 const BOUND: usize = END + 1;
-const LIFT: usize = BOUND + BOUNDS / BOUNDED;
+const LIFT: usize = BOUND + BOUNDS;
 const CHECK: usize = LIFT + 1;
-const LEARN: usize = CHECK + 2 * QUANTITIES;
+const LEARN: usize = CHECK + STEPS * QUANTITIES;
 const DECIDE: usize = LEARN + COEFFICIENTS * STEPS;
-const ASSESS: usize = DECIDE + 1;
+const LEAD: usize = DECIDE + 1;
+const JUDGE: usize = LEAD + LEADS;
+const ASSESS: usize = JUDGE + 1;
 const FOLD: usize = ASSESS + ROWS - 1;
-const TAKE: usize = FOLD + ROWS - PAIRS;
+/// The count from which nothing is decided after a stretch.
+pub(super) const DECIDED: u8 = DECIDE as u8 - 1;
 /// The count from which nothing is learnt from a stretch.
 pub(super) const LEARNT: u8 = LEARN as u8 - 1;
-/// The count at which a whole block is to be worked in.
-pub(super) const BEGIN: u8 = TAKE as u8;
+/// The count at which a whole block is to be folded in.
+pub(super) const BEGIN: u8 = (FOLD + ROWS - 1) as u8;
 
 impl<S: Float> Adaptation<S> {
     /// The next piece.
@@ -50,35 +51,25 @@ impl<S: Float> Adaptation<S> {
     pub(super) fn piece(&self, state: &mut AdaptationState<S>) -> Change {
         let count = usize::from(state.work);
         state.work -= 1;
-        if count >= TAKE {
-            Self::take_block(state);
-        } else if count >= FOLD {
-            let (triangle, row) = (&mut state.triangle, &mut state.row);
-            match count - FOLD {
-                pair @ (0 | 1) => {
-                    fold(triangle, 2 * pair + 2, row);
-                    fold(triangle, 2 * pair + 1, row);
-                }
-                length => fold(triangle, length + PAIRS + 1, row),
-            }
+        if count >= FOLD {
+            fold(&mut state.triangle, count - FOLD + 1, &mut state.sums);
             if count == FOLD {
                 self.end_block(state);
             }
         } else if count >= ASSESS {
             self.assess(state, FOLD + 1 - count);
+        } else if count == JUDGE {
+            self.judge(state);
+        } else if count >= LEAD {
+            Self::advance(state, count - LEAD);
         } else if count == DECIDE {
-            return self.decide(state);
-        } else if count >= LEARN {
-            self.learn(state, (count - LEARN) / STEPS + 2, (count - LEARN) % STEPS);
+            return Self::decide(state);
         } else if count >= CHECK {
-            self.check(state, count - CHECK);
+            self.step(state, (count - CHECK) / STEPS, (count - CHECK) % STEPS);
         } else if count == LIFT {
             self.lift(state);
         } else if count >= BOUND {
-            let first = BOUNDED * (count - BOUND);
-            for number in first..black_box(first + BOUNDED) {
-                self.bound(state, number);
-            }
+            self.bound(state, count - BOUND);
         } else {
             state.noise.learn();
             Self::begin_stretch(state);
@@ -86,34 +77,56 @@ impl<S: Float> Adaptation<S> {
         Change::None
     }
 
-    /// A step of learning from the row of a length. r is kept behind its value in `row`, w and then the gain behind the total in `sums`.
-    #[inline]
-    fn learn(&self, state: &mut AdaptationState<S>, length: usize, step: usize) {
-        const SCALE: usize = STEPS - 1;
-        const LIMIT: usize = SCALE - COEFFICIENTS;
-        const FORGET: usize = LIMIT - COEFFICIENTS;
-        let AdaptationState { estimate, noise, row: [value, r @ ..], sums: [total, gain @ ..], .. } = state;
-        if step == SCALE {
-            clear(&mut state.row);
-            add(&mut state.row, row(&mut state.triangle, length), root(noise.variance).recip());
-            let [_, r @ .., _, _] = &state.row;
-            // Of a length that the compiler knows at every call, `dot` would be unrolled.
-            let told = self.prior * dot(black_box(r), black_box(r));
-            if told < S::from_f64(LEAST_TOLD) {
-                state.work -= SCALE as u8;
-                return;
+    /// A step of the work on a row: the rows that hold a quantity, then those that are learnt from. `sums` keeps w, Pr or the gain, and at its end a factor or the total.
+    #[inline(always)]
+    fn step(&self, state: &mut AdaptationState<S>, number: usize, step: usize) {
+        const PROJECT: usize = FORGET + COEFFICIENTS;
+        const FORGET: usize = LEARN + COEFFICIENTS;
+        const LEARN: usize = 1;
+        let AdaptationState { triangle, estimate, noise, sums, work, .. } = state;
+        let row = match self.health.rows.get(number.wrapping_sub(OF_SIGNAL)) {
+            Some(row) => row.as_slice(),
+            None if number < OF_SIGNAL => row(triangle, number + COEFFICIENTS + 2),
+            None => row(triangle, number + SHORTEST - QUANTITIES),
+        };
+        let [value, r @ ..] = row else { return };
+        let is_learnt = number >= QUANTITIES;
+        if step == STEPS - 1 {
+            *sums = [S::ZERO; ROWS];
+            let [w @ .., total] = sums;
+            *total = S::ONE;
+            if is_learnt {
+                let told = self.prior * dot(r, r);
+                if told < S::from_f64(LEAST_TOLD) * noise.variance {
+                    *work -= STEPS as u8 - 1;
+                    return;
+                }
+                let pace = self.drift.over(told).sqrt();
+                add(w, r, self.prior * pace);
+                *total = -pace;
             }
-            state.sums = state.row;
-            scale(&mut state.sums, self.prior * root(self.drift.over(told)));
-        } else if step >= LIMIT {
-            estimate.limit(self.prior, step - LIMIT, gain);
+        }
+        let [gain @ .., total] = sums;
+        if step >= PROJECT {
+            estimate.project(STEPS - step, r, *total, gain);
+        } else if !is_learnt {
+            *work -= PROJECT as u8 - 1;
+            if let (Some(limit), Some(times), Some(&diagonal)) =
+                (self.health.limits.get(number), state.passed.get_mut(number), row.last())
+            {
+                let off = *value - dot(r, &estimate.value);
+                let is_beyond = is_beyond(off, diagonal * *limit, noise.variance + dot(r, gain));
+                *times = if is_beyond { (*times + 1).min(TIMES) } else { 0 };
+                state.warnings.latch_quantity(*times == TIMES, number);
+            }
         } else if step >= FORGET {
-            estimate.forget(step - FORGET + 1, gain);
+            estimate.forget(step - FORGET + 1, sums);
             if step == FORGET {
-                clear(gain);
-                *total = S::ONE;
+                *sums = [S::ZERO; ROWS];
+                let [.., total] = sums;
+                *total = noise.variance.sqrt();
             }
-        } else if step > 0 {
+        } else if step >= LEARN {
             estimate.learn(COEFFICIENTS + 1 - step, r, total, gain);
         } else {
             let surprise = estimate.follow(r, *value, *total, gain);

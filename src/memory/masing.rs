@@ -157,10 +157,15 @@ impl<S: Scalar, const N: usize> Path<S, N> {
     /// The past can only be one of those that end on one of the two rated branches through θ_0; between them lie the hysterons that
     /// switch outside [min, max]. Zero once a tip was reached.
     pub fn start_uncertainty(&self, frame: &Frame<S>) -> S {
-        let [below, above] = [-self.filtered, self.filtered];
-        let [falling, rising] = self.farthest;
         let left = |far: S| frame.fraction(frame.rated() - far).max(S::ZERO);
-        left(rising.max(above)) * left(falling.max(below))
+        let [falling, rising] = self.reach();
+        left(rising) * left(falling)
+    }
+
+    /// −min and max of the deflections seen since the start.
+    pub(crate) fn reach(&self) -> [S; 2] {
+        let [falling, rising] = self.farthest;
+        [falling.max(-self.filtered), rising.max(self.filtered)]
     }
 
     /// The deflection after the play that a sample leads to, and 1 or −1 by its side; `None` if it stays.

@@ -49,3 +49,24 @@ fn column_rms(path: &Path, column: usize) -> f64 {
         text.lines().skip(1).filter_map(|line| line.split(',').nth(column)?.trim().parse().ok()).collect();
     (values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64).sqrt()
 }
+
+/// A model file that gives `fit` law masing, as docs/adaptation.md has it.
+const MASING: &str = "format = 1\nname = \"law masing\"\n[gear]\nrated_deflection_rad = 0.055\n\
+    [elastic]\nc1_nm_per_rad = 1\nc2_nm_per_rad3 = 0\nc3_nm_per_rad5 = 0\n\
+    [memory]\nlaw = \"masing\"\nalpha = 1\nbeta_per_s = 1\nomega_per_s = 1\n";
+
+/// The first half fitted, the second adapted to: no worse than the block.
+#[test]
+fn cycloidal_reducers_are_predicted_no_worse_than_by_their_block() {
+    for name in ["base_init_pos1", "base_init_pos1_repeat", "conic_pre1", "conic_pre5"] {
+        let Some(rec) = real_recording(&format!("cyclo_{name}.csv")) else { return };
+        let (dir, rec) = (WorkDir::new(), rec.display());
+        dir.write("masing.toml", MASING);
+        dir.succeed(&format!("fit {rec} --model masing.toml --to 40 -o block.toml"));
+        assert!(dir.read("block.toml").contains("law = \"masing\""), "{name}");
+        dir.succeed(&format!("adapt block.toml {rec} --from 40 -o adapted.toml --json adapted.json"));
+        let found: serde_json::Value = serde_json::from_str(&dir.read("adapted.json")).unwrap();
+        let [block, adapted] = ["block", "adapted"].map(|of| found["rms"][of].as_f64().expect("an rms"));
+        assert!(adapted <= block, "{name}: {adapted} for {block} N·m");
+    }
+}

@@ -45,7 +45,7 @@ const PATHS: [Path; 9] = [
         image: "adapt_path",
         machine: machine::M4F,
         title: "law `masing`, forward and inverse, 16 turning points, with its adaptation",
-        code_limit: 9216,
+        code_limit: 7_566,
         joint_limit: 704,
     },
     Path {
