@@ -5,7 +5,7 @@
 //!
 //! ```text
 //! Λ′ ← max(0, Λ′ + clamp(ΔL′ − 1/4, ±4))       Δ: in force less shadow      take over where Λ′ ≥ ln(1/α)·2^n, n times given back,
-//! Λ  ← max(0, Λ + clamp(ΔL − 1/4, ±4))                                      and Λ > 0
+//! Λ  ← max(0, Λ + clamp(ΔL − 1/4, ±4))                                      and Λ ≥ 6
 //! B′ ← max(0, B′ + clamp(ΔL′ − 1/4, ±4))       Δ: in force less block       give back where B′ ≥ 6
 //! B  ← max(0, B + clamp(ΔL − 1/4, ±4))                                      or B ≥ 6
 //! ```
