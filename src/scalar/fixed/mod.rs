@@ -82,7 +82,7 @@ impl Gain {
     }
 
     /// The value, in single precision.
-    #[cfg(feature = "link")]
+    #[cfg(feature = "block")]
     pub(crate) fn to_f32(self) -> f32 {
         libm::ldexpf(self.mantissa as f32, -(FRACTION.cast_signed() + self.shift))
     }
