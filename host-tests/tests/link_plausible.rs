@@ -87,6 +87,21 @@ fn parameters_far_from_those_in_force_do_not_come_on_trial_while_enabled() {
     }
 }
 
+/// A block comes on trial beside the one in force while the drive is disabled, and without a bound; on an enabled drive with one if it fits.
+fn assert_tried(old: &[u8], new: &[u8], fits: bool, case: &str) {
+    for (enabled, bound) in [(false, DEFAULT_BOUND), (true, DEFAULT_BOUND), (true, f32::INFINITY)] {
+        let (mut port, mut drive) = bench(&[old]);
+        let mut session = Session::open(&mut port, &mut drive);
+        session.ask(&mut port, &mut drive, Request::Bound { share: bound }).expect("a bound");
+        drive.enabled = enabled;
+        session.stage(&mut port, &mut drive, new).expect("staged");
+        let tried = session.ask(&mut port, &mut drive, Request::Try);
+        let is_free = !enabled || bound == f32::INFINITY;
+        let expected = if fits || is_free { Ok(Answer::Done) } else { Err(Refusal::Bound.into()) };
+        assert_eq!(tried, expected, "{case}, enabled: {enabled}, {bound}");
+    }
+}
+
 /// A gate that goes, opens or lets more through in a second is judged as torques are; a new or a narrower one refuses samples only.
 #[test]
 fn a_wider_gate_does_not_come_on_trial_while_enabled() {
@@ -106,17 +121,7 @@ fn a_wider_gate_does_not_come_on_trial_while_enabled() {
         ] {
             let old = gated_block(&gear, 1, scalar, 1e-3, step);
             let new = gated_block(&gear, 2, scalar, period_s, other);
-            for (enabled, bound) in [(false, DEFAULT_BOUND), (true, DEFAULT_BOUND), (true, f32::INFINITY)] {
-                let (mut port, mut drive) = bench(&[&old]);
-                let mut session = Session::open(&mut port, &mut drive);
-                session.ask(&mut port, &mut drive, Request::Bound { share: bound }).expect("a bound");
-                drive.enabled = enabled;
-                session.stage(&mut port, &mut drive, &new).expect("staged");
-                let tried = session.ask(&mut port, &mut drive, Request::Try);
-                let is_free = !enabled || bound == f32::INFINITY;
-                let expected = if fits || is_free { Ok(Answer::Done) } else { Err(Refusal::Bound.into()) };
-                assert_eq!(tried, expected, "{step:?} and {other:?} in {period_s} s, enabled: {enabled}, {bound}");
-            }
+            assert_tried(&old, &new, fits, &format!("{step:?} and {other:?} in {period_s} s"));
         }
     }
 }
@@ -150,20 +155,7 @@ fn other_terms_do_not_come_on_trial_while_enabled() {
         let old = block_with_friction(2.0, with_gear, 1);
         for (torque_nm, gear, fits) in [(2.0, with_gear, true), (2000.0, with_gear, false), (2.0, !with_gear, false)] {
             let new = block_with_friction(torque_nm, gear, 2);
-            for (enabled, bound) in [(false, DEFAULT_BOUND), (true, DEFAULT_BOUND), (true, f32::INFINITY)] {
-                let (mut port, mut drive) = bench(&[&old]);
-                let mut session = Session::open(&mut port, &mut drive);
-                session.ask(&mut port, &mut drive, Request::Bound { share: bound }).expect("a bound");
-                drive.enabled = enabled;
-                session.stage(&mut port, &mut drive, &new).expect("staged");
-                let tried = session.ask(&mut port, &mut drive, Request::Try);
-                let is_free = !enabled || bound == f32::INFINITY;
-                let expected = if fits || is_free { Ok(Answer::Done) } else { Err(Refusal::Bound.into()) };
-                assert_eq!(
-                    tried, expected,
-                    "{torque_nm} N·m, gear {with_gear} and {gear}, enabled: {enabled}, {bound}"
-                );
-            }
+            assert_tried(&old, &new, fits, &format!("{torque_nm} N·m, gear {with_gear} and {gear}"));
         }
     }
 }
