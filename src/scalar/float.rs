@@ -201,6 +201,12 @@ fn sqrt(x: f64) -> f64 {
     if x > 0.0 { libm::sqrt(x) } else { 0.0 }
 }
 
+/// x^y for x ≥ 0 and y > 0, by the exponential of the logarithm: four times as fast as `libm::pow`. Relative error below 3e-16 (1 + abs(y ln x)).
+#[inline]
+fn power(x: f64, y: f64) -> f64 {
+    libm::exp(y * libm::log(x))
+}
+
 #[cfg(not(any(all(target_arch = "arm", target_abi = "eabihf"), riscv_float_unit)))]
 #[inline]
 fn sqrtf(x: f32) -> f32 {
@@ -302,10 +308,4 @@ mod tests {
         assert_measured(largest_error(-3.2, 3.2, Float::sin, libm::sin), 1.1e-3);
         assert_measured(largest_error(-3.2, 3.2, Float::cos, libm::cos), 1.1e-3);
     }
-}
-
-/// x^y for x ≥ 0 and y > 0, by the exponential of the logarithm: four times as fast as `libm::pow`. Relative error below 3e-16 (1 + abs(y ln x)).
-#[inline]
-fn power(x: f64, y: f64) -> f64 {
-    libm::exp(y * libm::log(x))
 }

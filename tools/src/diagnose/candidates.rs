@@ -99,7 +99,7 @@ pub fn proposals_over(
 fn with_refined(model: &Model) -> Model {
     let mut with = model.clone();
     for name in ALL.iter().flat_map(|kind| kind.refines()) {
-        if !with.terms.iter().any(|t| t.kind == *name) {
+        if !with.has_term(name) {
             with.terms.push(Term { kind: (*name).to_owned(), values: std::collections::BTreeMap::new() });
         }
     }

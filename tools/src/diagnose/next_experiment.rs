@@ -44,7 +44,7 @@ pub fn undecidable(
     };
     let joint = fit.model.elastic.is_none();
     let open = |info: &&KindInfo| {
-        let found = fit.model.terms.iter().any(|t| t.kind == info.name)
+        let found = fit.model.has_term(info.name)
             || verdict.effects.iter().any(|e| e.equivalents.iter().any(|k| k == info.name));
         let of_gear = info.needs.iter().any(|n| matches!(n, gmhm::terms::Need::Deflection | gmhm::terms::Need::Gear));
         info.name != UNKNOWN && search.allows(info.name) && !found && !(joint && of_gear) && !visible(info)

@@ -169,7 +169,7 @@ pub trait Kind: Sync {
         None
     }
 
-    /// Whether a number of its term does what another term of the model does: a fit leaves it as it is.
+    /// Whether another term of the model has the same effect as a number of its term. A fit does not change such a number.
     fn repeats_another(&self, _model: &Model, _key: &KeyInfo) -> bool {
         false
     }

@@ -21,11 +21,6 @@ const DAMPING: &str = "damping_nms_per_rad";
 /// Static over Coulomb friction, at least, for the dip to be named.
 const SMALLEST_STATIC_RATIO: f64 = 1.17;
 
-/// Whether the model has a term of a kind.
-fn has(model: &Model, kind: &dyn Kind) -> bool {
-    model.terms.iter().any(|term| term.kind == kind.name())
-}
-
 /// Kind `stribeck_friction`.
 pub struct StribeckFriction;
 
@@ -87,11 +82,12 @@ impl Kind for StribeckFriction {
 
     /// Beside Coulomb friction in the model, only what differs from it.
     fn only_free_key(&self, model: &Model) -> Option<&'static str> {
-        has(model, &CoulombFriction).then_some(STATIC)
+        model.has_term(CoulombFriction.name()).then_some(STATIC)
     }
 
     fn repeats_another(&self, model: &Model, key: &KeyInfo) -> bool {
-        key.name == COULOMB && has(model, &CoulombFriction) || key.name == DAMPING && has(model, &ViscousFriction)
+        key.name == COULOMB && model.has_term(CoulombFriction.name())
+            || key.name == DAMPING && model.has_term(ViscousFriction.name())
     }
 
     fn complete(&self, term: &mut Term) {

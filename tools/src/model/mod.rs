@@ -106,6 +106,11 @@ impl Model {
         self
     }
 
+    /// Whether the model has a term of a kind.
+    pub fn has_term(&self, kind: &str) -> bool {
+        self.terms.iter().any(|term| term.kind == kind)
+    }
+
     /// Whether the terms are added to another simulator's torque.
     pub fn is_simulation(&self) -> bool {
         self.gear.base == Base::Simulation

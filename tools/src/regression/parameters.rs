@@ -300,6 +300,16 @@ mod tests {
     use super::*;
     use crate::model::parse;
 
+    const STRIBECK: &str = r#"
+            [[term]]
+            kind = "stribeck_friction"
+            coulomb_nm = 0.0
+            static_nm = 1.0
+            stribeck_velocity_rad_per_s = 0.05
+            exponent = 2.0
+            damping_nms_per_rad = 0.0
+            smoothing_rad_per_s = 0.004"#;
+
     #[test]
     fn a_derivative_has_two_sides_however_large_the_number_has_become() {
         let text = r#"format = 1
@@ -314,15 +324,8 @@ mod tests {
             alpha = 2.3e6
             beta_per_s = 416.0
             omega_per_s = 200.0
-            [[term]]
-            kind = "stribeck_friction"
-            coulomb_nm = 0.0
-            static_nm = 1.0
-            stribeck_velocity_rad_per_s = 0.05
-            exponent = 2.0
-            damping_nms_per_rad = 0.0
-            smoothing_rad_per_s = 0.004"#;
-        let model = parse("gear.toml", text).unwrap();
+"#;
+        let model = parse("gear.toml", &format!("{text}{STRIBECK}")).unwrap();
         let places = of_gear(&model).into_iter().chain([FreeParameter::Zero]).chain(of_term(&model, 0));
         for place in places {
             for size in [1.0, 1e16, 1e28] {
@@ -337,15 +340,7 @@ mod tests {
 
     #[test]
     fn what_another_term_does_already_is_not_free() {
-        let text = r#"format = 1
-            [[term]]
-            kind = "stribeck_friction"
-            coulomb_nm = 0.0
-            static_nm = 1.0
-            stribeck_velocity_rad_per_s = 0.05
-            exponent = 2.0
-            damping_nms_per_rad = 0.0
-            smoothing_rad_per_s = 0.004
+        let text = r#"
             [[term]]
             kind = "coulomb_friction"
             torque_nm = 1.0
@@ -353,7 +348,7 @@ mod tests {
             [[term]]
             kind = "viscous_friction"
             damping_nms_per_rad = 1.0"#;
-        let beside = parse("joint.toml", text).unwrap();
+        let beside = parse("joint.toml", &format!("format = 1\n{STRIBECK}{text}")).unwrap();
         let mut alone = beside.clone();
         alone.terms.truncate(1);
         let keys = |model: &Model| -> Vec<&str> {

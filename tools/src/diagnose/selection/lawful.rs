@@ -29,7 +29,7 @@ impl Dataset<'_> {
             if search.removed.iter().any(|removed| removed == is.name()) {
                 continue;
             }
-            let is_there = model.terms.iter().any(|t| t.kind == other.kind);
+            let is_there = model.has_term(&other.kind);
             renamed.push((kind.name(), (!is_there).then(|| is.name())));
             if is_there {
                 model.terms.remove(at);
