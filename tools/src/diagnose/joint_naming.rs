@@ -1,10 +1,11 @@
 //! From a joint selection to findings: which kinds are named, which only come close, and where structure without a name sits.
 
 use crate::diagnose::DiagnoseError;
+use crate::diagnose::curve_term::curve_term;
 use crate::diagnose::decision::LARGE;
 use crate::diagnose::diagnosis::{Naming, UNKNOWN};
 use crate::diagnose::explain::Search;
-use crate::diagnose::naming::{DiagnosisVerdict, EffectVerdict, coordinates, curve_term};
+use crate::diagnose::naming::{DiagnosisVerdict, EffectVerdict, coordinates};
 use crate::diagnose::nonparametric::{Coordinates, Explained as Curve};
 use crate::diagnose::search::MARGIN;
 use crate::diagnose::selection::{Selected, Selection};

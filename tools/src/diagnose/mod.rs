@@ -9,6 +9,7 @@
 //! | [`explain`] | every kind beside a fitted model, refitted together |
 //! | [`mod@search`], `shapes` | forward, with swaps, and backward; the shapes of what was found |
 //! | [`nonparametric`], `tones`, `jumps` | curves without physics over every coordinate; tones; jumps |
+//! | `curve_term` | such a curve as a term of a model |
 //! | [`naming`], `shares` | classes of indistinguishable kinds, names, shares of power |
 //! | [`selection`], [`joint_naming`] | joint selection of kinds by held-out error, and its verdicts |
 //! | `decision` | which of the two searches is believed |
@@ -18,6 +19,7 @@
 //! | [`report_data`] | what a report shows |
 
 pub mod candidates;
+mod curve_term;
 mod decision;
 pub mod diagnosis;
 pub mod evidence;

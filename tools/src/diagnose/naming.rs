@@ -1,10 +1,9 @@
 //! From a search to findings: classes of kinds that the recordings cannot distinguish, and names that are given only where they explain all there is.
 
-use std::f64::consts::TAU;
-
-use gmhm::terms::{Coordinate, KINDS};
+use gmhm::terms::KINDS;
 
 use crate::diagnose::DiagnoseError;
+use crate::diagnose::curve_term::curve_term;
 use crate::diagnose::diagnosis::{Naming, UNKNOWN};
 use crate::diagnose::explain::{Alternative, Search};
 use crate::diagnose::nonparametric;
@@ -12,7 +11,6 @@ use crate::diagnose::nonparametric::{Coordinates, Explained as Curve};
 use crate::diagnose::search::{Outcome, part};
 use crate::kinds;
 use crate::model::{Model, Term, TermValue};
-use crate::numerics::extremes::width;
 use crate::numerics::vector::dot;
 use crate::regression::dataset::Dataset;
 use crate::regression::fit::Fitted;
@@ -389,55 +387,6 @@ impl Dataset<'_> {
 const CURVES: usize = 3;
 const WORTH_A_CURVE: f64 = 0.3;
 
-/// A term `unknown` over a coordinate, if such a term can be over it.
-pub(super) fn curve_term(see: &Coordinates, coordinate: &str) -> Option<Term> {
-    if !Coordinate::NAMES.contains(&coordinate) || matches!(coordinate, "reversal" | "frequency") {
-        return None;
-    }
-    let along = match coordinate {
-        "motor_angle" => see.motor.as_deref()?,
-        "output_angle" => see.output.as_deref()?,
-        "output_velocity" => see.velocity.as_deref()?,
-        "acceleration" => see.acceleration.as_deref()?,
-        "deflection" => see.deflection.as_deref()?,
-        "deflection_rate" => see.rate.as_deref()?,
-        "torque" => &see.torque,
-        "torque_rate" => &see.torque_rate,
-        "temperature" => see.temperature.as_deref()?,
-        _ => &see.time,
-    };
-    let turning = coordinate.ends_with("angle");
-    let knots = if turning {
-        knots_of_turn(along, if coordinate == "motor_angle" { 24 } else { 16 })
-    } else {
-        nonparametric::knots(along, if coordinate == "deflection" { 24 } else { 12 })
-    };
-    if knots.len() < 3 || knots.windows(2).any(|w| w[1] <= w[0]) {
-        return None;
-    }
-    let values = vec![0.0; knots.len()];
-    let values = [
-        ("coordinate", TermValue::Text(coordinate.to_owned())),
-        ("knots", TermValue::List(knots)),
-        ("values_nm", TermValue::List(values)),
-    ];
-    Some(Term { kind: UNKNOWN.to_owned(), values: values.into_iter().map(|(k, v)| (k.to_owned(), v)).collect() })
-}
-
-/// Knots over a turn, or over the part of it that was recorded: where no row is, nothing holds a knot. None within one interval, where a curve is a line.
-fn knots_of_turn(angle: &[f64], count: u32) -> Vec<f64> {
-    let low = angle.iter().copied().fold(f64::INFINITY, f64::min);
-    let (part, spacing) = (width(angle), TAU / f64::from(count));
-    if part < spacing {
-        return Vec::new();
-    }
-    if part > TAU - spacing {
-        return (0..count).map(|i| low + spacing * f64::from(i)).collect();
-    }
-    let intervals = (part / spacing).ceil().max(2.0);
-    (0..=intervals as u32).map(|i| low + part * f64::from(i) / intervals).collect()
-}
-
 /// Whether what a curve shows comes once.
 fn once(curve: &Curve) -> bool {
     matches!(curve.coordinate, "time" | "frequency")
@@ -467,19 +416,4 @@ fn elements_of(model: &Model, term: usize) -> usize {
 pub fn coordinates(kind: &str) -> Vec<&'static str> {
     let info = KINDS.iter().find(|i| i.name == kind);
     info.map_or_else(Vec::new, |i| i.coordinates.iter().map(|c| c.name()).collect())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn knots_over_a_part_of_a_turn_lie_where_rows_are() {
-        let part: Vec<f64> = (0..1000).map(|row| 0.5 * (0.03 * f64::from(row)).sin() + 1.0).collect();
-        let knots = knots_of_turn(&part, 16);
-        assert!(knots.len() == 4 && knots.iter().all(|knot| (0.499..=1.501).contains(knot)), "{knots:?}");
-        let turns: Vec<f64> = (0..1000).map(|row| 0.03 * f64::from(row)).collect();
-        assert_eq!(knots_of_turn(&turns, 16).len(), 16);
-        assert!(knots_of_turn(&[0.0, 0.1, 0.2], 16).is_empty());
-    }
 }
