@@ -1,4 +1,4 @@
-//! The recursion of the adaptation against batch least squares of the same rows and weights, written apart.
+//! The recursion of the adaptation against least squares of the same rows and weights, written apart: batch where nothing is forgotten, the equations of its documentation where it forgets.
 
 use crate::common::adapting;
 use crate::common::adapting::{PERIOD_S, block};
@@ -10,6 +10,8 @@ use gmhm_host_tests::Constants;
 use gmhm_host_tests::drift::{self, Fault, Motion, Mover, Sensor};
 
 const SAMPLES: u32 = 100_000;
+/// Variance of the prior: half the largest change, squared.
+const PRIOR: f64 = 0.125 * 0.125;
 /// Offset, delay, five coefficients, value.
 type Row = [f64; 8];
 
@@ -58,11 +60,11 @@ fn solve(mut matrix: [[f64; 5]; 5], right: [f64; 5]) -> ([f64; 5], [f64; 5]) {
     (solution, [0, 1, 2, 3, 4].map(|i| inverse[i][i]))
 }
 
-/// The largest difference to the batch, in its standard deviations, after [`SAMPLES`].
-fn largest_difference<S: Float>(motion: Motion) -> f64 {
+/// Runs an adaptation of this drift for [`SAMPLES`] and tells of every row that it learns from: coefficients, value, variance. Returns its estimate and variances.
+fn adapt<S: Float>(motion: Motion, drift: f64, mut learn: impl FnMut([f64; 5], f64, f64)) -> [[f64; 5]; 2] {
     let block = block();
     let (a, rated) = (block.rated_deflection_rad(), block.torque_scale_nm());
-    let settings = Settings { period_s: PERIOD_S, drift: 0.0, ..Settings::default() };
+    let settings = Settings { period_s: PERIOD_S, drift, ..Settings::default() };
     let adaptation = Adaptation::<S>::new(&block, &settings).expect("law masing");
     let gear = Gear::<S, _>::with_law(&block, Masing::new(&block));
     let (mut state, mut path) = (adaptation.start(), gear.start::<16>(S::ZERO));
@@ -74,19 +76,13 @@ fn largest_difference<S: Float>(motion: Motion) -> f64 {
     let mut mover = Mover::new(motion, 3);
     let mut sensor = Sensor::new(0.0, [0.0; 2], rated, 3);
     let mut noise = 12345_u64;
-    let nominal_change = adapting::change(&block, &nominal);
+    let nominal_change = adapting::change(&block, [&nominal; 2]);
     assert_eq!(nominal_change, [0.0; 5]);
     let own = {
         let c = Constants::PUBLISHED;
         [c.c1 * a, c.c2 * a.powi(3), c.c3 * a.powi(5), c.e() * a, c.h() * a].map(|k| k / rated)
     };
     let per_block = (BLOCK_S / PERIOD_S).round() as u32;
-    let prior = (0.5 * settings.largest_change).powi(2);
-    let mut information = [[0.0; 5]; 5];
-    for (k, row) in information.iter_mut().enumerate() {
-        row[k] = 1.0 / prior;
-    }
-    let mut right = [0.0; 5];
     let (mut rows, mut sums, mut before, mut variance) = (Vec::<Row>::new(), [0.0; 8], None, 0.0);
     // Weights: mean residual of the block before, and variance of samples about it.
     let (mut centre, mut about) = (0.0, 1.0 / 2048.0);
@@ -111,13 +107,9 @@ fn largest_difference<S: Float>(motion: Motion) -> f64 {
         if state.stretches() > stretches {
             // v is learnt from what the stretch told, after it.
             for row in &triangle(&rows)[2..] {
-                if row[2..7].iter().map(|x| x * x * prior).sum::<f64>() >= LEAST_TOLD * variance {
-                    for i in 0..5 {
-                        for j in 0..5 {
-                            information[i][j] += row[2 + i] * row[2 + j] / variance;
-                        }
-                        right[i] += row[2 + i] * row[7] / variance;
-                    }
+                let [_, _, x @ .., value] = *row;
+                if x.iter().map(|x| x * x * PRIOR).sum::<f64>() >= LEAST_TOLD * variance {
+                    learn(x, value, variance);
                 }
             }
             rows.clear();
@@ -152,25 +144,85 @@ fn largest_difference<S: Float>(motion: Motion) -> f64 {
     }
     assert_eq!(state.warnings().bits() & 0x1f, 0, "a stretch was refused: {:?}", state.warnings());
     assert!(state.stretches() > 30, "{}", state.stretches());
+    [state.estimate(), state.variances()].map(|of| of.map(S::to_f64))
+}
+
+/// The largest difference of estimates in standard deviations, and of standard deviations in parts of them.
+fn difference([estimate, variances]: [[f64; 5]; 2], [reference, of_reference]: [[f64; 5]; 2]) -> [f64; 2] {
+    let sd = of_reference.map(f64::sqrt);
+    let apart = (0..5).map(|k| (estimate[k] - reference[k]).abs() / sd[k]);
+    let sd_apart = (0..5).map(|k| (variances[k].sqrt() / sd[k] - 1.0).abs());
+    [apart.fold(0.0, f64::max), sd_apart.fold(0.0, f64::max)]
+}
+
+/// Least squares of all rows together, nothing forgotten.
+fn against_batch<S: Float>(motion: Motion) -> [f64; 2] {
+    let mut information = [0, 1, 2, 3, 4].map(|i| [0, 1, 2, 3, 4].map(|j| if i == j { 1.0 / PRIOR } else { 0.0 }));
+    let mut right = [0.0; 5];
+    let adapted = adapt::<S>(motion, 0.0, |x, value, variance| {
+        for i in 0..5 {
+            for j in 0..5 {
+                information[i][j] += x[i] * x[j] / variance;
+            }
+            right[i] += x[i] * value / variance;
+        }
+    });
     let (batch, variances) = solve(information, right);
-    let (estimate, of_state) = (state.estimate(), state.variances());
-    (0..5)
-        .map(|k| {
-            let sd = variances[k].sqrt();
-            assert!((of_state[k].to_f64().sqrt() / sd - 1.0).abs() < 0.01, "sd {k}");
-            (estimate[k].to_f64() - batch[k]).abs() / sd
-        })
-        .fold(0.0, f64::max)
+    difference(adapted, [batch, variances])
+}
+
+/// Row by row with the whole covariance, as the documentation states it.
+fn against_equations<S: Float>(motion: Motion, drift: f64) -> [f64; 2] {
+    let kappa = drift * drift / PRIOR;
+    let mut estimate = [0.0; 5];
+    let mut covariance = [0, 1, 2, 3, 4].map(|i| [0, 1, 2, 3, 4].map(|j| if i == j { PRIOR } else { 0.0 }));
+    let adapted = adapt::<S>(motion, drift, |r, value, variance| {
+        let dot = |a: &[f64; 5], b: &[f64; 5]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
+        let seen = covariance.map(|row| dot(&row, &r));
+        let pace = (kappa / (PRIOR * dot(&r, &r))).sqrt();
+        let w = [0, 1, 2, 3, 4].map(|k| pace * (PRIOR * r[k] - seen[k]));
+        for i in 0..5 {
+            for j in 0..5 {
+                covariance[i][j] += w[i] * w[j];
+            }
+        }
+        let seen = covariance.map(|row| dot(&row, &r));
+        let total = variance + dot(&r, &seen);
+        let off = value - dot(&r, &estimate);
+        // No row counts for more than four standard deviations.
+        let off = off.clamp(-4.0 * total.sqrt(), 4.0 * total.sqrt());
+        for i in 0..5 {
+            estimate[i] += seen[i] * off / total;
+            for j in 0..5 {
+                covariance[i][j] -= seen[i] * seen[j] / total;
+            }
+        }
+    });
+    difference(adapted, [estimate, [0, 1, 2, 3, 4].map(|k| covariance[k][k])])
 }
 
 /// Measured: see the assertion; stated in `docs/adaptation.md`.
 #[test]
 fn the_recursion_is_batch_least_squares() {
     for motion in [Motion::Sine, Motion::Tones, Motion::Moves] {
-        let double = largest_difference::<f64>(motion);
-        let single = largest_difference::<f32>(motion);
+        let [double, double_sd] = against_batch::<f64>(motion);
+        let [single, single_sd] = against_batch::<f32>(motion);
         println!("{motion:?}: {double:e} in f64, {single:e} in f32");
         assert!(double < 1e-4, "{motion:?}: {double} standard deviations in f64");
         assert!(single < 0.1, "{motion:?}: {single} standard deviations in f32");
+        assert!(double_sd.max(single_sd) < 0.01, "{motion:?}: {double_sd} {single_sd}");
+    }
+}
+
+#[test]
+fn it_forgets_as_the_equations_say() {
+    for motion in [Motion::Sine, Motion::Tones, Motion::Moves] {
+        for drift in [1e-3, 0.1] {
+            let [double, double_sd] = against_equations::<f64>(motion, drift);
+            let [single, single_sd] = against_equations::<f32>(motion, drift);
+            println!("{motion:?}, drift {drift}: {double:e} {double_sd:e} in f64, {single:e} {single_sd:e} in f32");
+            assert!(double < 1e-6 && double_sd < 1e-6, "{motion:?}, {drift}: {double} {double_sd} in f64");
+            assert!(single < 0.1 && single_sd < 0.01, "{motion:?}, {drift}: {single} {single_sd} in f32");
+        }
     }
 }

@@ -62,10 +62,9 @@ pub struct Outcome {
     pub deviations: [f64; 5],
 }
 
-/// Normalised changes of drifted coefficients.
-pub fn change(block: &Params, now: &drift::Coefficients) -> [f64; 5] {
+/// Normalised changes of drifted coefficients, from nominal ones.
+pub fn change(block: &Params, [nominal, now]: [&drift::Coefficients; 2]) -> [f64; 5] {
     let (a, scale) = (block.rated_deflection_rad(), block.torque_scale_nm());
-    let nominal = drift::Coefficients::of(&Constants::PUBLISHED);
     let [c1, c2, c3] = [0, 1, 2].map(|k| now.elastic[k] - nominal.elastic[k]);
     [c1, c2 * a * a, c3 * a.powi(4), now.e - nominal.e, now.h - nominal.h].map(|change| change * a / scale)
 }
@@ -118,7 +117,7 @@ pub fn run<S: Float>(case: &Case, mut watch: impl FnMut(&Adaptation<S>, &Adaptat
         watch(&adaptation, &state);
     }
     let rms = |sum: f64| (sum / samples as f64).sqrt() / rated;
-    let (truth, estimate, variances) = (change(&block, &now), state.estimate(), state.variances());
+    let (truth, estimate, variances) = (change(&block, [&nominal, &now]), state.estimate(), state.variances());
     Outcome {
         one_step: one_step.map(rms),
         feed_forward: feed_forward.map(rms),
