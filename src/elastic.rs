@@ -196,9 +196,9 @@ impl<S: Float> Polynomial<S> {
     }
 }
 
-#[cfg(feature = "link")]
+#[cfg(any(feature = "link", feature = "adapt"))]
 impl<S: Float> ElasticTorque<S> {
-    /// As [`new`](Self::new), computed in the scalar alone: for bounds on a drive, not for its torques.
+    /// As [`new`](Self::new) within some roundings, computed in the scalar alone.
     pub(crate) fn near(polynomial: Polynomial<S>) -> Self {
         let knee = (S::from_f64(KNEE_SHARE) * polynomial.rises_up_to()).clamp(S::ONE, S::from_f64(LARGEST_KNEE));
         let (knee_torque, knee_stiffness) =

@@ -1,7 +1,7 @@
 //! What an adaptation promises: it follows a gear, stays within its bounds, and never makes the prediction worse.
 
 use crate::common::adapting::{Case, PERIOD_S, block, run};
-use gmhm::adapt::{AdaptError, Adaptation, Change, Settings, Warning};
+use gmhm::adapt::{AdaptError, Adaptation, Change, Settings, Warning, changed};
 use gmhm::memory::masing::Masing;
 use gmhm::{Gear, Inverse, Kernel, Law, Memory, Params};
 use gmhm_host_tests::drift::{Fault, Motion};
@@ -222,6 +222,66 @@ fn an_unknown_past_is_no_obstacle() {
     let [k1, k3, .., e, h] = state.estimate();
     let slope = k1 + 3.0 * 0.09 * k3 - 0.86 * e;
     assert!(state.stretches() > 100 && slope < -0.02 && h.abs() < 0.02, "{:?}", state.estimate());
+}
+
+/// A drive sets its adaptation up from what a loaded block holds.
+#[test]
+fn the_adaptation_of_a_gear_is_that_of_its_parameters() {
+    let block = block();
+    let gear = Gear::<f32, _>::with_law(&block, Masing::new(&block));
+    for period_s in [1e-4, 2.5e-4, PERIOD_S, 0.01, 1.0 / 30.0, 0.05, 1.0] {
+        let settings = Settings { period_s, drift: 2e-3, ..Settings::default() };
+        let of_params = Adaptation::<f32>::new(&block, &settings).expect("law masing");
+        assert_eq!(Adaptation::of_gear(&gear, &settings.cast()), Ok(of_params), "{period_s} s");
+    }
+    let settings = Settings::<f32> { drift: f32::NAN, ..Settings::default() };
+    let refused = Adaptation::of_gear(&gear, &settings).expect_err("no number");
+    assert!(refused.to_string().starts_with("drift = NaN must be"), "{refused}");
+}
+
+/// In single precision alone, beside the inverse of the changed parameters that double precision sets up.
+#[test]
+fn a_changed_inverse_is_that_of_the_changed_parameters() {
+    let block = block();
+    let inverse = Inverse::<f32, _>::of(&block, Masing::new(&block), 0.0).expect("an inverse");
+    let a = inverse.gear().frame().rated();
+    assert_eq!(inverse.changed(&[0.0; 5]).map(|same| *same.gear()), Some(*inverse.gear()));
+    for change in [
+        [0.0; 5],
+        [-0.1, 0.0, 0.0, 0.0, 0.05],
+        [0.25, -0.2, 0.1, 0.2, -0.1],
+        [-0.2, 0.1, 0.1, -0.5, -0.5],
+        // Its torque falls short of the tip.
+        [0.2, 0.0, -0.45, 0.0, 0.1],
+    ] {
+        let params = changed(&block, &change.map(f64::from)).expect("a gear");
+        let reference = Inverse::<f64, _>::of(&params, Masing::new(&params), 0.0).expect("an inverse");
+        let ours = inverse.changed(&change).expect("an inverse");
+        let (range, there) = (f64::from(ours.range()), reference.range());
+        assert!(range <= there * (1.0 + 1e-6) && range > 0.997 * there, "{change:?}: {range} {there}");
+        let scale = inverse.gear().frame().torque_scale();
+        // The bound of the third derivative, N·m, from the last step 6 of the tolerance over it.
+        let (numbers, exact) = (ours.search_numbers(), reference.search_numbers());
+        let third = f64::from(numbers.tolerance * scale / numbers.last_step.powi(3));
+        let reference_third = exact.tolerance * reference.gear().frame().torque_scale() / exact.last_step.powi(3);
+        assert!(third > 0.99 * reference_third, "{change:?}: {third} {reference_third}");
+        let mut state = ours.gear().start::<16>(0.0);
+        let mut twin = reference.gear().start::<16>(0.0);
+        for k in 0..20_000_u32 {
+            let share = (f64::from(k) * 0.37).sin() * (f64::from(k) * 1.3e-3).cos();
+            let torque = 0.9 * share * reference.gear().frame().torque_scale();
+            let (solution, out) = ours.commit(&mut state, torque as f32);
+            let (exact, _) = reference.commit(&mut twin, torque);
+            assert!(solution.converged && !solution.refused);
+            assert!((solution.theta - exact.theta as f32).abs() < 1e-3 * a, "{change:?}: step {k}");
+            if !solution.saturated {
+                assert!((out.torque - torque as f32).abs() <= 3e-6 * scale, "{change:?}: step {k}");
+            }
+        }
+    }
+    for refused in [[-2.0, 0.0, 0.0, 0.0, 0.0], [f32::NAN, 0.0, 0.0, 0.0, 0.0]] {
+        assert_eq!(inverse.changed(&refused), None);
+    }
 }
 
 #[test]

@@ -113,7 +113,7 @@ fn false_alarms_in_a_thousand_hours() {
 fn long_run(samples: u64) {
     let block = block();
     let a = block.rated_deflection_rad() as f32;
-    let settings = Settings::default();
+    let settings = Settings::<f64>::default();
     let prior = (0.5 * settings.largest_change).powi(2) as f32;
     let adaptation = Adaptation::<f32>::new(&block, &settings).expect("law masing");
     let gear = Gear::<f32, _>::with_law(&block, Masing::new(&block));

@@ -11,6 +11,7 @@ use gmhm::block::{
     TermStack, TorqueUnit, Word, Writer, verify,
 };
 use gmhm::diagnostics::SelfTest;
+use gmhm::drive::Mounting;
 use gmhm::memory::AnyLaw;
 use gmhm::memory::masing::Masing;
 use gmhm::memory::time::Time;
@@ -283,4 +284,32 @@ fn write_missing_golden_blocks() {
             std::fs::write(file(name), written(name)).expect("a file");
         }
     }
+}
+
+/// The images load the published gear as it is set up from SI units.
+#[test]
+fn the_blocks_of_the_images_hold_the_published_gear() {
+    fn check<S: Word>(name: &str)
+    where
+        Masing<S>: PreparedLaw<S>,
+    {
+        let block = std::fs::read(format!("{}/../src/bin/platform/{name}.bin", env!("CARGO_MANIFEST_DIR")));
+        let block = block.expect("a block");
+        let params = common::masing();
+        let prepared = Prepared::<S>::load(&block, 16).expect("a prepared block");
+        assert_eq!(
+            prepared.inverse,
+            Inverse::of(&params, Masing::new(&params), PERIOD_S).expect("an inverse"),
+            "{name}"
+        );
+        let encoder = Mounting { counts_per_turn: 1 << 14, reversed: false };
+        let encoders = prepared.encoders(&verify(&block).expect("a block"), encoder, encoder).expect("a joint");
+        assert_eq!(
+            (encoders.ratio, encoders.rated_deflection_rad),
+            ((100, 1), params.rated_deflection_rad()),
+            "{name}"
+        );
+    }
+    check::<f32>("published");
+    check::<Fixed>("published-fixed");
 }

@@ -10,12 +10,20 @@ use super::trial::Trial;
 use super::warnings::Warnings;
 use super::work::ROWS;
 use super::{AdaptError, BLOCK_S, Coefficients, LEAST_MOTION, LONGEST_S, SHORTEST_S, Settings, reversed};
+use crate::gear::Gear;
+use crate::inverse::Inverse;
 use crate::memory::Frame;
+use crate::memory::masing::Masing;
 use crate::params::{Law, ParamError, Params};
 use crate::scalar::Float;
 
-/// Blocks of a stretch at least.
-const FEWEST_BLOCKS: f64 = 30.0;
+/// Blocks of a stretch at least, and at most.
+const FEWEST_BLOCKS: u16 = 30;
+const MOST_BLOCKS: u16 = 60_000;
+/// Samples of a block at most.
+const MOST_SAMPLES: u16 = 10_000;
+/// Pieces of work in a period at most: one a millisecond.
+const MOST_PIECES: u16 = 1000;
 
 /// The adaptation of a gear; what it has learnt is apart.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -50,7 +58,7 @@ pub struct Adaptation<S> {
 }
 
 impl<S: Float> Adaptation<S> {
-    /// The adaptation of the gear of a block's parameters.
+    /// The adaptation of the gear of a block's parameters: that [of its gear](Self::of_gear), to the bit.
     ///
     /// # Errors
     /// [`AdaptError`]: a setting out of range, a law other than `masing`.
@@ -59,32 +67,43 @@ impl<S: Float> Adaptation<S> {
         if block.memory().law != Law::Masing {
             return Err(AdaptError::Law(block.memory().law));
         }
-        let frame = Frame::new(block);
-        let block_coefficients = coefficients::of(block);
-        let samples = libm::round(BLOCK_S / settings.period_s).clamp(1.0, 10_000.0);
-        let block_s = samples * settings.period_s;
-        let blocks = |seconds: f64| libm::ceil(seconds / block_s).clamp(FEWEST_BLOCKS, 60_000.0);
-        let deviation = 0.5 * settings.largest_change;
-        let drift = settings.drift / deviation;
-        let common = coefficients::common(&frame, &block_coefficients);
+        Self::of_gear(&Gear::with_law(block, Masing::new(block)), &settings.cast())
+    }
+
+    /// The adaptation of a gear that is set up already, such as that of a stored block: computed in the scalar alone.
+    ///
+    /// # Errors
+    /// [`AdaptError::Setting`].
+    pub fn of_gear(gear: &Gear<S, Masing<S>>, settings: &Settings<S>) -> Result<Self, AdaptError> {
+        settings.check()?;
+        let Settings { period_s, drift, largest_change, false_acceptance } = *settings;
+        let frame = *gear.frame();
+        let block = coefficients::of(gear);
+        let samples = at_least(S::from_f64(BLOCK_S).over(period_s) - S::HALF, 1, MOST_SAMPLES);
+        let number = S::from_f64(f64::from(samples));
+        let blocks = |seconds: f64| at_least(S::from_f64(seconds).over(number * period_s), FEWEST_BLOCKS, MOST_BLOCKS);
+        let deviation = S::HALF * largest_change;
+        let drift = drift.over(deviation);
+        let common = coefficients::common(&frame, &block);
+        let gain = largest_change + S::from_f64(0.1);
         Ok(Self {
             frame,
-            block: block_coefficients,
-            inverse_torque: S::from_f64(1.0 / block.torque_scale_nm()),
-            samples: samples as u16,
-            share: S::from_f64(1.0 / libm::sqrt(samples)),
-            pieces: libm::ceil(settings.period_s / 1e-3 - 1e-6).clamp(1.0, 1000.0) as u16,
-            fewest_blocks: blocks(SHORTEST_S) as u16,
-            most_blocks: blocks(LONGEST_S) as u16,
-            drift: S::from_f64(drift * drift),
-            deviation: S::from_f64(deviation),
-            prior: S::from_f64(deviation * deviation),
-            inverse_change: S::from_f64(1.0 / settings.largest_change),
-            bounds: bounds(&block_coefficients, &common, S::from_f64(settings.largest_change)),
-            health: Health::new(settings, &block_coefficients, &common),
-            motion: S::from_f64(LEAST_MOTION * LEAST_MOTION * samples),
-            gain: S::from_f64((settings.largest_change + 0.1) * (settings.largest_change + 0.1)),
-            threshold: S::from_f64(-libm::log(settings.false_acceptance)),
+            block,
+            inverse_torque: frame.torque_scale().recip(),
+            samples,
+            share: number.sqrt().recip(),
+            pieces: at_least(period_s * S::from_f64(1e3), 1, MOST_PIECES),
+            fewest_blocks: blocks(SHORTEST_S),
+            most_blocks: blocks(LONGEST_S),
+            drift: drift * drift,
+            deviation,
+            prior: deviation * deviation,
+            inverse_change: largest_change.recip(),
+            bounds: bounds(&block, &common, largest_change),
+            health: Health::new(period_s, &block, &common),
+            motion: S::from_f64(LEAST_MOTION * LEAST_MOTION) * number,
+            gain: gain * gain,
+            threshold: -false_acceptance.ln(),
         })
     }
 
@@ -117,6 +136,12 @@ impl<S: Float> Adaptation<S> {
         changed(block, &state.in_force())
     }
 
+    /// The inverse in force, from that of the block: computed in the scalar alone ([`Inverse::changed`]), where [`params`](Self::params) compute in `f64`. `None`: its
+    /// torque need not rise about θ = 0.
+    pub fn inverse(&self, state: &AdaptationState<S>, block: &Inverse<S, Masing<S>>) -> Option<Inverse<S, Masing<S>>> {
+        block.changed(&state.in_force())
+    }
+
     /// The parameters of the shadow, bounds kept: what a host may commit.
     ///
     /// # Errors
@@ -129,4 +154,20 @@ impl<S: Float> Adaptation<S> {
     pub fn shadow_change(&self, state: &AdaptationState<S>) -> Coefficients<S> {
         reversed(state.trial.shadow)
     }
+}
+
+/// The least whole number that is not below a quotient, its rounding forgiven, within bounds.
+fn at_least<S: Float>(quotient: S, least: u16, most: u16) -> u16 {
+    let quotient = quotient - quotient * S::from_f64(1e-5);
+    // By halves: no conversion that every scalar has.
+    let (mut low, mut high) = (least, most);
+    while low < high {
+        let middle = low + (high - low) / 2;
+        if S::from_f64(f64::from(middle)) < quotient {
+            low = middle + 1;
+        } else {
+            high = middle;
+        }
+    }
+    low
 }

@@ -14,8 +14,8 @@ use super::triangle::{dot, scale};
 use super::{Adaptation, COEFFICIENTS, Coefficients};
 use crate::scalar::Float;
 
-/// u² and (1 − 2u²)/g where that is above zero.
-const PLACES: [[f64; 2]; 5] = [[0.0, 1.0], [0.25, 0.577_350_27], [0.5, 0.0], [0.75, 0.0], [1.0, 0.0]];
+/// u² and (1 − 2u²)/g where that is above zero; singles, which no scalar computes in double precision.
+const PLACES: [[f32; 2]; 5] = [[0.0, 1.0], [0.25, 0.577_350_27], [0.5, 0.0], [0.75, 0.0], [1.0, 0.0]];
 
 /// Bounds that are rows: both sides of the common factor, and slopes.
 const ROWS: usize = 2 + PLACES.len();
@@ -29,8 +29,10 @@ pub(super) type Bounds<S> = [Coefficients<S>; ROWS];
 pub(super) fn bounds<S: Float>(block: &Coefficients<S>, common: &Coefficients<S>, change: S) -> Bounds<S> {
     let mut bounds = [common.map(|x| x.over(change)); ROWS];
     bounds[1] = bounds[0].map(|x| -x);
-    for (row, [square, loosening]) in bounds[2..].iter_mut().zip(PLACES) {
-        let slope = [-2.0, -loosening, 5.0 * square * square, 3.0 * square, 1.0].map(S::from_f64);
+    let [three, five] = [3.0, 5.0].map(S::from_f64);
+    for (row, place) in bounds[2..].iter_mut().zip(PLACES) {
+        let [square, loosening] = place.map(|x| S::from_f64(f64::from(x)));
+        let slope = [-S::TWO, -loosening, five * square * square, three * square, S::ONE];
         // Where it may not fall at all, next to nothing is left.
         let fall = (S::HALF * dot(&slope, block)).max(S::from_f64(1e-9));
         *row = slope.map(|x| -x.over(fall));

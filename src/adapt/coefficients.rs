@@ -3,17 +3,17 @@
 use super::triangle::dot;
 use super::{COEFFICIENTS, Coefficients};
 use crate::elastic::{Elastic, Polynomial};
+use crate::gear::Gear;
 use crate::memory::Frame;
 use crate::memory::masing::Masing;
 use crate::params::{Memory, ParamError, Params};
 use crate::scalar::Float;
 
-/// The normalised coefficients of parameters, the other way round.
-pub(super) fn of<S: Float>(params: &Params) -> Coefficients<S> {
-    let Polynomial { k1, k3, k5 } =
-        params.elastic().normalised(params.rated_deflection_rad(), params.torque_scale_nm());
-    let Masing { e, h, .. } = Masing::<S>::new(params);
-    [h, e, S::from_f64(k5), S::from_f64(k3), S::from_f64(k1)]
+/// The normalised coefficients of a gear, the other way round.
+pub(super) fn of<S: Float>(gear: &Gear<S, Masing<S>>) -> Coefficients<S> {
+    let Polynomial { k1, k3, k5 } = *gear.elastic().polynomial();
+    let Masing { e, h, .. } = *gear.law();
+    [h, e, k5, k3, k1]
 }
 
 /// A block's parameters with changes of their normalised coefficients. e and h become α, β and ω with the block's β² + ω².
@@ -47,7 +47,7 @@ pub(super) fn common<S: Float>(frame: &Frame<S>, block: &Coefficients<S>) -> Coe
     const POINTS: u8 = 16;
     let (mut sums, mut square) = ([S::ZERO; COEFFICIENTS], S::ZERO);
     for point in 0..=POINTS {
-        let u = S::from_f64(f64::from(point) / f64::from(POINTS / 2) - 1.0);
+        let u = S::from_f64(f64::from(point)) * S::from_f64(2.0 / f64::from(POINTS)) - S::ONE;
         let theta = frame.deflection(u);
         for side in [S::ONE, -S::ONE] {
             let [a, b, c] = Polynomial::columns(u);

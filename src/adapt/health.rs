@@ -12,7 +12,7 @@
 //! | e | 5 % of T_A |
 //! | lost motion | 10 % |
 
-use super::{COEFFICIENTS, Coefficients, Settings};
+use super::{COEFFICIENTS, Coefficients};
 use crate::scalar::Float;
 
 /// Stretches in a row at which a limit must be passed.
@@ -43,7 +43,7 @@ pub(super) type Passed = [u8; QUANTITIES];
 
 impl<S: Float> Health<S> {
     /// To first order about the block's coefficients.
-    pub(super) fn new(settings: &Settings, block: &Coefficients<S>, common: &Coefficients<S>) -> Self {
+    pub(super) fn new(period_s: S, block: &Coefficients<S>, common: &Coefficients<S>) -> Self {
         let [h, e, k5, k3, k1] = *block;
         // A gear without a loop, or a spring, is held against the torque scale.
         let least = S::from_f64(0.02);
@@ -64,8 +64,11 @@ impl<S: Float> Health<S> {
                 [width, slope, zero, zero, -slope],
             ]
             .map(row),
-            limits: [LARGEST_DELAY_S / settings.period_s, LARGEST_OFFSET, 0.03, 0.05, 0.10, 0.05, 0.10]
-                .map(S::from_f64),
+            limits: {
+                let [offset, factor, spring, h, e, lost_motion] =
+                    [LARGEST_OFFSET, 0.03, 0.05, 0.10, 0.05, 0.10].map(S::from_f64);
+                [S::from_f64(LARGEST_DELAY_S).over(period_s), offset, factor, spring, h, e, lost_motion]
+            },
         }
     }
 }

@@ -34,6 +34,8 @@
 //! ```
 
 mod any;
+#[cfg(feature = "adapt")]
+mod changed;
 mod masing;
 mod phase;
 mod range;

@@ -7,7 +7,7 @@ use crate::gear::{LONGEST_PERIOD_S, PeriodError};
 use crate::memory::phase::Phase;
 use crate::memory::time::Time;
 use crate::params::{Gate, Kernel, Law, Params};
-use crate::scalar::Scalar;
+use crate::scalar::{Float, Scalar};
 
 /// Why there is no inverse.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -221,7 +221,7 @@ impl Slopes {
     fn least(&self, u: f64, g: f64) -> f64 {
         let elastic = self.elastic.stiffness(u) * g;
         match &self.memory {
-            MemorySlopes::Masing { e, h } => elastic - e * (g - u) * (g + u) - 2.0 * h * g,
+            MemorySlopes::Masing { e, h } => masing_slope(elastic, *e, *h, u, g),
             MemorySlopes::Phase { law, bound } => {
                 let (m, decay) = bound.at(u);
                 let steady = law.quadrature * g + law.in_phase * u;
@@ -239,6 +239,81 @@ impl Slopes {
     }
 }
 
+/// Points of the grid of [`MasingRange`].
+#[cfg(feature = "adapt")]
+const COARSE_GRID: u16 = 128;
+
+/// [`Monotony`] of law `masing`, computed in the scalar alone, on a coarser grid.
+#[cfg(feature = "adapt")]
+pub(super) struct MasingRange<S> {
+    pub(super) reach: S,
+    pub(super) least_slope: S,
+    pub(super) bounds: [S; 3],
+}
+
+#[cfg(feature = "adapt")]
+impl<S: Float> MasingRange<S> {
+    /// The range in which the torque rises by more than [`LEAST_SLOPE`]; `None` where there is none.
+    pub(super) fn of(elastic: &Polynomial<S>, e: S, h: S) -> Option<Self> {
+        /// Of T_A/A: the slope bends by no more between two points of the grid.
+        const LEAST_SLOPE: f64 = 2e-3;
+        let step = S::from_f64(core::f64::consts::FRAC_PI_2 / f64::from(COARSE_GRID));
+        let grid = |k: u16| (step * S::from_f64(f64::from(k))).sin_cos();
+        let excess = |u: S, g: S| {
+            let slope = masing_slope(elastic.stiffness(u) * g, e, h, u, g);
+            slope - S::from_f64(LEAST_SLOPE) * g
+        };
+        let (mut reach, mut least_slope) = (S::ONE, S::from_f64(S::LARGEST));
+        let mut bounds = [S::ZERO; 3];
+        let mut inside = None;
+        for k in 0..=COARSE_GRID {
+            let (u, g) = grid(k);
+            for (bound, derivative) in bounds.iter_mut().zip(single_valued(elastic, e, u, g)) {
+                *bound = bound.max(S::from_f64(BETWEEN) * derivative.abs());
+            }
+            // The last point is a tip.
+            if k == COARSE_GRID || reach < S::ONE {
+                continue;
+            }
+            let excess_here = excess(u, g);
+            // A NaN compares false.
+            if excess_here > S::ZERO {
+                least_slope = least_slope.min(excess_here.over(g));
+                inside = Some(u);
+            } else {
+                reach = Self::edge(inside?, u, excess);
+            }
+        }
+        let bounds = [0, 1, 2].map(|k| bounds[k] + S::from_f64(LOOPS[k]) * h);
+        Some(Self { reach, least_slope: S::from_f64(0.9) * least_slope, bounds })
+    }
+
+    /// Where a function falls to zero.
+    fn edge(mut inside: S, mut outside: S, of: impl Fn(S, S) -> S) -> S {
+        for _ in 0..24 {
+            let middle = S::HALF * (inside + outside);
+            if of(middle, middle.cosine(middle * middle)) > S::ZERO {
+                inside = middle;
+            } else {
+                outside = middle;
+            }
+        }
+        inside
+    }
+}
+
+/// The least dT/dφ of law `masing`, of that of the elastic torque.
+#[inline]
+fn masing_slope<S: Float>(elastic: S, e: S, h: S, u: S, g: S) -> S {
+    elastic - e * (g - u) * (g + u) - S::TWO * h * g
+}
+
+/// By how much the loop raises the bounds of the derivatives by t, times h: η′ ≤ 2 and −η″ ≤ 4 by u; du/dt ≤ 2, d²u/dt² ≤ 3, their product ≤ 4.2, d³u/dt³ ≤ 12.
+const LOOPS: [f64; 3] = [4.0, 22.0, 75.0];
+
+/// For points of the grid that are passed over.
+const BETWEEN: f64 = 1.05;
+
 /// Bounds of the first three derivatives of T/T_A by t = tan(φ/2), by the largest coefficients: what the last step of the search leaves is at
 /// most a sixth of the third times the step cubed. Merged branches tilt by more than this counts, and their slope changes as little.
 fn derivative_bounds(params: &Params, longest_period_s: f64) -> [f64; 3] {
@@ -251,15 +326,13 @@ fn derivative_bounds(params: &Params, longest_period_s: f64) -> [f64; 3] {
     for k in 0..=GRID {
         let (u, g) = libm::sincos(grid(k));
         for (bound, derivative) in bounds.iter_mut().zip(single_valued(&elastic, e, u, g)) {
-            *bound = bound.max(1.05 * libm::fabs(derivative));
+            *bound = bound.max(BETWEEN * libm::fabs(derivative));
         }
     }
     let hysteresis = match memory.law {
         Law::Masing => {
             let h = memory.h() * a / scale;
-            // η′ ≤ 2 and −η″ ≤ 4 by u; du/dt ≤ 2, d²u/dt² ≤ 3, their product ≤ 4.2, d³u/dt³ ≤ 12.
-            let loops = [4.0 * h, 22.0 * h, 75.0 * h];
-            return [0, 1, 2].map(|k| bounds[k] + loops[k]);
+            return [0, 1, 2].map(|k| bounds[k] + LOOPS[k] * h);
         }
         Law::Phase | Law::Time => memory_bounds(params, longest_period_s),
     };
@@ -312,24 +385,26 @@ fn largest_number(params: &Params, longest_period_s: f64, reach: f64) -> f64 {
 }
 
 /// The first three derivatives of f − e·u·g by φ, at u = sin φ, g = cos φ.
-fn by_phase(elastic: &Polynomial<f64>, e: f64, u: f64, g: f64) -> [f64; 3] {
+fn by_phase<S: Float>(elastic: &Polynomial<S>, e: S, u: S, g: S) -> [S; 3] {
     let Polynomial { k3, k5, .. } = *elastic;
-    let by_u = [elastic.stiffness(u), u * (6.0 * k3 + 20.0 * k5 * u * u), 6.0 * k3 + 60.0 * k5 * u * u];
+    let [three, four, six, twenty, sixty] = [3.0, 4.0, 6.0, 20.0, 60.0].map(S::from_f64);
+    let by_u = [elastic.stiffness(u), u * (six * k3 + twenty * k5 * u * u), six * k3 + sixty * k5 * u * u];
     [
         by_u[0] * g - e * (g * g - u * u),
-        by_u[1] * g * g - by_u[0] * u + 4.0 * e * u * g,
-        by_u[2] * g * g * g - 3.0 * by_u[1] * u * g - by_u[0] * g + 4.0 * e * (g * g - u * u),
+        by_u[1] * g * g - by_u[0] * u + four * e * u * g,
+        by_u[2] * g * g * g - three * by_u[1] * u * g - by_u[0] * g + four * e * (g * g - u * u),
     ]
 }
 
 /// The same by t = tan(φ/2).
-fn single_valued(elastic: &Polynomial<f64>, e: f64, u: f64, g: f64) -> [f64; 3] {
+fn single_valued<S: Float>(elastic: &Polynomial<S>, e: S, u: S, g: S) -> [S; 3] {
     let by_phi = by_phase(elastic, e, u, g);
-    let (t, q) = (u / (1.0 + g), 0.5 * (1.0 + g));
-    let phi = [2.0 * q, -4.0 * t * q * q, (16.0 * t * t * q - 4.0) * q * q];
+    let [three, four, sixteen] = [3.0, 4.0, 16.0].map(S::from_f64);
+    let (t, q) = (u.over(S::ONE + g), S::HALF * (S::ONE + g));
+    let phi = [S::TWO * q, -four * t * q * q, (sixteen * t * t * q - four) * q * q];
     [
         by_phi[0] * phi[0],
         by_phi[1] * phi[0] * phi[0] + by_phi[0] * phi[1],
-        by_phi[2] * phi[0] * phi[0] * phi[0] + 3.0 * by_phi[1] * phi[0] * phi[1] + by_phi[0] * phi[2],
+        by_phi[2] * phi[0] * phi[0] * phi[0] + three * by_phi[1] * phi[0] * phi[1] + by_phi[0] * phi[2],
     ]
 }

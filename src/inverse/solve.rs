@@ -42,6 +42,19 @@ impl<S: Scalar> Spring<S> {
     }
 }
 
+#[cfg(feature = "adapt")]
+impl<S: crate::scalar::Float> Spring<S> {
+    /// [`new`](Self::new), to the bit, computed in the scalar alone.
+    pub(super) fn single(elastic: &Polynomial<S>) -> Self {
+        let [three, five, six, twenty] = [3.0, 5.0, 6.0, 20.0].map(S::from_f64);
+        Self {
+            torque: [elastic.k1, elastic.k3, elastic.k5],
+            slope: [three * elastic.k3, five * elastic.k5],
+            bend: [six * elastic.k3, twenty * elastic.k5],
+        }
+    }
+}
+
 #[cfg(feature = "block")]
 impl<S: Scalar> Spring<S> {
     /// The words of a prepared block beside the polynomial's, in order.

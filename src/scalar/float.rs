@@ -83,7 +83,7 @@ scalar!(f32, sqrtf, libm::fabsf);
 scalar!(f64, sqrt, libm::fabs);
 
 macro_rules! float {
-    ($f:ty, $nearest:path, $exp_m1:path, $exp:path, $asin:path, $asin_of_small:path, $atan2:path, $sin:path, $cos:path, $sin_cos:path, $wrap:path,
+    ($f:ty, $nearest:path, $exp_m1:path, $exp:path, $ln:path, $asin:path, $asin_of_small:path, $atan2:path, $sin:path, $cos:path, $sin_cos:path, $wrap:path,
      $tanh:path, $pow:path, $round:path) => {
         impl Float for $f {
             fn of_extended(x: Extended) -> Self {
@@ -100,6 +100,10 @@ macro_rules! float {
             #[inline]
             fn exp(self) -> Self {
                 $exp(self)
+            }
+            #[inline]
+            fn ln(self) -> Self {
+                $ln(self)
             }
             #[inline]
             fn asin(self) -> Self {
@@ -151,6 +155,7 @@ float!(
     Extended::single,
     libm::expm1f,
     libm::expf,
+    libm::logf,
     libm::asinf,
     circle::arcsine,
     libm::atan2f,
@@ -168,6 +173,7 @@ float!(
     Extended::single,
     micro::exp_m1,
     micro::exp,
+    libm::logf,
     micro::asin,
     circle::arcsine,
     micro::atan2,
@@ -184,6 +190,7 @@ float!(
     Extended::double,
     libm::expm1,
     libm::exp,
+    libm::log,
     libm::asin,
     libm::asin,
     libm::atan2,

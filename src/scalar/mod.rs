@@ -140,6 +140,8 @@ pub trait Float: Scalar<Gain = Self> {
     fn exp_m1(self) -> Self;
     /// e^x.
     fn exp(self) -> Self;
+    /// ln x for x > 0.
+    fn ln(self) -> Self;
     /// arcsin x for abs(x) ≤ 1.
     fn asin(self) -> Self;
     /// arcsin x for abs(x) ≤ 1/2. In `f32` by [`circle::arcsine`], without double arithmetic.

@@ -9,6 +9,7 @@ use gmhm::{Gear, Params};
 use gmhm_tools::device::Client;
 use gmhm_tools::model::Model;
 
+use crate::arithmetic::Measures;
 use crate::{Failure, arithmetic, check};
 
 /// The block in force, read from the drive.
@@ -61,7 +62,8 @@ impl Twin {
         drive: &mut Client,
         samples: usize,
     ) -> Result<Followed, Failure> {
-        let scales = Scales::of(&self.params);
+        let Scales { rated_deflection_rad, torque_scale_nm } = Scales::of(&self.params);
+        let measures = Measures { rated_rad: rated_deflection_rad as f32, torque_nm: torque_scale_nm as f32 };
         let mut state = gear.start::<16>(S::ZERO);
         let mut path = arithmetic::path();
         let mut output = gear.output(&state);
@@ -70,13 +72,13 @@ impl Twin {
             let live = drive.live()?;
             check(live.ticks >= ticks, "the drive began anew")?;
             while ticks < live.ticks {
-                output = gear.step(&mut state, arithmetic::next_deflection(&mut path, &scales));
+                output = gear.step(&mut state, arithmetic::next_deflection(&mut path, &measures));
                 ticks += 1;
             }
             let found = [live.deflection_rad, live.torque_nm, live.hysteresis_nm].map(f32::to_bits);
             let torques = [output.torque, output.hysteresis];
-            let [torque, hysteresis] = torques.map(|torque| arithmetic::torque_nm(torque, &scales));
-            let expected = [arithmetic::deflection_rad(state.theta(), &scales), torque, hysteresis].map(f32::to_bits);
+            let [torque, hysteresis] = torques.map(|torque| arithmetic::torque_nm(torque, &measures));
+            let expected = [arithmetic::deflection_rad(state.theta(), &measures), torque, hysteresis].map(f32::to_bits);
             let same = live.words == torques.map(S::word)
                 && found == expected
                 && (live.out_of_range, live.refused) == arithmetic::flags(state.status());

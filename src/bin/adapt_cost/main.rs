@@ -12,13 +12,12 @@ mod platform;
 use core::hint::black_box;
 
 use gmhm::adapt::{Adaptation, Settings};
-use gmhm::memory::masing::Masing;
+use gmhm::block::Prepared;
 use gmhm::scalar::Float;
-use gmhm::{Gate, Gear, Kernel, Law};
 
-use platform::gears::{self, RATED_RAD};
+use platform::gears::{BLOCK, RATED_RAD};
 
-const PERIOD_S: f64 = 1e-3;
+const PERIOD_S: f32 = 1e-3;
 /// Periods that are measured one by one: the end of a stretch and the work that follows it.
 const AROUND: u32 = 220;
 /// Calls along the motion.
@@ -43,13 +42,12 @@ fn restore<S: Clone>(scratch: &mut S, state: &S) {
 /// Measures its mean and its worst period along a sine of 5 Hz.
 #[inline(never)]
 fn measure() -> Option<()> {
-    let params = gears::published(Law::Masing, Kernel::Deflection, Gate::Cycle, 0.0).ok()?;
-    let gear = Gear::<f32, _>::with_law(&params, Masing::new(&params));
-    let settings = Settings { period_s: PERIOD_S, ..Settings::default() };
-    let adaptation = Adaptation::<f32>::new(&params, &settings).ok()?;
+    let gear = *Prepared::<f32>::load(BLOCK, 16).ok()?.gear();
+    let adaptation = Adaptation::of_gear(&gear, &Settings { period_s: PERIOD_S, ..Settings::default() }).ok()?;
     let (mut path, mut state) = (gear.start::<16>(0.0), adaptation.start());
-    let sine: [f32; 200] =
-        core::array::from_fn(|k| 0.999 * RATED_RAD * Float::sin(core::f32::consts::TAU * k as f32 / 200.0));
+    let sine: [f32; 200] = core::array::from_fn(|k| {
+        0.999 * RATED_RAD * (core::f32::consts::TAU * k as f32 / 200.0).wrap_turn().sin_cos().0
+    });
     let mut period = |state: &mut _, number: u32| {
         let out = gear.step(&mut path, sine[number as usize % 200]);
         adaptation.period(state, &path, 0.97 * out.torque);

@@ -9,11 +9,13 @@
 mod platform;
 
 use gmhm::adapt::{Adaptation, Change, Settings};
+use gmhm::block::Prepared;
+use gmhm::elastic::Polynomial;
 use gmhm::memory::masing::Masing;
 use gmhm::scalar::{Float, Scalar};
-use gmhm::{Elastic, Gate, Gear, Inverse, Kernel, Law, Memory, Params, State};
+use gmhm::{Gear, Inverse, State};
 
-use platform::gears::{self, RATED_NM};
+use platform::gears::{BLOCK, RATED_NM};
 
 const PERIOD_S: f32 = 1e-3;
 const MINUTES: u32 = 10;
@@ -78,31 +80,25 @@ impl Loop {
     }
 }
 
-fn inverse(params: &Params) -> Option<MasingInverse> {
-    Inverse::of(params, Masing::new(params), 0.0).ok()
+/// The inverse of the block's gear, its stiffness and its hysteresis multiplied.
+fn warmed(block: &MasingInverse, [stiffness, hysteresis]: [f32; 2]) -> Option<MasingInverse> {
+    let Polynomial { k1, k3, k5 } = *block.gear().elastic().polynomial();
+    let Masing { e, h, .. } = *block.gear().law();
+    let [spring, memory] = [stiffness - 1.0, hysteresis - 1.0];
+    block.changed(&[spring * k1, spring * k3, spring * k5, memory * e, memory * h])
 }
 
-/// The block's gear, its stiffness and its hysteresis multiplied.
-fn warmed(block: &Params, [stiffness, hysteresis]: [f32; 2]) -> Option<Params> {
-    let (Elastic { c1_nm_per_rad, c2_nm_per_rad3, c3_nm_per_rad5 }, memory) = (block.elastic(), block.memory());
-    let stiffness = f64::from(stiffness);
-    let elastic = Elastic {
-        c1_nm_per_rad: c1_nm_per_rad * stiffness,
-        c2_nm_per_rad3: c2_nm_per_rad3 * stiffness,
-        c3_nm_per_rad5: c3_nm_per_rad5 * stiffness,
-    };
-    let memory = Memory { alpha: memory.alpha * f64::from(hysteresis), ..memory };
-    Params::new(block.rated_deflection_rad(), elastic, memory).ok()
+/// sin x without double precision.
+fn sine(x: f32) -> f32 {
+    x.wrap_turn().sin_cos().0
 }
 
 fn run() -> Option<()> {
-    let block = gears::published(Law::Masing, Kernel::Deflection, Gate::Cycle, 0.0).ok()?;
-    let gear = Gear::<f32, _>::with_law(&block, Masing::new(&block));
-    let settings = Settings { period_s: f64::from(PERIOD_S), ..Settings::default() };
-    let adaptation = Adaptation::<f32>::new(&block, &settings).ok()?;
+    let block = Prepared::<f32>::load(BLOCK, 16).ok()?.inverse;
+    let gear = *block.gear();
+    let adaptation = Adaptation::of_gear(&gear, &Settings { period_s: PERIOD_S, ..Settings::default() }).ok()?;
     let mut state = adaptation.start();
-    let [mut fixed, mut adapted, mut truth] = [(); 3].map(|()| inverse(&block).map(Loop::new));
-    let (fixed, adapted, truth) = (fixed.as_mut()?, adapted.as_mut()?, truth.as_mut()?);
+    let [mut fixed, mut adapted, mut truth] = [(); 3].map(|()| Loop::new(block));
     let (mut taken_over, mut given_back) = (0, 0);
     for minute in 0..MINUTES {
         for k in 0..PERIODS_A_MINUTE {
@@ -111,10 +107,10 @@ fn run() -> Option<()> {
             let warm = [1.0 - 0.1 * share, 1.0 + 0.2 * share];
             // Whole periods of both tones are 20 s long.
             let turn = core::f32::consts::TAU * (number % 20_000) as f32 * PERIOD_S;
-            let wanted = RATED_NM * (0.5 * Float::sin(0.5 * turn) + 0.3 * Float::sin(1.3 * turn));
+            let wanted = RATED_NM * (0.5 * sine(0.5 * turn) + 0.3 * sine(1.3 * turn));
             fixed.period(&gear, warm, wanted);
             if number.is_multiple_of(TRUTH_PERIODS) {
-                truth.inverse = inverse(&warmed(&block, warm)?)?;
+                truth.inverse = warmed(&block, warm)?;
             }
             truth.period(&gear, warm, wanted);
             let measured = adapted.period(&gear, warm, wanted);
@@ -122,11 +118,11 @@ fn run() -> Option<()> {
                 Change::None => {}
                 Change::TakenOver => {
                     taken_over += 1;
-                    adapted.inverse = inverse(&adaptation.params(&state, &block).ok()?)?;
+                    adapted.inverse = adaptation.inverse(&state, &block)?;
                 }
                 Change::GivenBack => {
                     given_back += 1;
-                    adapted.inverse = inverse(&block)?;
+                    adapted.inverse = block;
                 }
             }
         }

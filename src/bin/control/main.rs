@@ -1,6 +1,6 @@
 //! A control loop as a drive runs it: a timer interrupt reads two encoders, computes the torque of the gear and commands it; the main loop logs.
 //!
-//! In `f32` where the core has a unit for it, else in fixed point. The encoder chips and the PWM channel at the edges are simulated behind the traits of
+//! The gear and its joint are those of a stored block: nothing is computed in double precision. In `f32` where the core has a unit for it, else in fixed point. The encoder chips and the PWM channel at the edges are simulated behind the traits of
 //! `embedded-hal`: a board puts its own there. The interrupt is SysTick's; the nRF51 itself has none (its emulator does), and takes another timer.
 #![no_std]
 #![no_main]
@@ -17,21 +17,31 @@ use cortex_m::interrupt::{Mutex, free};
 use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m_rt::{entry, exception};
-use gmhm::drive::{As5047p, CentredPwm, EncoderPair, Joint, Mounting, Setup};
+use gmhm::block::{Prepared, verify};
+use gmhm::drive::{As5047p, CentredPwm, EncoderPair, FromCounts, Joint, Mounting};
 use gmhm::memory::masing::Masing;
-use gmhm::scalar::Scalar;
-use gmhm::{Gate, Gear, Kernel, Law, State};
+use gmhm::scalar::{Extended, Scalar};
+use gmhm::{Gear, State};
 use platform::gears::{self, RATED_NM, RATED_RAD};
 
 /// What the loop computes in.
 #[cfg(target_abi = "eabihf")]
 type Number = f32;
+/// What a drive keeps in flash.
+#[cfg(target_abi = "eabihf")]
+const BLOCK: &[u8] = gears::BLOCK;
 /// What the loop computes in.
 #[cfg(not(target_abi = "eabihf"))]
 type Number = gmhm::scalar::Fixed;
+/// What a drive keeps in flash.
+#[cfg(not(target_abi = "eabihf"))]
+const BLOCK: &[u8] = gears::FIXED_BLOCK;
 
 /// Core clocks of a control period: 1 ms at 25 MHz.
 const PERIOD: u32 = 25_000;
+
+/// Turning points that it has room for.
+const DEPTH: usize = 16;
 
 /// Periods from one log line to the next, and log lines.
 const EVERY: u32 = 90;
@@ -41,19 +51,11 @@ const LINES: u32 = 16;
 const SWINGS: &[i32] = &[300, -300, 200, -100, 150, 0, 250, -300, -300];
 
 const ENCODER: Mounting = Mounting { counts_per_turn: bench::COUNTS_PER_TURN, reversed: false };
-const SETUP: Setup = Setup {
-    motor: ENCODER,
-    output: ENCODER,
-    ratio: (100, 1),
-    deflection_zero_rad: 0.0,
-    rated_deflection_rad: RATED_RAD as f64,
-};
-
 /// What the interrupt works on.
 struct Control {
     joint: Joint<As5047p<Chip>, As5047p<Chip>, CentredPwm<Channel, Number>, Number>,
     gear: Gear<Number, Masing<Number>>,
-    state: State<Number, 16, Masing<Number>>,
+    state: State<Number, DEPTH, Masing<Number>>,
     timer: SYST,
     report: Report,
 }
@@ -86,13 +88,15 @@ fn main() -> ! {
                 break report;
             }
         };
-        let millionths =
-            |x: Number, unit: f32| (x.to_f64() * if Number::SI { 1e6 } else { 1e6 * f64::from(unit) }) as i32;
+        let shown = |x: Number, per_unit: f64, unit: f32| {
+            let factor = if Number::SI { per_unit } else { per_unit * f64::from(unit) };
+            x.to_counts(Number::factor_of(Extended::of_double(factor).unwrap_or(Extended::ZERO)))
+        };
         say!(
             "tick {}: deflection {} urad, torque {} mN.m, duty {} of 1023, faults {}, overruns {}",
             report.tick,
-            millionths(report.deflection, RATED_RAD),
-            millionths(report.torque, RATED_NM) / 1000,
+            shown(report.deflection, 1e6, RATED_RAD),
+            shown(report.torque, 1e3, RATED_NM),
             report.duty,
             report.faults,
             report.overruns,
@@ -103,18 +107,20 @@ fn main() -> ! {
 
 /// The joint, its timer running.
 fn control(mut timer: SYST) -> Option<Control> {
-    let params = gears::published(Law::Masing, Kernel::Deflection, Gate::Cycle, 0.0).ok()?;
+    let block = verify(BLOCK).ok()?;
+    let prepared = Prepared::<Number>::of_block(&block, DEPTH).ok()?;
     let full_scale = 1.2 * if Number::SI { f64::from(RATED_NM) } else { 1.0 };
     let (motor, output) = (As5047p::new(Chip::new(SWINGS)), As5047p::new(Chip::new(&[])));
     let sink = CentredPwm::new(Channel, full_scale);
-    let gear = Gear::with_law(&params, Masing::new(&params));
+    let pair = EncoderPair::new(&prepared.encoders(&block, ENCODER, ENCODER).ok()?).ok()?;
+    let gear = *prepared.gear();
     timer.set_clock_source(SystClkSource::Core);
     timer.set_reload(PERIOD - 1);
     timer.clear_current();
     timer.enable_interrupt();
     timer.enable_counter();
     Some(Control {
-        joint: Joint::new(motor, output, sink, EncoderPair::new(&SETUP).ok()?),
+        joint: Joint::new(motor, output, sink, pair),
         state: gear.start(Number::ZERO),
         gear,
         timer,

@@ -12,6 +12,7 @@ mod board;
 #[allow(dead_code, reason = "this image walks at a constant period")]
 mod test_path;
 
+use arithmetic::Measures;
 use board::{Board, Law, Number, ROOM};
 use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
@@ -20,7 +21,7 @@ use cortex_m_semihosting::debug::{self, EXIT_FAILURE};
 use defmt_rtt as _;
 #[cfg(not(feature = "rtt"))]
 use defmt_semihosting as _;
-use gmhm::block::{Block, BlockError, Parameters, ScalarKind, Scales, TorqueUnit, Word};
+use gmhm::block::{Block, BlockError, Parameters, ScalarKind, ScalesRecord, TorqueUnit, Word};
 use gmhm::diagnostics::{Diagnostics, SelfTest};
 use gmhm::link::{CompensationSetting, Drive, Live, Port};
 use gmhm::store::Store;
@@ -71,7 +72,7 @@ struct Node {
 struct Running {
     gear: Gear<Number, Law>,
     state: State<Number, DEPTH, Law>,
-    scales: Scales,
+    measures: Measures,
     output: Output<Number>,
     path: TestPath,
 }
@@ -79,15 +80,17 @@ struct Running {
 impl Running {
     /// The gear of a block, at the beginning of its path.
     fn of(block: &Block<'_>) -> Result<(Option<Self>, SelfTest), BlockError> {
-        let parameters = Parameters::<Number, Law, ()>::of_any_block(block, DEPTH, TorqueUnit::NewtonMetre)?;
-        let running = parameters.gear.zip(parameters.scales).map(|(gear, scales)| Self {
+        let parameters = Parameters::<Number, Law, ()>::of_block_in(block, DEPTH, TorqueUnit::NewtonMetre)?;
+        let Some(gear) = parameters.gear else { return Ok((None, parameters.self_test)) };
+        let scales = ScalesRecord::of_block(block)?;
+        let running = Self {
             state: gear.start(Number::default()),
             gear,
             output: Output::default(),
             path: arithmetic::path(),
-            scales,
-        });
-        Ok((running, parameters.self_test))
+            measures: Measures { rated_rad: scales.rated_deflection_rad(), torque_nm: scales.torque_scale_nm() },
+        };
+        Ok((Some(running), parameters.self_test))
     }
 }
 
@@ -96,7 +99,7 @@ impl Node {
     fn tick(&mut self) {
         let Some(running) = &mut self.running else { return };
         let began = SYST::get_current();
-        let deflection = arithmetic::next_deflection(&mut running.path, &running.scales);
+        let deflection = arithmetic::next_deflection(&mut running.path, &running.measures);
         running.output = running.gear.step(&mut running.state, deflection);
         self.diagnostics.see_sample(&running.state.status());
         // The counter counts down, in 24 bits.
@@ -148,12 +151,12 @@ impl Drive for Node {
     }
 
     fn live(&self) -> Live {
-        let Some(Running { state, output, scales, .. }) = &self.running else { return Live::default() };
-        let hysteresis_nm = arithmetic::torque_nm(output.hysteresis, scales);
+        let Some(Running { state, output, measures, .. }) = &self.running else { return Live::default() };
+        let hysteresis_nm = arithmetic::torque_nm(output.hysteresis, measures);
         let (out_of_range, refused) = arithmetic::flags(state.status());
         Live {
-            deflection_rad: arithmetic::deflection_rad(state.theta(), scales),
-            torque_nm: arithmetic::torque_nm(output.torque, scales),
+            deflection_rad: arithmetic::deflection_rad(state.theta(), measures),
+            torque_nm: arithmetic::torque_nm(output.torque, measures),
             hysteresis_nm,
             words: [output.torque.word(), output.hysteresis.word()],
             contribution_nm: self.compensation.of(hysteresis_nm),

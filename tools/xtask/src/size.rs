@@ -106,6 +106,19 @@ const BOOT: &str = "boot";
 /// Instructions from a prepared block to the first torque.
 const BOOT_LIMIT: f64 = 12_000.0;
 
+/// Test instruments that set up every law from SI units and compute references in double precision, and what for.
+const INSTRUMENTS: [(&str, &str); 6] = [
+    ("bits", "the bits of every law and its set-up, beside the host's"),
+    ("boot", "instructions of set-ups, that from SI units among them"),
+    ("cost", "instructions of every law, beside peers"),
+    ("joint", "a joint that a host plays: the host sends SI units"),
+    ("stack", "stack of every law and term"),
+    ("worst_case", "the costliest torques of many gears"),
+];
+
+/// Images that a core without floating point runs, too.
+const FIXED_POINT: [&str; 3] = ["control", "core_path", "node"];
+
 /// What a control path weighs.
 struct Weight {
     code: u64,
@@ -118,7 +131,7 @@ pub fn run(shell: &Shell, overwrite: bool) -> Result<()> {
     let mut table = String::from(
         "# Size of the control path\n\n\
          Bytes on a Cortex-M4F in `f32` unless said otherwise, start-up code included. Written by `cargo xtask size --overwrite`; the command fails on\n\
-         any panic or double-precision arithmetic left in an image, in fixed point on any floating-point arithmetic or wide multiplication, where more is taken than is\n\
+         any panic left in a control path, any double-precision arithmetic left in an image, in fixed point on any floating-point arithmetic or wide multiplication, where more is taken than is\n\
          allowed, and where a number changes. Flash, stack and set-up may change by one in a hundred, or by eight bytes: so much is for another patch version of the\n\
          compiler to move. Law `masing` alone, forward and inverse, is nearer than that to what it is allowed: it bears the difference and no more.\n\n\
          | control path of a joint | code and constants, flash | allowed | coefficients of a gear | state of a joint, RAM |\n|---|---:|---:|---:|---:|\n",
@@ -168,6 +181,14 @@ pub fn run(shell: &Shell, overwrite: bool) -> Result<()> {
         );
         writeln!(table, "| {name} | {instructions} |")?;
     }
+    no_double(shell)?;
+    table.push_str(
+        "\nNo other image holds a routine of double-precision arithmetic, also none of `control`, `node` and `core_path` on a Cortex-M0: a stored block drives everything. The exceptions are\n\
+         test instruments that compute references in it.\n\n| image | double precision for |\n|---|---|\n",
+    );
+    for (image, purpose) in INSTRUMENTS {
+        writeln!(table, "| `{image}` | {purpose} |")?;
+    }
     print!("{table}");
     let file = shell.current_dir().join(TABLE);
     let golden = if overwrite { None } else { shell.read_file(&file).ok() };
@@ -194,6 +215,32 @@ fn is_close(table: &str, golden: &str) -> bool {
         now.len() == then.len() && now.iter().zip(&then).enumerate().all(same)
     };
     table.lines().count() == golden.lines().count() && table.lines().zip(golden.lines()).all(same_row)
+}
+
+/// Refuses an image with double-precision arithmetic that is not one of [`INSTRUMENTS`], and an instrument without.
+fn no_double(shell: &Shell) -> Result<()> {
+    let manifest = shell.read_file("Cargo.toml")?;
+    let images =
+        manifest.split("[[bin]]").skip(1).filter_map(|bin| bin.split('"').nth(1)).map(|image| (image, machine::M4F));
+    for (image, machine) in images.chain(FIXED_POINT.map(|image| (image, machine::M0))) {
+        let elf = shell.read_binary_file(machine.build(shell, image)?)?;
+        let file = object::File::parse(&*elf).with_context(|| format!("cannot read the image `{image}`"))?;
+        let names = file.symbols().map(|symbol| Ok(format!("{:#}", demangle(symbol.name()?))));
+        let names = names.collect::<Result<Vec<_>>>()?;
+        let double = names.iter().find(|name| is_double(name));
+        let is_instrument = INSTRUMENTS.iter().any(|(instrument, _)| *instrument == image);
+        match double {
+            Some(double) => ensure!(
+                is_instrument,
+                "the image `{image}` for the {} computes in double precision: it holds `{double}`",
+                machine.core
+            ),
+            None => {
+                ensure!(!is_instrument, "the image `{image}` needs no double precision: it is no exception any more")
+            }
+        }
+    }
+    Ok(())
 }
 
 /// Reads the sections and symbols of an image; refuses it if something is in it that must not be.
