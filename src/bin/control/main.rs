@@ -93,10 +93,10 @@ fn main() -> ! {
             x.to_counts(Number::factor_of(Extended::of_double(factor).unwrap_or(Extended::ZERO)))
         };
         say!(
-            "tick {}: deflection {} urad, torque {} mN.m, duty {} of 1023, faults {}, overruns {}",
+            "tick {}: deflection {} urad, torque {} cN.m, duty {} of 1023, faults {}, overruns {}",
             report.tick,
             shown(report.deflection, 1e6, RATED_RAD),
-            shown(report.torque, 1e3, RATED_NM),
+            shown(report.torque, 1e2, RATED_NM),
             report.duty,
             report.faults,
             report.overruns,
