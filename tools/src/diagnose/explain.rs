@@ -60,6 +60,10 @@ struct Tried<'p> {
     gain: f64,
 }
 
+/// A gain of the deviance that noise alone gives a kind on the grid.
+const LEAST_GAIN: f64 = 6.0;
+/// A kind that gains less than this part of what is asked on the grid gains too little polished as well.
+const PART_OF_ASKED: f64 = 0.1;
 /// Kinds whose gain on the grid is below this share of the best are not polished, unless they are near.
 const WORTH_POLISHING: f64 = 0.35;
 /// A term may raise the plain squared residual by this factor at most.
@@ -85,16 +89,17 @@ impl Dataset<'_> {
         self.free_parameters(model, search.zero)
     }
 
-    /// Every kind at its best beside a fitted model, the best first. Gains below `least` are left out, and nothing is polished if all are.
+    /// Every kind at its best beside a fitted model, the best first. `asked` is the gain from which a kind is of use: one that gains next to nothing of it on the grid is
+    /// not polished.
     ///
     /// # Errors
     /// A model that cannot be evaluated.
-    pub fn explain(&self, fit: &Fitted, search: Search<'_>, least: f64) -> Result<Vec<Alternative>, DiagnoseError> {
+    pub fn explain(&self, fit: &Fitted, search: Search<'_>, asked: f64) -> Result<Vec<Alternative>, DiagnoseError> {
         let evaluations = self.evaluate(&fit.model)?;
         let proposals = candidates::proposals(self, &evaluations, fit, search);
         drop(evaluations);
         let mut tried = self.screen(fit, &proposals);
-        tried.retain(|t| t.gain > least);
+        tried.retain(|t| t.gain > LEAST_GAIN.max(PART_OF_ASKED * asked));
         let Some(best) = tried.iter().map(|t| t.gain).max_by(f64::total_cmp) else { return Ok(Vec::new()) };
         let polish = |tried: &Tried<'_>| -> Option<Alternative> {
             let proposal = tried.proposal;

@@ -88,8 +88,8 @@ const LEAST_EXCESS_PART: f64 = 0.2;
 const MOST_UNEXPLAINED_PART: f64 = 0.04;
 
 impl Dataset<'_> {
-    /// Searches for what was left out of a model and judges what was found, from the model fitted against coloured noise and, where plain least squares predict
-    /// better, from those as well; the finding that predicts held-out blocks better stands.
+    /// Searches for what was left out of a model and judges what was found, from the model fitted against coloured noise or, where that predicts held-out blocks
+    /// clearly better, by plain least squares.
     ///
     /// # Errors
     /// A model that cannot be evaluated.
@@ -98,20 +98,13 @@ impl Dataset<'_> {
         model: &Model,
         search: Search<'r>,
     ) -> Result<(DiagnosisVerdict, Search<'r>), DiagnoseError> {
-        let decided = |base: Fitted| -> Result<(DiagnosisVerdict, Search<'r>), DiagnoseError> {
-            let outcome = self.search(base, search)?;
-            let search = Search { zero: outcome.free_zero, ..search };
-            let mut verdict = self.judge(outcome, search)?;
-            verdict.base = self.settled(verdict.base)?;
-            verdict.extended = self.settled(verdict.extended)?;
-            Ok((verdict, search))
-        };
-        let base = self.fit(model, &self.places(model, search), None, 12)?;
-        let settled = self.settled(base.clone())?;
-        let plain = settled.plain.then(|| decided(settled)).transpose()?;
-        let coloured = decided(base)?;
-        let left = |(verdict, _): &(DiagnosisVerdict, Search<'r>)| self.rms_of_blocks(&verdict.extended);
-        Ok(plain.filter(|plain| left(plain) < left(&coloured)).unwrap_or(coloured))
+        let base = self.settled(self.fit(model, &self.places(model, search), None, 12)?)?;
+        let outcome = self.search(base, search)?;
+        let search = Search { zero: outcome.free_zero, ..search };
+        let mut verdict = self.judge(outcome, search)?;
+        verdict.base = self.settled(verdict.base)?;
+        verdict.extended = self.settled(verdict.extended)?;
+        Ok((verdict, search))
     }
 
     /// Judges what a search found.
@@ -346,7 +339,7 @@ impl Dataset<'_> {
             while elements_of(&alternative.fit.model, term) < elements {
                 let own = [alternative.kind];
                 let only = Search { only: Some(&own), ..search };
-                let further = self.explain(&alternative.fit, only, 6.0)?;
+                let further = self.explain(&alternative.fit, only, 0.0)?;
                 let Some(best) = further.into_iter().find(|a| a.extends == Some(term)) else { break };
                 alternative.parameters += best.parameters;
                 alternative.gain = rest.minus_two_log_likelihood - best.fit.minus_two_log_likelihood;

@@ -24,6 +24,22 @@ pub struct Explained {
     pub alternatives: Vec<Alternative>,
 }
 
+/// A term that a model needs, before anything else is tried in its place.
+struct Needed {
+    /// Its place in the model.
+    term: usize,
+    /// By how much −2 ln L would be higher without it.
+    gain: f64,
+    /// How many numbers it has.
+    parameters: usize,
+    /// The model without it, refitted.
+    rest: Fitted,
+    /// Its gain beyond what its numbers cost.
+    net: f64,
+    /// What it gains in each block held out, in squares of the noise.
+    held_out: Vec<f64>,
+}
+
 /// What the search ends with.
 pub struct Outcome {
     /// The base model refitted.
@@ -38,6 +54,8 @@ pub struct Outcome {
     pub rejected: Vec<Alternative>,
 }
 
+/// Swaps at most.
+const MOST_SWAPS: usize = 4;
 /// The most effects looked for.
 const MOST_EFFECTS: usize = 4;
 
@@ -62,7 +80,7 @@ impl Dataset<'_> {
         if gain < self.penalty(1) + MARGIN {
             return Ok((base, search));
         }
-        let best = self.explain(&base, search, 6.0)?.iter().map(|a| a.gain).fold(0.0, f64::max);
+        let best = self.explain(&base, search, gain)?.iter().map(|a| a.gain).fold(0.0, f64::max);
         Ok(if gain > best + SWAP { (zeroed, free) } else { (base, search) })
     }
 
@@ -88,7 +106,9 @@ impl Dataset<'_> {
         let rejected;
         loop {
             let found = extended.model.terms.len() - search.base_terms;
-            let tried = self.explain(&extended, search, 6.0)?;
+            let so_far = base.minus_two_log_likelihood - extended.minus_two_log_likelihood;
+            let asked = MARGIN.max(LEAST_SHARE * so_far);
+            let tried = self.explain(&extended, search, asked + self.penalty(1))?;
             let net = |a: &Alternative| a.gain - self.penalty(a.parameters);
             let believed = |a: &Alternative| {
                 let predicted = self.gain_of_blocks(&a.fit, &extended, &a.fit.noise);
@@ -112,16 +132,54 @@ impl Dataset<'_> {
                 break;
             };
             let grows = alternative.extends.is_some();
-            let so_far = base.minus_two_log_likelihood - extended.minus_two_log_likelihood;
-            let least = if part(&alternative.fit, &extended) > LARGE_PART { 0.0 } else { LEAST_SHARE * so_far };
-            if net(alternative) < MARGIN.max(least) || (found >= MOST_EFFECTS && !grows) {
+            let asked = if part(&alternative.fit, &extended) > LARGE_PART { MARGIN } else { asked };
+            if net(alternative) < asked || (found >= MOST_EFFECTS && !grows) {
                 rejected = tried;
                 break;
             }
             extended = self.adopted(&tried[best], search)?;
         }
-        let mut effects = Vec::new();
         let mut swaps = 0;
+        let effects = loop {
+            let needed;
+            (extended, needed) = self.without_superfluous(extended, search)?;
+            let mut effects = Vec::new();
+            let mut swap = None;
+            for needed in needed {
+                let Needed { term, gain, parameters, rest, net, held_out } = needed;
+                let kind = &extended.model.terms[term].kind;
+                let alternatives = self.explain(&rest, search, gain)?;
+                let better = alternatives.iter().position(|a| {
+                    let shape = if kinds::contains(a.kind, kind) { SHAPE * gain } else { 0.0 };
+                    let other = a.gain - self.penalty(a.parameters);
+                    let sum = |gains: &[f64]| gains.iter().sum::<f64>();
+                    let predicted = || self.gain_of_blocks(&a.fit, &rest, &extended.noise);
+                    a.extends.is_none()
+                        && other > net + SWAP + shape
+                        && self.lessens(&a.fit, &rest, other)
+                        && (net < LEAST_OF_BEST * other || sum(&predicted()) > sum(&held_out))
+                        && (a.kind != kind || a.parameters >= parameters)
+                });
+                if let Some(better) = better.filter(|_| swaps < MOST_SWAPS) {
+                    swap = Some(self.adopted(&alternatives[better], search)?);
+                    break;
+                }
+                effects.push(Explained { term, gain, parameters, rest, alternatives });
+            }
+            let Some(swapped) = swap else { break effects };
+            swaps += 1;
+            extended = swapped;
+        };
+        Ok(Outcome { base, extended, effects, free_zero: search.zero, rejected })
+    }
+
+    /// A fit without the terms that it does not need, and what is known of those that it does.
+    fn without_superfluous(
+        &self,
+        mut extended: Fitted,
+        search: Search<'_>,
+    ) -> Result<(Fitted, Vec<Needed>), DiagnoseError> {
+        let mut needed = Vec::new();
         let mut term = search.base_terms;
         while term < extended.model.terms.len() {
             let mut without = extended.model.clone();
@@ -134,39 +192,19 @@ impl Dataset<'_> {
             }
             let parameters = crate::regression::parameters::of_term(&extended.model, term).len();
             let net = gain - self.penalty(parameters);
-            let predicted = |fit: &Fitted| self.gain_of_blocks(fit, &rest, &extended.noise);
-            let held_out = predicted(&extended);
+            let held_out = self.gain_of_blocks(&extended, &rest, &extended.noise);
             let enough = net > MARGIN && self.lessens(&extended, &rest, net);
             let last = extended.model.terms.len() == search.base_terms + 1;
-            if !predictive(&held_out) || !(enough || last) {
+            if predictive(&held_out) && (enough || last) {
+                needed.push(Needed { term, gain, parameters, rest, net, held_out });
+                term += 1;
+            } else {
                 extended = rest;
-                effects.clear();
+                needed.clear();
                 term = search.base_terms;
-                continue;
             }
-            let alternatives = self.explain(&rest, search, 6.0)?;
-            let better = alternatives.iter().position(|a| {
-                let kind = &extended.model.terms[term].kind;
-                let shape = if kinds::contains(a.kind, kind) { SHAPE * gain } else { 0.0 };
-                let other = a.gain - self.penalty(a.parameters);
-                let sum = |gains: &[f64]| gains.iter().sum::<f64>();
-                a.extends.is_none()
-                    && other > net + SWAP + shape
-                    && self.lessens(&a.fit, &rest, other)
-                    && (net < LEAST_OF_BEST * other || sum(&predicted(&a.fit)) > sum(&held_out))
-                    && (a.kind != extended.model.terms[term].kind || a.parameters >= parameters)
-            });
-            if let Some(better) = better.filter(|_| swaps < 4) {
-                swaps += 1;
-                extended = self.adopted(&alternatives[better], search)?;
-                effects.clear();
-                term = search.base_terms;
-                continue;
-            }
-            effects.push(Explained { term, gain, parameters, rest, alternatives });
-            term += 1;
         }
-        Ok(Outcome { base, extended, effects, free_zero: search.zero, rejected })
+        Ok((extended, needed))
     }
 }
 
