@@ -166,11 +166,11 @@ impl Table {
         let search =
             Search { removed: &case.removed, only: None, base_terms: case.base.terms.len(), zero: true, seed: 1 };
         let mut dataset = Dataset::new(&case.recordings, &case.base)?;
-        let plain = dataset.fit(&case.base, &dataset.places(&case.base, search), None, 2)?;
+        let plain = dataset.fit(&case.base, &dataset.parameters(&case.base, search), None, 2)?;
         for (span, marks) in dataset.spans.iter().zip(&mut dataset.marks) {
             mark_outliers(&plain.residual[span.clone()], marks);
         }
-        let fit = dataset.fit(&plain.model, &dataset.places(&plain.model, search), None, 12)?;
+        let fit = dataset.fit(&plain.model, &dataset.parameters(&plain.model, search), None, 12)?;
         let evaluations = dataset.evaluate(&fit.model)?;
         let groups = proposals(&dataset, &evaluations, &fit, search);
         drop(evaluations);
@@ -226,9 +226,9 @@ impl Table {
     /// The base model with its weights moved, and each term beside it.
     fn predict(&self, base: &[f64], chosen: &[(&Proposal, Vec<f64>)], unseen: &Unseen) -> Result<Vec<f64>, Fault> {
         let mut model = self.fit.model.clone();
-        for (place, change) in self.fit.places.iter().zip(base) {
-            let value = parameters::value(&model, *place) + change;
-            parameters::put(&mut model, *place, value);
+        for (parameter, change) in self.fit.parameters.iter().zip(base) {
+            let value = parameters::value(&model, *parameter) + change;
+            parameters::put(&mut model, *parameter, value);
         }
         let evaluation = Evaluation::new(&model, None, &unseen.recording)?;
         let mut total = evaluation.total().to_vec();
@@ -255,7 +255,7 @@ fn named(kinds: &[&str], key: &Key) -> Diagnosis {
     for kind in kinds {
         for coordinate in naming::coordinates(kind) {
             let coordinate = coordinate.to_owned();
-            diagnosis.places.push(Location {
+            diagnosis.locations.push(Location {
                 coordinate,
                 share: 0.0,
                 detail: Sight::Written(String::new()),

@@ -48,7 +48,7 @@ fn the_swarm_leaves_an_optimum_that_the_polish_is_held_in() {
     let dataset = Dataset::new(&recordings, &gear).unwrap();
     let search = Search { removed: &[], only: None, base_terms: 0, zero: false, seed: 1 };
     let start = slipping([0.9e-4, 1.2e-4]);
-    let polished = dataset.fit(&start, &dataset.places(&start, search), None, 12).unwrap();
+    let polished = dataset.fit(&start, &dataset.parameters(&start, search), None, 12).unwrap();
     let found = dataset.reshaped(polished.clone(), 0, search.seed).unwrap();
     let off = |model: &Model| radii(model).iter().zip(truth).map(|(r, t)| (r / t - 1.0).abs()).fold(0.0, f64::max);
     assert!(off(&polished.model) > 0.3, "{:?}", radii(&polished.model));
@@ -84,7 +84,7 @@ fn coulomb_friction_of_the_base_does_not_stand_in_for_viscous_friction() {
     let recordings = [recording];
     let search = Search { removed: &[], only: None, base_terms: 1, zero: false, seed: 1 };
     let smoothing = |dataset: &Dataset<'_>, base: &Model| {
-        let fit = dataset.plain_fit(base, &dataset.places(base, search), 12).unwrap();
+        let fit = dataset.plain_fit(base, &dataset.parameters(base, search), 12).unwrap();
         match fit.model.terms[0].values["smoothing_rad_per_s"] {
             TermValue::Number(value) => value,
             _ => f64::NAN,

@@ -73,7 +73,7 @@ impl Detector for Oracle {
                 side: Side::Plant,
                 why: Evidence::Written(String::new()),
             });
-            diagnosis.places.push(Location {
+            diagnosis.locations.push(Location {
                 coordinate: hidden.coordinates[0].clone(),
                 share: 1.0,
                 detail: Sight::Written(String::new()),

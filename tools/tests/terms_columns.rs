@@ -220,19 +220,20 @@ fn what_is_eliminated_is_linear_together_and_what_follows_the_torque_is_not() {
                 let mut model = base.clone();
                 model.terms.push(term(info.name, choice));
                 let Ok(here) = total(&model) else { continue };
-                let mut places = of_gear(&model);
-                places.extend((0..model.terms.len()).flat_map(|term| of_term(&model, term)));
-                let together = linear_together(&model, &places);
-                let alone: Vec<bool> = places.iter().map(|&place| is_linear(&model, place)).collect();
+                let mut parameters = of_gear(&model);
+                parameters.extend((0..model.terms.len()).flat_map(|term| of_term(&model, term)));
+                let together = linear_together(&model, &parameters);
+                let alone: Vec<bool> = parameters.iter().map(|&parameter| is_linear(&model, parameter)).collect();
                 // Far from here, each by another factor.
-                let change =
-                    |k: usize| (0.3 + 0.1 * k as f64) * value(&model, places[k]) + 10.0 * step(&model, places[k]);
+                let change = |k: usize| {
+                    (0.3 + 0.1 * k as f64) * value(&model, parameters[k]) + 10.0 * step(&model, parameters[k])
+                };
                 let off = |chosen: &[bool]| {
                     let (mut all, mut left) = (model.clone(), vec![0.0; ROWS]);
-                    for k in (0..places.len()).filter(|&k| chosen[k]) {
+                    for k in (0..parameters.len()).filter(|&k| chosen[k]) {
                         let mut one = model.clone();
                         for moved in [&mut all, &mut one] {
-                            put(moved, places[k], value(&model, places[k]) + change(k));
+                            put(moved, parameters[k], value(&model, parameters[k]) + change(k));
                         }
                         let after = total(&one).unwrap();
                         left.iter_mut().zip(after.iter().zip(&here)).for_each(|(l, (a, b))| *l -= a - b);
@@ -264,24 +265,24 @@ fn a_fit_leaves_nothing_that_the_eliminated_numbers_could_take() {
     let elastic = model.elastic.as_mut().unwrap();
     (elastic.c1_nm_per_rad, elastic.c2_nm_per_rad3) = (2e4, 0.0);
     let dataset = Dataset::new(&recordings, &model).unwrap();
-    let mut places = of_gear(&model);
-    places.extend((0..model.terms.len()).flat_map(|term| of_term(&model, term)));
-    places.iter().for_each(|&place| {
-        let wrong = 0.8 * value(&model, place);
-        put(&mut model, place, wrong);
+    let mut parameters = of_gear(&model);
+    parameters.extend((0..model.terms.len()).flat_map(|term| of_term(&model, term)));
+    parameters.iter().for_each(|&parameter| {
+        let wrong = 0.8 * value(&model, parameter);
+        put(&mut model, parameter, wrong);
     });
-    let together = linear_together(&model, &places);
+    let together = linear_together(&model, &parameters);
     assert_eq!(together.iter().filter(|l| **l).count(), 7);
     for steps in [1, 3] {
         let (mut walk, from) =
-            VariableProjection::start(&dataset, &model, &places, Weights::White, None, steps).unwrap();
+            VariableProjection::start(&dataset, &model, &parameters, Weights::White, None, steps).unwrap();
         let schedule = walk.schedule();
         let (mut stand, _) = descend(&mut walk, from, schedule, &()).unwrap();
         let columns = walk.columns(&mut stand).unwrap();
-        for ((place, column), _) in places.iter().zip(&columns).zip(&together).filter(|(_, linear)| **linear) {
+        for ((parameter, column), _) in parameters.iter().zip(&columns).zip(&together).filter(|(_, linear)| **linear) {
             let product: f64 = column.iter().zip(&stand.residual).map(|(x, r)| x * r).sum();
             let sizes = rms(column) * rms(&stand.residual) * ROWS as f64;
-            assert!(product.abs() < 1e-6 * sizes, "{place:?} after {steps}: {product:e} of {sizes:e}");
+            assert!(product.abs() < 1e-6 * sizes, "{parameter:?} after {steps}: {product:e} of {sizes:e}");
         }
     }
 }

@@ -148,7 +148,7 @@ pub(super) fn diagnosis(found: &Diagnosis) -> String {
             lines.push(format!("    {name:<28} {value} {unit}").trim_end().to_owned());
         }
     }
-    for place in &found.places {
+    for place in &found.locations {
         let stretches: Vec<String> = place.seconds.iter().take(4).map(|[a, b]| format!("{a:.1}-{b:.1} s")).collect();
         let more = if place.seconds.len() > 4 { " …" } else { "" };
         let share = percent(place.share);

@@ -121,9 +121,9 @@ fn columns(
     let mut stacked: Vec<Vec<f64>> = Vec::new();
     if let Some((name, step)) = kind.growth(term, ranges) {
         let key = info.key(name)?;
-        let mut column = dataset.change(evaluations, &kind.grown(term, key, step)).ok()?;
+        let mut column = dataset.change(evaluations, &kind.with_more(term, key, step)).ok()?;
         if kind.grows_both_ways() {
-            let other = dataset.change(evaluations, &kind.grown(term, key, -step)).ok()?;
+            let other = dataset.change(evaluations, &kind.with_more(term, key, -step)).ok()?;
             column.iter_mut().zip(other).for_each(|(x, other)| *x = 0.5 * (*x - other));
         }
         column.iter_mut().for_each(|x| *x /= step);
@@ -253,7 +253,7 @@ impl Proposal {
             term = if index.is_some() || key.role == Role::Linear {
                 set(&term, key, *index, *weight)
             } else {
-                self.kind.grown(&term, key, *weight)
+                self.kind.with_more(&term, key, *weight)
             };
         }
         self.kind.complete(&mut term);

@@ -220,8 +220,8 @@ impl Dataset<'_> {
         model.terms.extend(extended.model.terms[given..].iter().cloned());
         model.terms[given..].iter_mut().filter(|t| t.kind == UNKNOWN).for_each(flatten);
         let own = |place: &FreeParameter| matches!(place, FreeParameter::Term { term, .. } if *term >= given);
-        let places: Vec<FreeParameter> = self.places(&model, search).into_iter().filter(own).collect();
-        Ok(self.plain_fit(&model, &places, STEPS)?)
+        let free: Vec<FreeParameter> = self.parameters(&model, search).into_iter().filter(own).collect();
+        Ok(self.plain_fit(&model, &free, STEPS)?)
     }
 
     /// An extended fit whose curves trade no torque with the kinds: where a curve adds far more than the kinds alone leave, the kinds stay as they are without curves, and
@@ -249,11 +249,11 @@ impl Dataset<'_> {
         }
         (model.elastic, model.memory, model.gear) = (without.model.elastic, without.model.memory, without.model.gear);
         let of_curve = |p: &FreeParameter| matches!(p, FreeParameter::Term { term, .. } if is_curve(&model, term));
-        let places = self.places(&model, search);
-        let of_curves: Vec<FreeParameter> = places.iter().copied().filter(of_curve).collect();
+        let free = self.parameters(&model, search);
+        let of_curves: Vec<FreeParameter> = free.iter().copied().filter(of_curve).collect();
         let curves = self.plain_fit(&model, &of_curves, STEPS)?;
         // The columns of all numbers, for their standard deviations.
-        Ok(self.plain_fit(&curves.model, &places, 0)?)
+        Ok(self.plain_fit(&curves.model, &free, 0)?)
     }
 
     /// The squares of a line about its mean, of rows that count.
@@ -272,7 +272,7 @@ impl Dataset<'_> {
         }
         found.retain(|t| t.kind != UNKNOWN);
         model.terms.append(&mut found);
-        Ok(Some(self.plain_fit(&model, &self.places(&model, search), 2)?))
+        Ok(Some(self.plain_fit(&model, &self.parameters(&model, search), 2)?))
     }
 
     /// Takes out the curves of a verdict that do not predict these rows.
@@ -327,10 +327,10 @@ mod tests {
         let recordings = [recording];
         let dataset = Dataset::new(&recordings, &model).unwrap();
         let search = Search { removed: &[], only: None, base_terms: 0, zero: false, seed: 1 };
-        let traded = dataset.plain_fit(&model, &dataset.places(&model, search), 0).unwrap();
+        let traded = dataset.plain_fit(&model, &dataset.parameters(&model, search), 0).unwrap();
         let apart = dataset.with_curves_apart(traded, search).unwrap();
         let damping = kinds::number_of(&apart.model.terms[0], "damping_nms_per_rad");
         assert!((damping - 20.0).abs() < 0.5, "{damping} N·m·s/rad");
-        assert!(apart.places.len() > 1, "the damping has no column");
+        assert!(apart.parameters.len() > 1, "the damping has no column");
     }
 }

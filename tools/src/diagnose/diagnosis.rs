@@ -40,7 +40,7 @@ pub struct Diagnosis {
     pub named: f64,
     /// Where the structured residual sits, largest share first; empty when there is no mismatch.
     #[serde(rename = "where")]
-    pub places: Vec<Location>,
+    pub locations: Vec<Location>,
     /// The physics left out, largest share first; empty when there is no mismatch.
     pub effects: Vec<Effect>,
     /// Kinds that these recordings could not have shown.
@@ -65,7 +65,7 @@ impl Diagnosis {
             predictable: 0.0,
             explained: 0.0,
             named: 0.0,
-            places: Vec::new(),
+            locations: Vec::new(),
             effects: Vec::new(),
             undecidable: Vec::new(),
             suggestions: Vec::new(),
@@ -304,7 +304,7 @@ mod tests {
     #[test]
     fn nothing_found_names_nothing() {
         let verdict = Diagnosis::nothing(Unit::Ampere, 0.1, Rms::default(), Heldout::default());
-        assert!(!verdict.mismatch && verdict.effects.is_empty() && verdict.places.is_empty());
+        assert!(!verdict.mismatch && verdict.effects.is_empty() && verdict.locations.is_empty());
         assert_eq!(serde_json::to_value(&verdict).unwrap()["unit"], "a");
         assert_eq!(verdict.false_alarm_rate, FALSE_ALARM_RATE);
     }

@@ -2,7 +2,7 @@
 
 use crate::kinds::experiment::Experiment;
 
-/// What is seen at a place.
+/// What is seen over a coordinate.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Sight {
     /// Waves of these orders of the motor turn.
@@ -11,7 +11,7 @@ pub enum Sight {
     OutputTurn,
     /// A function of this coordinate.
     Along(String),
-    /// A free curve over the place explains this part of what the effect does, 0 to 1.
+    /// A free curve over the coordinate explains this part of what the effect does, 0 to 1.
     FreeCurve(f64),
     /// In another program's words.
     Written(String),

@@ -85,7 +85,7 @@ pub fn is_delay(term: &Term) -> bool {
 
 impl Dataset<'_> {
     /// The free numbers of a model in a search.
-    pub fn places(&self, model: &Model, search: Search<'_>) -> Vec<FreeParameter> {
+    pub fn parameters(&self, model: &Model, search: Search<'_>) -> Vec<FreeParameter> {
         self.free_parameters(model, search.zero)
     }
 
@@ -105,9 +105,9 @@ impl Dataset<'_> {
             let proposal = tried.proposal;
             let start = proposal.applied(&fit.model, &tried.weights);
             let near = tried.gain > WORTH_POLISHING * best || tried.gain > best - NEAR;
-            let places = self.places(&start, search);
+            let free = self.parameters(&start, search);
             let steps = if near { 6 } else { 1 };
-            let polished = self.fit_beside(&start, &places, Some(&tried.noise), steps, Some(fit)).ok()?;
+            let polished = self.fit_beside(&start, &free, Some(&tried.noise), steps, Some(fit)).ok()?;
             // What only trades structure for slow noise explains nothing.
             let worse = dot(&polished.residual, &polished.residual) > DEARER * dot(&fit.residual, &fit.residual);
             if worse || !proposal.accepts_fitted(&polished.model) {
@@ -149,7 +149,7 @@ impl Dataset<'_> {
         let Some([now, late, early]) = self.about_delay(&model, model.terms.len() - 1) else { return 0.0 };
         let smoothed: Vec<f64> =
             (0..now.len()).map(|i| fit.residual[i] - 0.5 * (late[i] + early[i]) + now[i]).collect();
-        let base = fit.of_places();
+        let base = fit.parameter_columns();
         let profile = self.layout().best_profile(&base, &smoothed, &fit.noise);
         fit.minus_two_log_likelihood - profile.minus_two_log_likelihood
     }
@@ -212,7 +212,7 @@ impl Dataset<'_> {
                 }
             }
         }
-        let base = fit.of_places();
+        let base = fit.parameter_columns();
         let profile = |&i: &usize| -> Option<Tried<'p>> {
             let proposal = &proposals[i];
             let mut columns = base.clone();

@@ -15,14 +15,14 @@ use crate::regression::parameters::FreeParameter;
 impl Dataset<'_> {
     /// Where the structure sits: for each effect its own coordinates first, then those of the base model's residual.
     pub(super) fn where_it_sits(&self, verdict: &DiagnosisVerdict) -> Vec<Location> {
-        let mut places: Vec<Location> = Vec::new();
+        let mut locations: Vec<Location> = Vec::new();
         let mut add = |coordinate: &str, share: f64, detail: Sight, seconds: Vec<[f64; 2]>| {
-            if !places.iter().any(|p| p.coordinate == coordinate) {
-                places.push(Location { coordinate: coordinate.to_owned(), share, detail, seconds });
+            if !locations.iter().any(|p| p.coordinate == coordinate) {
+                locations.push(Location { coordinate: coordinate.to_owned(), share, detail, seconds });
             }
         };
         for effect in &verdict.effects {
-            let Some(best) = effect.places.first() else { continue };
+            let Some(best) = effect.curves.first() else { continue };
             let own: Vec<&str> = match effect.name.as_str() {
                 UNKNOWN => vec![best.coordinate],
                 name => coordinates(name),
@@ -31,7 +31,7 @@ impl Dataset<'_> {
                 |gain: f64| (effect.share * (gain / best.gain.max(effect.gain)).clamp(0.0, 1.0)).clamp(0.0, 1.0);
             let stretches = self.seconds(&best.contribution);
             for coordinate in own.iter().take(2) {
-                let gain = effect.places.iter().find(|p| p.coordinate == *coordinate).map_or(effect.gain, |p| p.gain);
+                let gain = effect.curves.iter().find(|p| p.coordinate == *coordinate).map_or(effect.gain, |p| p.gain);
                 add(
                     coordinate,
                     share(gain.max(0.5 * best.gain)),
@@ -39,13 +39,13 @@ impl Dataset<'_> {
                     stretches.clone(),
                 );
             }
-            let others = effect.places.iter().filter(|p| p.net() > STRUCTURE && p.gain > 0.7 * best.gain);
+            let others = effect.curves.iter().filter(|p| p.net() > STRUCTURE && p.gain > 0.7 * best.gain);
             for other in others.take(2) {
                 let sight = Sight::FreeCurve((other.gain / best.gain).min(1.0));
                 add(other.coordinate, share(other.gain), sight, stretches.clone());
             }
         }
-        places
+        locations
     }
 
     /// The stretches of time in which a contribution is strong.
@@ -87,7 +87,7 @@ impl Dataset<'_> {
             for (name, value) in &term_of.values {
                 let key = term_of.info().and_then(|i| i.key(name));
                 let sd_at = |wanted: Option<usize>| {
-                    let at = verdict.extended.places.iter().position(|p| {
+                    let at = verdict.extended.parameters.iter().position(|p| {
                         matches!(p, FreeParameter::Term { term: t, key, index } if *t == term && key.name == name && *index == wanted)
                     });
                     at.and_then(|i| sds[i])
@@ -136,7 +136,7 @@ impl Dataset<'_> {
     }
 }
 
-/// What is seen at a place.
+/// What is seen over a coordinate.
 fn detail(effect: &EffectVerdict, coordinate: &str, verdict: &DiagnosisVerdict) -> Sight {
     let orders = effect.term.and_then(|t| verdict.extended.model.terms[t].values.get("orders"));
     match (coordinate, orders) {
@@ -149,12 +149,12 @@ fn detail(effect: &EffectVerdict, coordinate: &str, verdict: &DiagnosisVerdict) 
 /// The evidence of an effect.
 fn why(effect: &EffectVerdict, term: Option<&Term>) -> Evidence {
     let (share, gain) = (effect.share, effect.gain);
-    let Some(place) = effect.places.first().filter(|_| effect.name == UNKNOWN) else {
+    let Some(curve) = effect.curves.first().filter(|_| effect.name == UNKNOWN) else {
         let is_other = |kind: &String| *kind != effect.name && !effect.equivalents.contains(kind);
         let runner_up = effect.tried.iter().filter(|_| effect.name != UNKNOWN).find(|(kind, ..)| is_other(kind));
         return Evidence::Explains { share, gain, runner_up: runner_up.map(|(kind, gain, _)| (kind.clone(), *gain)) };
     };
-    let coordinate = place.coordinate.to_owned();
+    let coordinate = curve.coordinate.to_owned();
     match (&effect.closest, term.and_then(|t| t.values.get("coordinate"))) {
         (Some(kind), _) => Evidence::Closest { kind: kind.clone(), coordinate },
         (None, Some(TermValue::Text(along))) => Evidence::Curve { coordinate, along: along.clone() },

@@ -121,7 +121,7 @@ impl Dataset<'_> {
             drop(evaluations);
             let mut with = extended.model.clone();
             with.terms.push(curve);
-            let fitted = self.plain_fit(&with, &self.places(&with, search), STEPS)?;
+            let fitted = self.plain_fit(&with, &self.parameters(&with, search), STEPS)?;
             let left = self.rms_of_blocks(&fitted);
             if left.powi(2) > (1.0 - LEAST_CURVE_PART) * least.powi(2) {
                 continue;
@@ -139,7 +139,7 @@ impl Dataset<'_> {
                 term: Some(extended.model.terms.len() - 1),
                 gain,
                 share: 0.0,
-                places: vec![self.curve(coordinate, gain, contribution)],
+                curves: vec![self.curve(coordinate, gain, contribution)],
                 tried: Vec::new(),
                 free_gain: gain,
                 closest: None,
@@ -156,7 +156,7 @@ impl Dataset<'_> {
             base: base.clone(),
             extended,
             effects,
-            places: Vec::new(),
+            curves: Vec::new(),
             rejected,
             noise_part: (selection.free_squares / selection.selected_squares.max(f64::MIN_POSITIVE)).sqrt().min(1.0),
         })
@@ -190,7 +190,7 @@ impl Dataset<'_> {
         if doubtful.is_empty() {
             return Ok(selection);
         }
-        let free = |model: &Model| self.places(model, search);
+        let free = |model: &Model| self.parameters(model, search);
         let model = selection.fit.model.clone();
         let whole = self.fit(&model, &free(&model), None, CONFIRMING_STEPS)?;
         let mut kept = model.clone();
@@ -233,7 +233,7 @@ impl Dataset<'_> {
         let gain = self.in_noise(found.gains.iter().sum(), selection);
         let unknown = naming == Naming::Unknown;
         let equivalents = if unknown { &[][..] } else { &found.equivalents };
-        let places =
+        let curves =
             coordinates(found.kind).into_iter().take(2).map(|c| self.curve(c, gain, contribution.clone())).collect();
         EffectVerdict {
             name: if unknown { UNKNOWN.to_owned() } else { found.kind.to_owned() },
@@ -242,7 +242,7 @@ impl Dataset<'_> {
             term,
             gain,
             share: found.share,
-            places,
+            curves,
             tried: found.tried.iter().map(|(k, s)| ((*k).to_owned(), self.in_noise(*s, selection), 1)).collect(),
             free_gain: gain / found.fidelity.unwrap_or(1.0).max(0.01),
             closest: unknown.then(|| found.kind.to_owned()),

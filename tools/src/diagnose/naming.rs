@@ -14,7 +14,7 @@ use crate::model::{Model, Term, TermValue};
 use crate::numerics::vector::dot;
 use crate::regression::dataset::Dataset;
 use crate::regression::fit::Fitted;
-use crate::regression::predictive::{predictive, usual};
+use crate::regression::predictive::{predictive, trimmed_sum};
 
 /// One effect as it is reported.
 pub struct EffectVerdict {
@@ -31,7 +31,7 @@ pub struct EffectVerdict {
     /// Part of the structured residual power that it explains.
     pub share: f64,
     /// Where it sits, the best coordinate first.
-    pub places: Vec<Curve>,
+    pub curves: Vec<Curve>,
     /// What else was tried in its place: kind, gain, numbers.
     pub tried: Vec<(String, f64, usize)>,
     /// What the best free curve gains in its place, net.
@@ -55,7 +55,7 @@ pub struct DiagnosisVerdict {
     /// What was found, the largest first.
     pub effects: Vec<EffectVerdict>,
     /// Where the residual of the base model sits.
-    pub places: Vec<Curve>,
+    pub curves: Vec<Curve>,
     /// What was tried beside the final model, and found wanting: kind, gain, numbers.
     pub rejected: Vec<(String, f64, usize)>,
     /// The part of the rms that the extended model leaves of which no curve predicts any: noise, as far as can be told.
@@ -98,12 +98,12 @@ impl Dataset<'_> {
         model: &Model,
         search: Search<'r>,
     ) -> Result<(DiagnosisVerdict, Search<'r>), DiagnoseError> {
-        let base = self.settled(self.fit(model, &self.places(model, search), None, 12)?)?;
+        let base = self.or_plain(self.fit(model, &self.parameters(model, search), None, 12)?)?;
         let outcome = self.search(base, search)?;
         let search = Search { zero: outcome.free_zero, ..search };
-        let mut verdict = self.judge(outcome, search)?;
-        verdict.base = self.settled(verdict.base)?;
-        verdict.extended = self.settled(verdict.extended)?;
+        let mut verdict = self.verdict(outcome, search)?;
+        verdict.base = self.or_plain(verdict.base)?;
+        verdict.extended = self.or_plain(verdict.extended)?;
         Ok((verdict, search))
     }
 
@@ -111,9 +111,9 @@ impl Dataset<'_> {
     ///
     /// # Errors
     /// A model that cannot be evaluated.
-    pub fn judge(&self, outcome: Outcome, search: Search<'_>) -> Result<DiagnosisVerdict, DiagnoseError> {
+    pub fn verdict(&self, outcome: Outcome, search: Search<'_>) -> Result<DiagnosisVerdict, DiagnoseError> {
         let Outcome { base, mut extended, effects, rejected, .. } = outcome;
-        let places = self.places_of(&base)?;
+        let curves = self.curves_beside(&base)?;
         let power = |residual: &[f64]| {
             let masked = self.layout().masked(residual);
             masked.iter().map(|r| r * r).sum::<f64>()
@@ -124,7 +124,7 @@ impl Dataset<'_> {
         for effect in effects {
             let kind = extended.model.terms[effect.term].kind.clone();
             let rest = effect.rest;
-            let places = self.places_of(&rest)?;
+            let curves = self.curves_beside(&rest)?;
             let mut tried = effect.alternatives;
             let elements = kinds::elements(&extended.model.terms[effect.term]);
             self.grow(&rest, &mut tried, elements, search)?;
@@ -156,7 +156,7 @@ impl Dataset<'_> {
                 .sum();
             // A curve that lessens the residual much less follows the noise of an angle, not the effect.
             let soft_edge = kinds::of(&kind).and_then(|kind| kind.soft_edge());
-            let mut alike: Vec<&Curve> = places
+            let mut alike: Vec<&Curve> = curves
                 .iter()
                 .filter(|c| !c.coherent && c.part > LEAST_SHARED_PART * own_part && soft_edge != Some(c.coordinate))
                 .collect();
@@ -166,7 +166,7 @@ impl Dataset<'_> {
                 let unexplained = curve.net() - effect.gain + 2.0 * own_parameters as f64;
                 unexplained > STRUCTURE.max(MOST_UNEXPLAINED_PART * curve.gain) && {
                     let left = self.gain_of_columns(&extended, &curve.basis, &extended.noise);
-                    usual(&left) > LEAST_PREDICTED_PART * effect.gain
+                    trimmed_sum(&left) > LEAST_PREDICTED_PART * effect.gain
                         || (unexplained > LEAST_EXCESS_PART * curve.gain && predictive(&left))
                 }
             };
@@ -180,7 +180,7 @@ impl Dataset<'_> {
                 gain: effect.gain,
                 // Told once all effects are known.
                 share: 0.0,
-                places,
+                curves,
                 tried: tried.iter().map(|a| (a.kind.to_owned(), a.gain, a.parameters)).collect(),
                 free_gain,
                 closest: (!named).then_some(kind),
@@ -193,15 +193,15 @@ impl Dataset<'_> {
             let Some(at) = effect.term else { continue };
             let mut without = extended.model.clone();
             without.terms.remove(at);
-            if let Some(fitted) = self.with_curve(&extended, &without, at, &effect.places, search)? {
+            if let Some(fitted) = self.with_curve(&extended, &without, at, &effect.curves, search)? {
                 extended = fitted;
                 effect.closest = None;
-                effect.places = repeated_first(std::mem::take(&mut effect.places), &extended.model.terms[at]);
+                effect.curves = repeated_first(std::mem::take(&mut effect.curves), &extended.model.terms[at]);
             }
         }
         // What an approximation leaves is no further unexplained structure.
         let known = |e: &EffectVerdict| e.name != UNKNOWN || (e.closest.is_none() && e.term.is_some());
-        let mut left = self.places_of(&extended)?;
+        let mut left = self.curves_beside(&extended)?;
         while verdicts.iter().all(known) && verdicts.iter().filter(|e| e.name == UNKNOWN).count() < MOST_UNKNOWN {
             let total = base.minus_two_log_likelihood - extended.minus_two_log_likelihood;
             let Some(unexplained) = self.unexplained(&extended, &left, STRUCTURE.max(MOST_UNEXPLAINED_PART * total))
@@ -226,7 +226,7 @@ impl Dataset<'_> {
                 name: UNKNOWN.to_owned(),
                 equivalents: Vec::new(),
                 confidence: 1.0,
-                places: match term {
+                curves: match term {
                     Some(at) => repeated_first(left, &extended.model.terms[at]),
                     None => left,
                 },
@@ -239,11 +239,11 @@ impl Dataset<'_> {
                 fidelity: None,
                 naming: Naming::Unknown,
             });
-            left = self.places_of(&extended)?;
+            left = self.curves_beside(&extended)?;
         }
         // What a curve still shows in a kind's own coordinate the kind has not explained.
         let strange = verdicts.iter().filter(|e| e.name == UNKNOWN && e.closest.is_none());
-        let strange: Vec<(&str, f64)> = strange.map(|e| (e.places[0].coordinate, e.gain)).collect();
+        let strange: Vec<(&str, f64)> = strange.map(|e| (e.curves[0].coordinate, e.gain)).collect();
         for effect in verdicts.iter_mut().filter(|e| e.name != UNKNOWN) {
             let own = coordinates(&effect.name);
             if strange.iter().any(|(at, gain)| own.contains(at) && *gain > LEAST_EXCESS_PART * effect.gain) {
@@ -265,7 +265,7 @@ impl Dataset<'_> {
         let foreseen = left.iter().filter(|c| !c.coherent && c.is_structure(STRUCTURE) && self.predicts(&extended, c));
         let noise_part = (1.0 - foreseen.map(|c| c.part).fold(0.0, f64::max)).sqrt();
         let rejected = rejected.into_iter().map(|a| (a.kind.to_owned(), a.gain, a.parameters)).collect();
-        Ok(DiagnosisVerdict { mismatch: !effects.is_empty(), base, extended, effects, places, rejected, noise_part })
+        Ok(DiagnosisVerdict { mismatch: !effects.is_empty(), base, extended, effects, curves, rejected, noise_part })
     }
 
     /// Whether what makes a term its kind is there: whether it explains more than special cases of it do.
@@ -283,8 +283,8 @@ impl Dataset<'_> {
             let mut model = extended.model.clone();
             let own = term..term + special.len();
             model.terms.splice(term..=term, special);
-            let places = self.places(&model, search);
-            let fitted = self.fit(&model, &places, Some(&extended.noise), 6)?;
+            let free = self.parameters(&model, search);
+            let fitted = self.fit(&model, &free, Some(&extended.noise), 6)?;
             let special_gain = rest.minus_two_log_likelihood - fitted.minus_two_log_likelihood;
             let sound = fitted.model.terms[own].iter().all(|t| t.check().is_ok() && kinds::positive_where_needed(t));
             if sound && special_gain > gain - CLASS {
@@ -317,7 +317,7 @@ impl Dataset<'_> {
     }
 
     /// Curves over every coordinate beside a fitted model, the best first.
-    pub fn places_of(&self, fit: &Fitted) -> Result<Vec<Curve>, DiagnoseError> {
+    pub fn curves_beside(&self, fit: &Fitted) -> Result<Vec<Curve>, DiagnoseError> {
         let evaluations = self.evaluate(&fit.model)?;
         let see = Coordinates::new(self, &evaluations);
         let curves = nonparametric::curves(self, &see, fit);
@@ -355,18 +355,18 @@ impl Dataset<'_> {
         beside: &Fitted,
         model: &Model,
         at: usize,
-        places: &[Curve],
+        curves: &[Curve],
         search: Search<'_>,
     ) -> Result<Option<Fitted>, DiagnoseError> {
         let evaluations = self.evaluate(model)?;
         let see = Coordinates::new(self, &evaluations);
         let mut best: Option<Fitted> = None;
-        let mut least = self.rms_of_blocks(&self.settled(beside.clone())?);
-        let likely = places.iter().filter(|p| p.net() > WORTH_A_CURVE * places[0].net()).take(CURVES);
+        let mut least = self.rms_of_blocks(&self.or_plain(beside.clone())?);
+        let likely = curves.iter().filter(|p| p.net() > WORTH_A_CURVE * curves[0].net()).take(CURVES);
         for curve in likely.filter_map(|place| curve_term(&see, place.coordinate)) {
             let mut with = model.clone();
             with.terms.insert(at, curve);
-            let fitted = self.settled(self.fit(&with, &self.places(&with, search), None, 4)?)?;
+            let fitted = self.or_plain(self.fit(&with, &self.parameters(&with, search), None, 4)?)?;
             let left = self.rms_of_blocks(&fitted);
             if left < least {
                 (least, best) = (left, Some(fitted));
@@ -386,19 +386,19 @@ fn once(curve: &Curve) -> bool {
 }
 
 /// The coordinates with that of a curve first where the best is seen once only: what repeats is better evidence.
-fn repeated_first(places: Vec<Curve>, curve: &Term) -> Vec<Curve> {
+fn repeated_first(curves: Vec<Curve>, curve: &Term) -> Vec<Curve> {
     match curve.values.get("coordinate") {
-        Some(TermValue::Text(own)) if once(&places[0]) => by_first(places, own),
-        _ => places,
+        Some(TermValue::Text(own)) if once(&curves[0]) => by_first(curves, own),
+        _ => curves,
     }
 }
 
-/// The places with the named one first.
-fn by_first(mut places: Vec<Curve>, coordinate: &str) -> Vec<Curve> {
-    if let Some(at) = places.iter().position(|p| p.coordinate == coordinate) {
-        places[..=at].rotate_right(1);
+/// The curves with the named one first.
+fn by_first(mut curves: Vec<Curve>, coordinate: &str) -> Vec<Curve> {
+    if let Some(at) = curves.iter().position(|p| p.coordinate == coordinate) {
+        curves[..=at].rotate_right(1);
     }
-    places
+    curves
 }
 
 fn elements_of(model: &Model, term: usize) -> usize {

@@ -363,7 +363,7 @@ impl Dataset<'_> {
     /// Every curve beside a fitted model, refitted with it, the best first.
     pub fn locate(&self, fit: &Fitted, curves: &[Curve]) -> Vec<Explained> {
         let layout = self.layout();
-        let base = fit.of_places();
+        let base = fit.parameter_columns();
         let explain = |curve: &Curve| {
             let mut columns = base.clone();
             columns.extend(curve.columns.iter().map(Vec::as_slice));

@@ -40,16 +40,16 @@ impl Dataset<'_> {
     /// A model that cannot be evaluated.
     pub(super) fn among_shapes(&self, fit: Fitted, search: Search<'_>) -> Result<(Fitted, Vec<f64>), DiagnoseError> {
         let mut best = fit;
-        let mut variances = vec![0.0; best.places.len()];
+        let mut variances = vec![0.0; best.parameters.len()];
         for at in search.base_terms..best.model.terms.len() {
             let mut fits = Vec::new();
             for other in other_shapes(&best.model.terms[at]) {
                 let mut model = best.model.clone();
                 model.terms[at] = other;
                 fits.push(if best.plain {
-                    self.plain_fit(&model, &best.places, STEPS)?
+                    self.plain_fit(&model, &best.parameters, STEPS)?
                 } else {
-                    self.fit(&model, &best.places, Some(&best.noise), STEPS)?
+                    self.fit(&model, &best.parameters, Some(&best.noise), STEPS)?
                 });
             }
             fits.push(best);
@@ -58,9 +58,9 @@ impl Dataset<'_> {
             best = fits.remove(0);
             let weights: Vec<f64> = fits.iter().map(|fit| (0.5 * (deviance(&best) - deviance(fit))).exp()).collect();
             let sum = 1.0 + weights.iter().sum::<f64>();
-            for (variance, place) in variances.iter_mut().zip(&best.places) {
-                let own = parameters::value(&best.model, *place);
-                let off = fits.iter().map(|fit| parameters::value(&fit.model, *place) - own);
+            for (variance, parameter) in variances.iter_mut().zip(&best.parameters) {
+                let own = parameters::value(&best.model, *parameter);
+                let off = fits.iter().map(|fit| parameters::value(&fit.model, *parameter) - own);
                 *variance += weights.iter().zip(off).map(|(weight, off)| weight * off * off).sum::<f64>() / sum;
             }
         }

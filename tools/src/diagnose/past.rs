@@ -29,7 +29,7 @@ impl Dataset<'_> {
             columns.pop();
             let mut own = vec![vec![0.0; self.len()]; columns.len()];
             own.iter_mut().zip(&columns).for_each(|(line, column)| line[span.clone()].copy_from_slice(column));
-            let mut columns = fit.of_places();
+            let mut columns = fit.parameter_columns();
             columns.extend(own.iter().map(Vec::as_slice));
             let with = self.layout().best_profile(&columns, &fit.residual, &fit.noise);
             let gain = fit.minus_two_log_likelihood - with.minus_two_log_likelihood;

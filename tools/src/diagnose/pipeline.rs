@@ -85,10 +85,10 @@ pub fn diagnose(
     };
     let given = dataset.centred(&dataset.total(&model)?);
     progress.report("refitting the base model", 0.05);
-    let mut plain = dataset.fit(&model, &dataset.places(&model, search), None, 2)?;
+    let mut plain = dataset.fit(&model, &dataset.parameters(&model, search), None, 2)?;
     dataset.mark_outliers(&plain);
     if dataset.allow_any_past(&plain)? {
-        plain = dataset.fit(&model, &dataset.places(&model, search), None, 2)?;
+        plain = dataset.fit(&model, &dataset.parameters(&model, search), None, 2)?;
     }
     let check = || if progress.cancelled() { Err(DiagnoseError::Cancelled) } else { Ok(()) };
     check()?;
@@ -96,18 +96,18 @@ pub fn diagnose(
     progress.report("searching", 0.15);
     let stride = dataset.len().div_ceil(SEARCH_ROWS);
     let thin = dataset.thinned(stride, &plain.residual);
-    let mut base = thin.plain_fit(&plain.model, &thin.places(&plain.model, search), PLAIN_STEPS)?;
+    let mut base = thin.plain_fit(&plain.model, &thin.parameters(&plain.model, search), PLAIN_STEPS)?;
     let mut selection = thin.select_beside_delays(&base, search)?;
     check()?;
     if selection.friction_of_wrong_sign > WRONG_SIGN {
         let mut other = plain.model.clone();
         other.gear.torque_side = model.gear.torque_side.other();
-        let fit = thin.plain_fit(&other, &thin.places(&other, search), PLAIN_STEPS)?;
+        let fit = thin.plain_fit(&other, &thin.parameters(&other, search), PLAIN_STEPS)?;
         let turned = thin.select_beside_delays(&fit, search)?;
         if turned.objective < selection.objective - LEAST_BETTER {
             suggestions.push(Suggestion::TorqueSide(other.gear.torque_side));
             (base, selection) = (fit, turned);
-            plain = thin.fit(&other, &thin.places(&other, search), None, 2)?;
+            plain = thin.fit(&other, &thin.parameters(&other, search), None, 2)?;
         }
     }
     progress.report("searching", 0.35);
@@ -118,14 +118,14 @@ pub fn diagnose(
         remarks.extend(other_zeros(recordings, &model));
     }
     let undecidable = next_experiment::undecidable(&thin, &verdict, search)?;
-    let places = if verdict.mismatch { thin.where_it_sits(&verdict) } else { Vec::new() };
+    let locations = if verdict.mismatch { thin.where_it_sits(&verdict) } else { Vec::new() };
     progress.report("fitting all rows", 0.8);
     if stride > 1 {
         for fit in [&mut verdict.base, &mut verdict.extended] {
             *fit = if fit.plain {
-                dataset.plain_fit(&fit.model, &fit.places, 3)?
+                dataset.plain_fit(&fit.model, &fit.parameters, 3)?
             } else {
-                dataset.settled(dataset.fit(&fit.model, &fit.places, None, 3)?)?
+                dataset.or_plain(dataset.fit(&fit.model, &fit.parameters, None, 3)?)?
             };
         }
     }
@@ -182,7 +182,7 @@ pub fn diagnose(
         predictable: if verdict.mismatch { selection.predictable().max(explained) } else { explained },
         explained,
         named,
-        places,
+        locations,
         suggestions,
         effects: dataset.effects(&verdict, &variances),
         undecidable,
@@ -268,8 +268,8 @@ fn turns(x: &[f64]) -> Vec<usize> {
     let bend = |w: &[f64]| (w[2 * LAG] - 2.0 * w[LAG] + w[0]).abs();
     let mut bends: Vec<f64> = x.windows(2 * LAG + 1).map(bend).collect();
     let middle = bends.len() / 2;
-    let usual = bends.select_nth_unstable_by(middle, f64::total_cmp).1.max(f64::MIN_POSITIVE);
-    let turned = |w: &[f64]| (w[2 * LAG] - w[LAG]) * (w[LAG] - w[0]) <= 0.0 || bend(w) > 8.0 * usual;
+    let median = bends.select_nth_unstable_by(middle, f64::total_cmp).1.max(f64::MIN_POSITIVE);
+    let turned = |w: &[f64]| (w[2 * LAG] - w[LAG]) * (w[LAG] - w[0]) <= 0.0 || bend(w) > 8.0 * median;
     let rows: Vec<usize> =
         x.windows(2 * LAG + 1).enumerate().filter(|(_, w)| turned(w)).map(|(row, _)| row + LAG).collect();
     if 2 * rows.len() > x.len() { Vec::new() } else { rows }

@@ -75,7 +75,7 @@ impl Dataset<'_> {
             return Ok((base, search));
         }
         let free = Search { zero: true, ..search };
-        let zeroed = self.fit(&base.model, &self.places(&base.model, free), Some(&base.noise), 12)?;
+        let zeroed = self.fit(&base.model, &self.parameters(&base.model, free), Some(&base.noise), 12)?;
         let gain = base.minus_two_log_likelihood - zeroed.minus_two_log_likelihood;
         if gain < self.penalty(1) + MARGIN {
             return Ok((base, search));
@@ -91,8 +91,8 @@ impl Dataset<'_> {
 
     /// An alternative, all its numbers refitted together and its shapes searched by the swarm.
     fn adopted(&self, tried: &Alternative, search: Search<'_>) -> Result<Fitted, DiagnoseError> {
-        let Alternative { fit: Fitted { model, places, noise, .. }, extends, .. } = tried;
-        let fit = self.fit(model, places, Some(noise), 6)?;
+        let Alternative { fit: Fitted { model, parameters, noise, .. }, extends, .. } = tried;
+        let fit = self.fit(model, parameters, Some(noise), 6)?;
         self.reshaped(fit, extends.unwrap_or(model.terms.len() - 1), search.seed)
     }
 
@@ -184,8 +184,8 @@ impl Dataset<'_> {
         while term < extended.model.terms.len() {
             let mut without = extended.model.clone();
             without.terms.remove(term);
-            let places = self.places(&without, search);
-            let rest = self.fit(&without, &places, Some(&extended.noise), 6)?;
+            let free = self.parameters(&without, search);
+            let rest = self.fit(&without, &free, Some(&extended.noise), 6)?;
             let mut gain = rest.minus_two_log_likelihood - extended.minus_two_log_likelihood;
             if is_delay(&extended.model.terms[term]) {
                 gain -= self.smoothing_gain(&rest, &extended.model).max(0.0);

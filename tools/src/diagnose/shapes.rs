@@ -85,7 +85,7 @@ impl Dataset<'_> {
             }
             let mut model = fit.model.clone();
             model.terms[term] = shaped(&best.position);
-            let other = self.fit(&model, &fit.places, Some(&fit.noise), 6)?;
+            let other = self.fit(&model, &fit.parameters, Some(&fit.noise), 6)?;
             let better = other.minus_two_log_likelihood < fit.minus_two_log_likelihood;
             if better && kinds::positive_where_needed(&other.model.terms[term]) {
                 return Ok(other);
@@ -99,8 +99,8 @@ impl Dataset<'_> {
         let fastest =
             self.signal(evaluations, |s| s.velocity_rad_per_s.as_deref()).map_or(f64::INFINITY, |v| largest(&v));
         let time = self.time_s();
-        let shape = |place: FreeParameter| {
-            let FreeParameter::Term { key, index, .. } = place else { return None };
+        let shape = |parameter: FreeParameter| {
+            let FreeParameter::Term { key, index, .. } = parameter else { return None };
             let value = get(&fit.model.terms[term], key, index);
             if key.role != Role::Nonlinear || value == 0.0 {
                 return None;
@@ -138,10 +138,11 @@ impl<'b, 's> Beside<'b, 's> {
         evaluations: &'b [Evaluation<'s>],
     ) -> Result<Self, PredictError> {
         let own = &fit.model.terms[term];
-        let of_term = |place: &FreeParameter| matches!(place, FreeParameter::Term { term: t, .. } if *t == term);
+        let of_term =
+            |parameter: &FreeParameter| matches!(parameter, FreeParameter::Term { term: t, .. } if *t == term);
         let mut others = Basis::default();
         for (k, column) in fit.columns.iter().enumerate() {
-            if !fit.places.get(k).is_some_and(of_term) {
+            if !fit.parameters.get(k).is_some_and(of_term) {
                 others.add(&dataset.layout().whiten(&fit.noise, column));
             }
         }

@@ -33,12 +33,14 @@ impl Dataset<'_> {
         extended: Fitted,
         search: Search<'_>,
     ) -> Result<Fitted, DiagnoseError> {
-        let is_base =
-            |place: &FreeParameter| !matches!(place, FreeParameter::Term { term, .. } if *term >= search.base_terms);
-        let change =
-            |place: &FreeParameter| parameters::value(&extended.model, *place) - parameters::value(model, *place);
-        let is_far = |place: &FreeParameter| is_base(place) && change(place).abs() > FAR * size(model, *place);
-        let moved_far: Vec<usize> = (0..extended.places.len()).filter(|i| is_far(&extended.places[*i])).collect();
+        let is_base = |parameter: &FreeParameter| !matches!(parameter, FreeParameter::Term { term, .. } if *term >= search.base_terms);
+        let change = |parameter: &FreeParameter| {
+            parameters::value(&extended.model, *parameter) - parameters::value(model, *parameter)
+        };
+        let is_far =
+            |parameter: &FreeParameter| is_base(parameter) && change(parameter).abs() > FAR * size(model, *parameter);
+        let moved_far: Vec<usize> =
+            (0..extended.parameters.len()).filter(|i| is_far(&extended.parameters[*i])).collect();
         if extended.model.gear.torque_side != model.gear.torque_side || moved_far.is_empty() {
             return Ok(extended);
         }
@@ -47,7 +49,7 @@ impl Dataset<'_> {
         let blocks = |kept: &[usize]| -> [f64; BLOCKS] {
             let mut left = extended.residual.clone();
             for at in kept {
-                axpy(change(&extended.places[*at]), &extended.columns[*at], &mut left);
+                axpy(change(&extended.parameters[*at]), &extended.columns[*at], &mut left);
             }
             let free: Vec<usize> = (0..extended.columns.len()).filter(|i| !kept.contains(i)).collect();
             gram.error(&gram.targets(&extended.columns, &[left], &counts), &Chosen::plain(&free))
@@ -73,16 +75,16 @@ impl Dataset<'_> {
         }
         let mut start = extended.model.clone();
         for at in &kept {
-            let place = extended.places[*at];
-            parameters::put(&mut start, place, parameters::value(model, place));
+            let parameter = extended.parameters[*at];
+            parameters::put(&mut start, parameter, parameters::value(model, parameter));
         }
-        let free = |at: &usize| !kept.contains(at);
-        let places: Vec<FreeParameter> =
-            (0..extended.places.len()).filter(free).map(|at| extended.places[at]).collect();
+        let stays_free = |at: &usize| !kept.contains(at);
+        let free: Vec<FreeParameter> =
+            (0..extended.parameters.len()).filter(stays_free).map(|at| extended.parameters[at]).collect();
         let unchanged = if extended.plain {
-            self.plain_fit(&start, &places, STEPS)?
+            self.plain_fit(&start, &free, STEPS)?
         } else {
-            self.fit(&start, &places, Some(&extended.noise), STEPS)?
+            self.fit(&start, &free, Some(&extended.noise), STEPS)?
         };
         // Blocks are refitted with every free number; the model itself may be left far off by a likelihood that takes the difference for slow noise.
         let squares = |fit: &Fitted| dot(&fit.residual, &fit.residual);
@@ -90,14 +92,14 @@ impl Dataset<'_> {
         if worse || self.mean_square_of_blocks(&unchanged) > AS_WELL * self.mean_square_of_blocks(&extended) {
             return Ok(extended);
         }
-        let Fitted { places, columns, noise, plain, .. } = extended;
-        Ok(Fitted { places, columns, noise, plain, ..unchanged })
+        let Fitted { parameters, columns, noise, plain, .. } = extended;
+        Ok(Fitted { parameters, columns, noise, plain, ..unchanged })
     }
 }
 
 /// What a number of a model is measured by: an elastic coefficient by what carries the torque of c1 at the rated deflection, others by all numbers of one unit beside it.
-fn size(model: &Model, place: FreeParameter) -> f64 {
-    match place {
+fn size(model: &Model, parameter: FreeParameter) -> f64 {
+    match parameter {
         FreeParameter::Elastic(i) => {
             let rated = model.gear.rated_deflection_rad.unwrap_or(1.0);
             parameters::value(model, FreeParameter::Elastic(0)).abs() / rated.powi(2 * i as i32)
@@ -108,6 +110,6 @@ fn size(model: &Model, place: FreeParameter) -> f64 {
             );
             alike.map(|other| parameters::value(model, other).powi(2)).sum::<f64>().sqrt()
         }
-        FreeParameter::Memory(_) | FreeParameter::Zero => parameters::value(model, place).abs(),
+        FreeParameter::Memory(_) | FreeParameter::Zero => parameters::value(model, parameter).abs(),
     }
 }

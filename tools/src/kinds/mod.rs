@@ -160,7 +160,7 @@ pub trait Kind: Sync {
     }
 
     /// A term whose growing number is `weight`.
-    fn grown(&self, term: &Term, key: &'static KeyInfo, weight: f64) -> Term {
+    fn with_more(&self, term: &Term, key: &'static KeyInfo, weight: f64) -> Term {
         set(term, key, None, weight)
     }
 

@@ -89,7 +89,7 @@ impl Kind for SoftWindup {
     }
 
     /// A catalogue's K1 falls below K3 by `weight`, K2 half as far, and the kinks stay at their deflections.
-    fn grown(&self, term: &Term, key: &'static KeyInfo, weight: f64) -> Term {
+    fn with_more(&self, term: &Term, key: &'static KeyInfo, weight: f64) -> Term {
         if key.name != K1 {
             return set(term, key, None, weight);
         }

@@ -29,13 +29,13 @@ pub trait Descend {
     type Error;
 
     /// What the next step is computed from. The cost may be measured in another way than before, against a noise known better.
-    fn slope(&mut self, at: &mut Self::Point) -> Result<Linearisation, Self::Error>;
+    fn linearise(&mut self, at: &mut Self::Point) -> Result<Linearisation, Self::Error>;
 
     /// The point a step away and its cost; `None` where the problem refuses it.
     fn moved(&mut self, at: &Self::Point, step: &[f64]) -> Option<(Self::Point, f64)>;
 
     /// Whether a step that gained so much, and left `cost`, was the last.
-    fn settled(&self, gain: f64, cost: f64) -> bool;
+    fn is_converged(&self, gain: f64, cost: f64) -> bool;
 }
 
 /// How far a descent goes.
@@ -64,7 +64,7 @@ const ROUNDING: f64 = 1e-14;
 /// Goes down from a point.
 ///
 /// # Errors
-/// As [`Descend::slope`].
+/// As [`Descend::linearise`].
 pub fn descend<D: Descend>(
     problem: &mut D,
     mut at: D::Point,
@@ -76,7 +76,7 @@ pub fn descend<D: Descend>(
         if progress.cancelled() {
             return Ok((at, Stop::Cancelled));
         }
-        let Linearisation { reduced, norms, room, cost } = problem.slope(&mut at)?;
+        let Linearisation { reduced, norms, room, cost } = problem.linearise(&mut at)?;
         let left = reduced.norm(norms.len()).powi(2);
         let first = damping_index;
         let (next, after) = loop {
@@ -93,7 +93,7 @@ pub fn descend<D: Descend>(
         };
         damping_index = if damping_index == first { damping_index.saturating_sub(1) } else { damping_index };
         at = next;
-        if problem.settled(cost - after, after) {
+        if problem.is_converged(cost - after, after) {
             return Ok((at, Stop::Converged));
         }
     }
@@ -119,7 +119,7 @@ mod tests {
         type Point = [f64; 2];
         type Error = ();
 
-        fn slope(&mut self, &mut [x, y]: &mut [f64; 2]) -> Result<Linearisation, ()> {
+        fn linearise(&mut self, &mut [x, y]: &mut [f64; 2]) -> Result<Linearisation, ()> {
             let rows = [vec![-20.0 * x, 10.0, -10.0 * (y - x * x)], vec![-1.0, 0.0, -(1.0 - x)]];
             let reduced = factor_of_rows(&rows);
             let norms = vec![reduced.norm(0), reduced.norm(1)];
@@ -134,7 +134,7 @@ mod tests {
             Some(([x, y], cost(x, y)))
         }
 
-        fn settled(&self, gain: f64, cost: f64) -> bool {
+        fn is_converged(&self, gain: f64, cost: f64) -> bool {
             gain <= 1e-12 * cost
         }
     }

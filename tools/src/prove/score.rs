@@ -82,7 +82,7 @@ impl ParameterScore {
 
 impl CaseScore {
     /// Judges names, places and parameters.
-    pub fn judge(&mut self, key: &Key, diagnosis: &Diagnosis) {
+    pub fn count(&mut self, key: &Key, diagnosis: &Diagnosis) {
         self.set_key(key);
         self.mismatch = diagnosis.mismatch;
         // A plant whose model is not the base model's does differ from it.
@@ -201,7 +201,7 @@ fn part_of(pairs: &[(&HiddenEffect, &Effect)], effect: &Effect) -> bool {
 fn located(key: &Key, hidden: &HiddenEffect, diagnosis: &Diagnosis) -> bool {
     let twins = hidden.class.iter().flat_map(|k| super::generator::coordinates(k).iter().copied());
     let accepted: Vec<&str> = hidden.coordinates.iter().map(String::as_str).chain(twins).collect();
-    diagnosis.places.iter().take(2 * key.effects.len()).any(|p| accepted.contains(&p.coordinate.as_str()))
+    diagnosis.locations.iter().take(2 * key.effects.len()).any(|p| accepted.contains(&p.coordinate.as_str()))
 }
 
 fn parameters(hidden: &HiddenEffect, found: &Effect) -> Vec<ParameterScore> {

@@ -105,7 +105,7 @@ fn judged(
     match answered {
         _ if case.key.sha256() != hash => score.judge_failure(&case.key, "its key is not the sealed one".to_owned()),
         Ok(answer) => {
-            score.judge(&case.key, &answer.diagnosis);
+            score.count(&case.key, &answer.diagnosis);
             score.judge_prediction(case, &answer.unseen);
         }
         Err(why) => score.judge_failure(&case.key, why),

@@ -110,8 +110,8 @@ impl<'a> Dataset<'a> {
     }
 
     /// The highest value of a free number, beside the bounds of its kind.
-    pub fn highest(&self, place: FreeParameter) -> f64 {
-        let FreeParameter::Term { term, key, .. } = place else { return f64::INFINITY };
+    pub fn highest(&self, parameter: FreeParameter) -> f64 {
+        let FreeParameter::Term { term, key, .. } = parameter else { return f64::INFINITY };
         let own = self.highest_smoothings.iter().find(|(at, _)| *at == term && key.name == kinds::SMOOTHING);
         own.map_or(f64::INFINITY, |(_, highest)| *highest)
     }

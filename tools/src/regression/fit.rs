@@ -21,7 +21,7 @@ pub struct Fitted {
     /// The model.
     pub model: Model,
     /// Its free numbers.
-    pub places: Vec<FreeParameter>,
+    pub parameters: Vec<FreeParameter>,
     /// Target less model less offset.
     pub residual: Vec<f64>,
     /// The change of the torque with each free number, then with the offset of each recording.
@@ -46,20 +46,20 @@ impl Dataset<'_> {
         parameters::free(model, zero)
     }
 
-    /// The change of the torque with a place of a model that was evaluated.
+    /// The change of the torque with a parameter of a model that was evaluated.
     ///
     /// # Errors
     /// A model that cannot be evaluated.
     pub fn derivative(
         &self,
         model: &Model,
-        place: FreeParameter,
+        parameter: FreeParameter,
         evaluations: &[Evaluation<'_>],
     ) -> Result<Vec<f64>, PredictError> {
         let mut line = Vec::with_capacity(self.len());
         for (index, evaluation) in evaluations.iter().enumerate() {
             let total = |moved: &Model| Ok(self.evaluate_one(moved, index)?.total().to_vec());
-            line.extend(self.looked_at(&parameters::derivative(model, place, evaluation, total)?));
+            line.extend(self.looked_at(&parameters::derivative(model, parameter, evaluation, total)?));
         }
         Ok(line)
     }
@@ -85,11 +85,11 @@ impl Dataset<'_> {
     pub fn fit(
         &self,
         model: &Model,
-        places: &[FreeParameter],
+        free: &[FreeParameter],
         noise: Option<&[Noise]>,
         most_steps: usize,
     ) -> Result<Fitted, EstimateError> {
-        self.fit_beside(model, places, noise, most_steps, None)
+        self.fit_beside(model, free, noise, most_steps, None)
     }
 
     /// [`fit`](Self::fit), where the change of the torque with the numbers of a model fitted before stays what it was.
@@ -99,32 +99,32 @@ impl Dataset<'_> {
     pub fn fit_beside(
         &self,
         model: &Model,
-        places: &[FreeParameter],
+        free: &[FreeParameter],
         noise: Option<&[Noise]>,
         most_steps: usize,
         beside: Option<&Fitted>,
     ) -> Result<Fitted, EstimateError> {
         if noise.is_some() {
-            return self.fit_from(model, places, noise, most_steps, beside);
+            return self.fit_from(model, free, noise, most_steps, beside);
         }
-        let white = self.descend(model, places, None, WHITE_STEPS, beside)?;
-        self.descend(&white.model, places, Some(&white.noise), most_steps, beside)
+        let white = self.descend(model, free, None, WHITE_STEPS, beside)?;
+        self.descend(&white.model, free, Some(&white.noise), most_steps, beside)
     }
 
     /// [`fit`](Self::fit) from a first guess of the noise, and from white noise where that ends better.
     fn fit_from(
         &self,
         model: &Model,
-        places: &[FreeParameter],
+        free: &[FreeParameter],
         noise: Option<&[Noise]>,
         most_steps: usize,
         beside: Option<&Fitted>,
     ) -> Result<Fitted, EstimateError> {
-        let direct = self.descend(model, places, noise, most_steps, beside)?;
+        let direct = self.descend(model, free, noise, most_steps, beside)?;
         if most_steps < WHITE_STEPS {
             return Ok(direct);
         }
-        let white = self.fit_beside(model, places, None, most_steps, beside)?;
+        let white = self.fit_beside(model, free, None, most_steps, beside)?;
         let better = white.minus_two_log_likelihood < direct.minus_two_log_likelihood;
         let drifted = dot(&direct.residual, &direct.residual) > ASTRAY * dot(&white.residual, &white.residual);
         // Either is a point of the same model, so the better likelihood is the model's.
@@ -137,8 +137,8 @@ impl Dataset<'_> {
     ///
     /// # Errors
     /// A model that cannot be evaluated.
-    pub fn settled(&self, fit: Fitted) -> Result<Fitted, EstimateError> {
-        let plain = self.descend(&fit.model, &fit.places, None, PLAIN_STEPS, None)?;
+    pub fn or_plain(&self, fit: Fitted) -> Result<Fitted, EstimateError> {
+        let plain = self.descend(&fit.model, &fit.parameters, None, PLAIN_STEPS, None)?;
         Ok(if self.rms_of_blocks(&plain) < CLEARLY * self.rms_of_blocks(&fit) { plain } else { fit })
     }
 
@@ -146,20 +146,15 @@ impl Dataset<'_> {
     ///
     /// # Errors
     /// A model that cannot be evaluated.
-    pub fn plain_fit(
-        &self,
-        model: &Model,
-        places: &[FreeParameter],
-        most_steps: usize,
-    ) -> Result<Fitted, EstimateError> {
-        self.descend(model, places, None, most_steps, None)
+    pub fn plain_fit(&self, model: &Model, free: &[FreeParameter], most_steps: usize) -> Result<Fitted, EstimateError> {
+        self.descend(model, free, None, most_steps, None)
     }
 
     /// Goes down against `noise`, fitted anew before each step; without it against white noise to the end.
     fn descend(
         &self,
         model: &Model,
-        places: &[FreeParameter],
+        free: &[FreeParameter],
         noise: Option<&[Noise]>,
         most_steps: usize,
         beside: Option<&Fitted>,
@@ -167,7 +162,7 @@ impl Dataset<'_> {
         let layout = self.layout();
         let plain = noise.is_none();
         let weights = noise.map_or(Weights::White, |noise| Weights::Coloured(noise.to_vec()));
-        let (mut projection, from) = VariableProjection::start(self, model, places, weights, beside, most_steps)?;
+        let (mut projection, from) = VariableProjection::start(self, model, free, weights, beside, most_steps)?;
         let schedule = projection.schedule();
         let (mut iterate, _) = descend(&mut projection, from, schedule, &())?;
         let mut columns = projection.columns(&mut iterate)?;
@@ -177,7 +172,7 @@ impl Dataset<'_> {
         let minus_two_log_likelihood = layout.minus_two_log_likelihood(&noise, &residual);
         Ok(Fitted {
             model: iterate.model,
-            places: places.to_vec(),
+            parameters: free.to_vec(),
             residual,
             columns,
             noise,
@@ -206,7 +201,7 @@ const WHITE_STEPS: usize = 4;
 
 impl Fitted {
     /// The change of the torque with each free number, without the nuisances.
-    pub fn of_places(&self) -> Vec<&[f64]> {
-        self.columns[..self.places.len()].iter().map(Vec::as_slice).collect()
+    pub fn parameter_columns(&self) -> Vec<&[f64]> {
+        self.columns[..self.parameters.len()].iter().map(Vec::as_slice).collect()
     }
 }

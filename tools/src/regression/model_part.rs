@@ -49,23 +49,25 @@ impl<'a> ModelPart<'a> {
         let speeds = recordings.iter().filter_map(|(_, signals)| signals.velocity_rad_per_s.as_deref());
         let fastest = speeds.map(largest).fold(0.0, f64::max);
         let together = linear_together(model, free);
-        let of = |linear: bool| free.iter().zip(&together).filter(move |(_, l)| **l == linear).map(|(place, _)| *place);
+        let of = |linear: bool| {
+            free.iter().zip(&together).filter(move |(_, l)| **l == linear).map(|(parameter, _)| *parameter)
+        };
         let (linear, moving): (Vec<_>, Vec<_>) = (of(true).collect(), of(false).collect());
-        let column = |&place: &FreeParameter| {
-            let (name, unit) = parameters::named(model, place);
-            let bounded = parameters::bounds(model, place).0 >= 0.0 || parameters::resists(model, place);
+        let column = |&parameter: &FreeParameter| {
+            let (name, unit) = parameters::named(model, parameter);
+            let bounded = parameters::bounds(model, parameter).0 >= 0.0 || parameters::resists(model, parameter);
             let bound = if bounded { Bound::NonNegative } else { Bound::Free };
             Column { name, unit, ..Column::of_gear("", "", bound) }
         };
-        let nonlinear = |&place: &FreeParameter| {
-            let (name, unit) = parameters::named(model, place);
-            let (mut low, mut high) = parameters::bounds(model, place);
-            let value = parameters::value(model, place);
-            if matches!(place, FreeParameter::Term { key, .. } if key.name == kinds::SMOOTHING) {
+        let nonlinear = |&parameter: &FreeParameter| {
+            let (name, unit) = parameters::named(model, parameter);
+            let (mut low, mut high) = parameters::bounds(model, parameter);
+            let value = parameters::value(model, parameter);
+            if matches!(parameter, FreeParameter::Term { key, .. } if key.name == kinds::SMOOTHING) {
                 // Beyond the fastest movement, smoothed friction is viscous.
                 (low, high) = (value.min(SHARPEST * fastest), value.max(fastest));
             }
-            let reach = REACH * parameters::step(model, place);
+            let reach = REACH * parameters::step(model, parameter);
             Nonlinear { name, unit, low: low.max(value - reach), high: high.min(value + reach), smooth: true }
         };
         let columns = linear.iter().map(column).chain([Column::known()]).collect();
@@ -79,7 +81,7 @@ impl<'a> ModelPart<'a> {
 
     /// The nonlinear parameters of the model that it began with.
     pub fn start_values(&self) -> Vec<f64> {
-        self.moving.iter().map(|place| parameters::value(&self.model, *place)).collect()
+        self.moving.iter().map(|parameter| parameters::value(&self.model, *parameter)).collect()
     }
 
     /// The model of given parameters.
@@ -90,7 +92,7 @@ impl<'a> ModelPart<'a> {
     fn with(&self, nonlinear: &[f64], linear: &[f64]) -> Model {
         let mut model = self.model.clone();
         let values = self.moving.iter().zip(nonlinear).chain(self.linear.iter().zip(linear));
-        values.for_each(|(place, value)| parameters::put_freely(&mut model, *place, *value));
+        values.for_each(|(parameter, value)| parameters::put_freely(&mut model, *parameter, *value));
         model
     }
 
@@ -117,11 +119,11 @@ impl<'a> ModelPart<'a> {
         let model = self.with(nonlinear, &[]);
         let evaluation = self.evaluate(&model, index)?;
         let total = |model: &Model| self.evaluate(model, index).map(|evaluation| evaluation.total().to_vec());
-        let column = |place: &FreeParameter| parameters::derivative(&model, *place, &evaluation, total);
+        let column = |parameter: &FreeParameter| parameters::derivative(&model, *parameter, &evaluation, total);
         let mut columns: Vec<Vec<f64>> = self.linear.iter().map(column).collect::<Result<_, _>>()?;
         let mut known = evaluation.total().to_vec();
-        for (place, column) in self.linear.iter().zip(&columns) {
-            let value = parameters::value(&model, *place);
+        for (parameter, column) in self.linear.iter().zip(&columns) {
+            let value = parameters::value(&model, *parameter);
             known.iter_mut().zip(column).for_each(|(known, x)| *known -= value * x);
         }
         columns.push(known);

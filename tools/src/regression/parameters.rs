@@ -40,14 +40,14 @@ pub enum FreeParameter {
 
 /// The free numbers of the gear; the zero of the deflection is apart.
 pub fn of_gear(model: &Model) -> Vec<FreeParameter> {
-    let mut places = Vec::new();
+    let mut free = Vec::new();
     if model.elastic.is_some() {
-        places.extend((0..3).map(FreeParameter::Elastic));
+        free.extend((0..3).map(FreeParameter::Elastic));
     }
     if model.memory.is_some() {
-        places.extend((0..2).map(FreeParameter::Memory));
+        free.extend((0..2).map(FreeParameter::Memory));
     }
-    places
+    free
 }
 
 /// The free numbers of a model. `zero` frees the zero of the deflection.
@@ -71,8 +71,8 @@ pub fn of_term(model: &Model, term: usize) -> Vec<FreeParameter> {
         is_number && !is_fixed(key) && key.belongs_to(shape) && model.terms[term].values.contains_key(key.name)
     };
     // A whole order is that of a mechanism, not a number to be fitted.
-    let whole = |place: &FreeParameter| match place {
-        FreeParameter::Term { key, .. } if key.name == ORDERS => value(model, *place).fract() == 0.0,
+    let whole = |parameter: &FreeParameter| match parameter {
+        FreeParameter::Term { key, .. } if key.name == ORDERS => value(model, *parameter).fract() == 0.0,
         _ => false,
     };
     info.keys
@@ -84,13 +84,13 @@ pub fn of_term(model: &Model, term: usize) -> Vec<FreeParameter> {
             }
             _ => vec![FreeParameter::Term { term, key, index: None }],
         })
-        .filter(|place| !whole(place))
+        .filter(|parameter| !whole(parameter))
         .collect()
 }
 
-/// The value at a place.
-pub fn value(model: &Model, place: FreeParameter) -> f64 {
-    match place {
+/// The value at a parameter.
+pub fn value(model: &Model, parameter: FreeParameter) -> f64 {
+    match parameter {
         FreeParameter::Elastic(i) => {
             model.elastic.map_or(0.0, |c| [c.c1_nm_per_rad, c.c2_nm_per_rad3, c.c3_nm_per_rad5][i])
         }
@@ -105,21 +105,21 @@ pub fn value(model: &Model, place: FreeParameter) -> f64 {
     }
 }
 
-/// Sets a place, within what it accepts.
-pub fn put(model: &mut Model, place: FreeParameter, value: f64) {
-    let value = match place {
+/// Sets a parameter, within what it accepts.
+pub fn put(model: &mut Model, parameter: FreeParameter, value: f64) {
+    let value = match parameter {
         FreeParameter::Term { .. } => {
-            let (low, high) = bounds(model, place);
+            let (low, high) = bounds(model, parameter);
             value.clamp(low, high)
         }
         _ => value,
     };
-    put_freely(model, place, value);
+    put_freely(model, parameter, value);
 }
 
-/// Sets a place to whatever a search that keeps bounds of its own has found.
-pub fn put_freely(model: &mut Model, place: FreeParameter, value: f64) {
-    match place {
+/// Sets a parameter to whatever a search that keeps bounds of its own has found.
+pub fn put_freely(model: &mut Model, parameter: FreeParameter, value: f64) {
+    match parameter {
         FreeParameter::Elastic(i) => {
             if let Some(c) = &mut model.elastic {
                 *[&mut c.c1_nm_per_rad, &mut c.c2_nm_per_rad3, &mut c.c3_nm_per_rad5][i] = value;
@@ -147,15 +147,15 @@ pub fn put_freely(model: &mut Model, place: FreeParameter, value: f64) {
     }
 }
 
-/// How far a place may be lowered: the difference to its lowest value, not above 0.
-pub fn room(model: &Model, place: FreeParameter) -> f64 {
-    (bounds(model, place).0 - value(model, place)).min(0.0)
+/// How far a parameter may be lowered: the difference to its lowest value, not above 0.
+pub fn room(model: &Model, parameter: FreeParameter) -> f64 {
+    (bounds(model, parameter).0 - value(model, parameter)).min(0.0)
 }
 
-/// The bounds of a place.
-pub fn bounds(model: &Model, place: FreeParameter) -> (f64, f64) {
+/// The bounds of a parameter.
+pub fn bounds(model: &Model, parameter: FreeParameter) -> (f64, f64) {
     let open = (f64::NEG_INFINITY, f64::INFINITY);
-    match place {
+    match parameter {
         FreeParameter::Memory(_) => (0.0, f64::INFINITY),
         FreeParameter::Term { term, key, index } => {
             let own = &model.terms[term];
@@ -169,18 +169,18 @@ pub fn bounds(model: &Model, place: FreeParameter) -> (f64, f64) {
 const LEAST_STEP: f64 = 1.5e-8;
 
 /// How far from the value a derivative is taken on both sides.
-pub fn step(model: &Model, place: FreeParameter) -> f64 {
-    usual_step(model, place).max(LEAST_STEP * value(model, place).abs())
+pub fn step(model: &Model, parameter: FreeParameter) -> f64 {
+    usual_step(model, parameter).max(LEAST_STEP * value(model, parameter).abs())
 }
 
 /// What would show in the torque of a plausible gear.
-fn usual_step(model: &Model, place: FreeParameter) -> f64 {
+fn usual_step(model: &Model, parameter: FreeParameter) -> f64 {
     let rated = model.gear.rated_deflection_rad.unwrap_or(1.0);
     let stiffness = model.elastic.map_or(1.0, |c| c.c1_nm_per_rad.abs().max(1e-9));
-    match place {
+    match parameter {
         FreeParameter::Elastic(i) => 1e-3 * stiffness / rated.powi(2 * i as i32),
         FreeParameter::Memory(i) if model.memory.is_some_and(|m| m.law == Law::Time) => {
-            let value = value(model, place).abs();
+            let value = value(model, parameter).abs();
             if i == 0 { 1e-3 * value.max(1e-6 * stiffness) } else { 1e-4 * value.max(1e-6) }
         }
         FreeParameter::Memory(_) => 1e-3 * stiffness,
@@ -198,14 +198,14 @@ fn usual_step(model: &Model, place: FreeParameter) -> f64 {
 }
 
 /// The two values at which a derivative is taken.
-pub fn sides(model: &Model, place: FreeParameter) -> (f64, f64) {
-    let (value, step) = (value(model, place), step(model, place));
-    ((value - step).max(bounds(model, place).0), value + step)
+pub fn sides(model: &Model, parameter: FreeParameter) -> (f64, f64) {
+    let (value, step) = (value(model, parameter), step(model, parameter));
+    ((value - step).max(bounds(model, parameter).0), value + step)
 }
 
-/// Whether the torque is linear in a place while the others stay.
-pub fn is_linear(model: &Model, place: FreeParameter) -> bool {
-    match place {
+/// Whether the torque is linear in a parameter while the others stay.
+pub fn is_linear(model: &Model, parameter: FreeParameter) -> bool {
+    match parameter {
         FreeParameter::Elastic(_) => true,
         FreeParameter::Memory(i) => match model.memory.map(|m| m.law) {
             Some(Law::Masing) => true,
@@ -213,65 +213,67 @@ pub fn is_linear(model: &Model, place: FreeParameter) -> bool {
             _ => false,
         },
         FreeParameter::Zero => false,
-        FreeParameter::Term { key, .. } => key.role == Role::Linear && domain(model, place) != Some(Domain::Deflection),
+        FreeParameter::Term { key, .. } => {
+            key.role == Role::Linear && domain(model, parameter) != Some(Domain::Deflection)
+        }
     }
 }
 
-/// Which of the places the torque is linear in, all of them together.
-pub fn linear_together(model: &Model, places: &[FreeParameter]) -> Vec<bool> {
+/// Which of the parameters the torque is linear in, all of them together.
+pub fn linear_together(model: &Model, free: &[FreeParameter]) -> Vec<bool> {
     let followed = model.terms.iter().any(Term::follows_base);
     // T_base is the gear's torque, or the load of a joint without one.
-    let of_base = |place: FreeParameter| match place {
-        FreeParameter::Term { .. } => model.elastic.is_none() && domain(model, place) == Some(Domain::Load),
+    let of_base = |parameter: FreeParameter| match parameter {
+        FreeParameter::Term { .. } => model.elastic.is_none() && domain(model, parameter) == Some(Domain::Load),
         _ => true,
     };
-    places.iter().map(|&place| is_linear(model, place) && !(followed && of_base(place))).collect()
+    free.iter().map(|&parameter| is_linear(model, parameter) && !(followed && of_base(parameter))).collect()
 }
 
-/// Where the term of a place acts.
-pub fn domain(model: &Model, place: FreeParameter) -> Option<Domain> {
-    match place {
+/// Where the term of a parameter acts.
+pub fn domain(model: &Model, parameter: FreeParameter) -> Option<Domain> {
+    match parameter {
         FreeParameter::Term { term, .. } => model.terms[term].info().map(|info| info.domain),
         _ => None,
     }
 }
 
-/// The change of the torque with a place of a model that was evaluated on a recording; `total` is the torque of another model there.
+/// The change of the torque with a parameter of a model that was evaluated on a recording; `total` is the torque of another model there.
 ///
 /// # Errors
 /// A model that cannot be evaluated.
 pub fn derivative(
     model: &Model,
-    place: FreeParameter,
+    parameter: FreeParameter,
     evaluation: &Evaluation<'_>,
     total: impl Fn(&Model) -> Result<Vec<f64>, PredictError>,
 ) -> Result<Vec<f64>, PredictError> {
-    if let FreeParameter::Term { term, key, index } = place
-        && is_linear(model, place)
+    if let FreeParameter::Term { term, key, index } = parameter
+        && is_linear(model, parameter)
         && let Some(unit) = evaluation.unit_part(&model.terms[term], key, index)?
     {
         return Ok(unit);
     }
-    let now = value(model, place);
+    let now = value(model, parameter);
     let at = |to: f64| {
         let mut moved = model.clone();
-        put(&mut moved, place, to);
-        if let FreeParameter::Term { term, .. } = place
+        put(&mut moved, parameter, to);
+        if let FreeParameter::Term { term, .. } = parameter
             && let Some(part) = evaluation.part(&moved.terms[term])?
         {
             return Ok(part);
         }
-        if value(&moved, place) == now { Ok(evaluation.total().to_vec()) } else { total(&moved) }
+        if value(&moved, parameter) == now { Ok(evaluation.total().to_vec()) } else { total(&moved) }
     };
-    let (low, high) = sides(model, place);
-    let low = if is_linear(model, place) { now } else { low };
+    let (low, high) = sides(model, parameter);
+    let low = if is_linear(model, parameter) { now } else { low };
     let (above, below) = (at(high)?, at(low)?);
     Ok(above.iter().zip(&below).map(|(a, b)| (a - b) / (high - low)).collect())
 }
 
-/// Whether a place of a joint's model resists motion: friction and inertia have a sign.
-pub fn resists(model: &Model, place: FreeParameter) -> bool {
-    matches!(place, FreeParameter::Term { key, .. } if model.elastic.is_none() && key.plausible.0 >= 0.0)
+/// Whether a parameter of a joint's model resists motion: friction and inertia have a sign.
+pub fn resists(model: &Model, parameter: FreeParameter) -> bool {
+    matches!(parameter, FreeParameter::Term { key, .. } if model.elastic.is_none() && key.plausible.0 >= 0.0)
 }
 
 /// The name of a free number, as in the model file, and its unit. A term's follows its kind, a second of its kind is numbered, and so are the numbers of lists.
@@ -326,14 +328,14 @@ mod tests {
             omega_per_s = 200.0
 "#;
         let model = parse("gear.toml", &format!("{text}{STRIBECK}")).unwrap();
-        let places = of_gear(&model).into_iter().chain([FreeParameter::Zero]).chain(of_term(&model, 0));
-        for place in places {
+        let free = of_gear(&model).into_iter().chain([FreeParameter::Zero]).chain(of_term(&model, 0));
+        for parameter in free {
             for size in [1.0, 1e16, 1e28] {
-                let mut grown = model.clone();
-                put(&mut grown, place, size * value(&model, place).max(1.0));
-                let (low, high) = sides(&grown, place);
-                let at = value(&grown, place);
-                assert!(low < high && at < high, "{place:?} {size:e}: {low:e} {at:e} {high:e}");
+                let mut scaled = model.clone();
+                put(&mut scaled, parameter, size * value(&model, parameter).max(1.0));
+                let (low, high) = sides(&scaled, parameter);
+                let at = value(&scaled, parameter);
+                assert!(low < high && at < high, "{parameter:?} {size:e}: {low:e} {at:e} {high:e}");
             }
         }
     }
@@ -352,7 +354,7 @@ mod tests {
         let mut alone = beside.clone();
         alone.terms.truncate(1);
         let keys = |model: &Model| -> Vec<&str> {
-            let key = |place| if let FreeParameter::Term { key, .. } = place { Some(key.name) } else { None };
+            let key = |parameter| if let FreeParameter::Term { key, .. } = parameter { Some(key.name) } else { None };
             of_term(model, 0).into_iter().filter_map(key).collect()
         };
         let (all, own) = (keys(&alone), keys(&beside));

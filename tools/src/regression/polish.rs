@@ -70,7 +70,7 @@ impl Descend for Projected<'_> {
     type Point = Polished;
     type Error = Infallible;
 
-    fn slope(&mut self, at: &mut Polished) -> Result<Linearisation, Infallible> {
+    fn linearise(&mut self, at: &mut Polished) -> Result<Linearisation, Infallible> {
         self.evaluations += 2;
         let tangent = Tangent { parameters: &self.smooth, linear: &at.linear };
         let system = self.problem.factor(&at.nonlinear, Some(tangent), self.sweep).combine(|_, _| true);
@@ -101,7 +101,7 @@ impl Descend for Projected<'_> {
         Some((next, rss))
     }
 
-    fn settled(&self, gain: f64, cost: f64) -> bool {
+    fn is_converged(&self, gain: f64, cost: f64) -> bool {
         gain <= SETTLED * cost
     }
 }

@@ -19,7 +19,7 @@ const PREDICTS: f64 = 40.0;
 const SHOWS: f64 = 10.0;
 
 /// The gain of all blocks but the one that gains most and the one that loses most: what shows once is luck, what fails once may be a start or a stop.
-pub fn usual(gains: &[f64]) -> f64 {
+pub fn trimmed_sum(gains: &[f64]) -> f64 {
     let (most, least) = gains.iter().fold((0.0_f64, 0.0_f64), |(most, least), g| (most.max(*g), least.min(*g)));
     gains.iter().sum::<f64>() - most - least
 }
@@ -27,7 +27,7 @@ pub fn usual(gains: &[f64]) -> f64 {
 /// Whether the gains of blocks are those of something that was there in most of those in which it shows at all.
 pub fn predictive(gains: &[f64]) -> bool {
     let shows = |sign: f64| gains.iter().filter(|g| sign * **g > SHOWS).count();
-    shows(1.0) > shows(-1.0) && shows(1.0) > 1 && usual(gains) > PREDICTS
+    shows(1.0) > shows(-1.0) && shows(1.0) > 1 && trimmed_sum(gains) > PREDICTS
 }
 
 impl Dataset<'_> {
@@ -48,7 +48,7 @@ impl Dataset<'_> {
 
     /// Root mean square of blocks, each predicted by a fit to the others.
     pub fn rms_of_blocks(&self, fit: &Fitted) -> f64 {
-        let (left, _) = self.left_of_blocks(&fit.of_places(), &fit.residual, &self.weights(fit));
+        let (left, _) = self.left_of_blocks(&fit.parameter_columns(), &fit.residual, &self.weights(fit));
         let left = self.layout().masked(&left);
         (dot(&left, &left) / self.counted().max(1) as f64).sqrt()
     }
@@ -60,13 +60,13 @@ impl Dataset<'_> {
 
     /// By how much a fit predicts each block better than another does, in squares of a noise.
     pub fn gain_of_blocks(&self, with: &Fitted, without: &Fitted, noise: &[Noise]) -> Vec<f64> {
-        let squares = |fit: &Fitted| self.squares_of_blocks(&fit.of_places(), &fit.residual, noise);
+        let squares = |fit: &Fitted| self.squares_of_blocks(&fit.parameter_columns(), &fit.residual, noise);
         squares(without).iter().zip(squares(with)).map(|(a, b)| a - b).collect()
     }
 
     /// By how much columns beside a fit predict each block better than the fit alone, in squares of a noise.
     pub fn gain_of_columns(&self, fit: &Fitted, columns: &[Vec<f64>], noise: &[Noise]) -> Vec<f64> {
-        let mut all = fit.of_places();
+        let mut all = fit.parameter_columns();
         let without = self.squares_of_blocks(&all, &fit.residual, noise);
         all.extend(columns.iter().map(Vec::as_slice));
         let with = self.squares_of_blocks(&all, &fit.residual, noise);
@@ -89,13 +89,14 @@ impl Dataset<'_> {
     /// Standard deviation of each free number given all others free; `None` where the recordings do not tell it from others. The larger of what the noise says
     /// and of the scatter over blocks (jackknife), which knows nothing of the noise; of a plain fit the latter alone.
     pub fn standard_deviations(&self, fit: &Fitted) -> Vec<Option<f64>> {
-        let (_, moves) = self.left_of_blocks(&fit.of_places(), &fit.residual, &self.weights(fit));
+        let (_, moves) = self.left_of_blocks(&fit.parameter_columns(), &fit.residual, &self.weights(fit));
         let scatter = |i: usize| {
             let mean = moves.iter().map(|m| m[i]).sum::<f64>() / FOLDS as f64;
             let squares: f64 = moves.iter().map(|m| (m[i] - mean).powi(2)).sum();
             STUDENT * (squares * (FOLDS - 1) as f64 / FOLDS as f64).sqrt()
         };
-        let of_noise = self.layout().standard_deviations(&fit.of_places(), &fit.residual).into_iter().enumerate();
+        let of_noise =
+            self.layout().standard_deviations(&fit.parameter_columns(), &fit.residual).into_iter().enumerate();
         of_noise.map(|(i, sd)| sd.map(|sd| scatter(i).max(if fit.plain { 0.0 } else { sd }))).collect()
     }
 }

@@ -153,8 +153,8 @@ impl<'a> Problem<'a> {
             Scope::Gear => next_gear.next(),
             Scope::Known => Some(nuisances + gear),
         };
-        let places = |c: &&dyn Contribution| c.columns().iter().filter_map(&mut place).collect();
-        let at = self.contributions.iter().map(places).collect();
+        let parameters = |c: &&dyn Contribution| c.columns().iter().filter_map(&mut place).collect();
+        let at = self.contributions.iter().map(parameters).collect();
         Layout { nuisances, gear, known: !self.columns(Scope::Known).is_empty(), at }
     }
 

@@ -30,7 +30,7 @@ use crate::regression::polish::project;
 /// A fit under way.
 pub struct VariableProjection<'w, 's> {
     dataset: &'w Dataset<'s>,
-    places: &'w [FreeParameter],
+    free: &'w [FreeParameter],
     beside: Option<&'w Fitted>,
     /// The noise that the rows are weighted by.
     pub noise: Vec<Noise>,
@@ -39,7 +39,7 @@ pub struct VariableProjection<'w, 's> {
     /// Places that are eliminated, and those that steps move.
     linear: Vec<usize>,
     moving: Vec<usize>,
-    /// Whether the columns of the linear places of other terms stay when something moves.
+    /// Whether the columns of the linear parameters of other terms stay when something moves.
     others_stay: bool,
     most_steps: usize,
 }
@@ -52,7 +52,7 @@ pub struct Iterate {
     total: Vec<f64>,
     /// Target less total, without the nuisances.
     pub residual: Vec<f64>,
-    /// The change of the torque with each place, as far as it is known here.
+    /// The change of the torque with each parameter, as far as it is known here.
     columns: Vec<Option<Vec<f64>>>,
 }
 
@@ -78,7 +78,7 @@ pub enum Weights {
 }
 
 impl<'w, 's> VariableProjection<'w, 's> {
-    /// A fit of some places of a model from its values. Columns of a model fitted before stay what they were. What a step leaves may be 1.3 times
+    /// A fit of some parameters of a model from its values. Columns of a model fitted before stay what they were. What a step leaves may be 1.3 times
     /// what there is at the start.
     ///
     /// # Errors
@@ -86,7 +86,7 @@ impl<'w, 's> VariableProjection<'w, 's> {
     pub fn start(
         dataset: &'w Dataset<'s>,
         model: &Model,
-        places: &'w [FreeParameter],
+        free: &'w [FreeParameter],
         weights: Weights,
         beside: Option<&'w Fitted>,
         most_steps: usize,
@@ -99,13 +99,12 @@ impl<'w, 's> VariableProjection<'w, 's> {
             Weights::Coloured(noise) => (noise, false),
             Weights::White => (dataset.layout().white(), true),
         };
-        let together = linear_together(model, places);
-        let (linear, moving) = (0..places.len()).partition::<Vec<usize>, _>(|&k| together[k]);
-        let adds = |&k: &usize| matches!(domain(model, places[k]), Some(Domain::Torque | Domain::Friction));
+        let together = linear_together(model, free);
+        let (linear, moving) = (0..free.len()).partition::<Vec<usize>, _>(|&k| together[k]);
+        let adds = |&k: &usize| matches!(domain(model, free[k]), Some(Domain::Torque | Domain::Friction));
         let others_stay = moving.iter().all(adds) && !model.terms.iter().any(Term::follows_base);
-        let projection =
-            Self { dataset, places, beside, noise, white, allowed, linear, moving, others_stay, most_steps };
-        let iterate = Iterate { model: model.clone(), total, residual, columns: vec![None; places.len()] };
+        let projection = Self { dataset, free, beside, noise, white, allowed, linear, moving, others_stay, most_steps };
+        let iterate = Iterate { model: model.clone(), total, residual, columns: vec![None; free.len()] };
         Ok((projection, iterate))
     }
 
@@ -114,22 +113,22 @@ impl<'w, 's> VariableProjection<'w, 's> {
         Schedule::strides(self.most_steps)
     }
 
-    /// The change of the torque with each place.
+    /// The change of the torque with each parameter.
     ///
     /// # Errors
     /// A model that cannot be evaluated.
     pub fn columns(&self, at: &mut Iterate) -> Result<Vec<Vec<f64>>, PredictError> {
-        let all: Vec<usize> = (0..self.places.len()).collect();
+        let all: Vec<usize> = (0..self.free.len()).collect();
         self.differentiate(at, &all)?;
         Ok(at.columns.iter().flatten().cloned().collect())
     }
 
-    /// Finds the change of the torque with some places where it is not known; where a place is one of the model fitted before, it is that of this model.
+    /// Finds the change of the torque with some parameters where it is not known; where a parameter is one of the model fitted before, it is that of this model.
     fn differentiate(&self, at: &mut Iterate, which: &[usize]) -> Result<(), PredictError> {
         let mut open: Vec<usize> = which.iter().copied().filter(|&k| at.columns[k].is_none()).collect();
         if let Some(fit) = self.beside {
             open.retain(|&k| {
-                let known = fit.places.iter().position(|place| *place == self.places[k]);
+                let known = fit.parameters.iter().position(|parameter| *parameter == self.free[k]);
                 at.columns[k] = known.map(|i| fit.columns[i].clone());
                 known.is_none()
             });
@@ -138,7 +137,7 @@ impl<'w, 's> VariableProjection<'w, 's> {
             return Ok(());
         }
         let evaluations = self.dataset.evaluate(&at.model)?;
-        let of = |&k: &usize| self.dataset.derivative(&at.model, self.places[k], &evaluations);
+        let of = |&k: &usize| self.dataset.derivative(&at.model, self.free[k], &evaluations);
         let found: Vec<Vec<f64>> = open.par_iter().map(of).collect::<Result<_, _>>()?;
         open.into_iter().zip(found).for_each(|(k, column)| at.columns[k] = Some(column));
         Ok(())
@@ -198,9 +197,9 @@ impl<'w, 's> VariableProjection<'w, 's> {
 
     fn room(&self, at: &Iterate, which: &[usize]) -> Vec<(f64, f64)> {
         let own = |&k: &usize| {
-            let place = self.places[k];
-            let above = self.dataset.highest(place) - parameters::value(&at.model, place);
-            (parameters::room(&at.model, place), above.max(0.0))
+            let parameter = self.free[k];
+            let above = self.dataset.highest(parameter) - parameters::value(&at.model, parameter);
+            (parameters::room(&at.model, parameter), above.max(0.0))
         };
         which.iter().map(own).collect()
     }
@@ -208,9 +207,9 @@ impl<'w, 's> VariableProjection<'w, 's> {
     fn stepped(&self, model: &Model, which: &[usize], step: &[f64]) -> Model {
         let mut model = model.clone();
         for (&k, step) in which.iter().zip(step) {
-            let place = self.places[k];
-            let value = (parameters::value(&model, place) + step).min(self.dataset.highest(place));
-            parameters::put(&mut model, place, value);
+            let parameter = self.free[k];
+            let value = (parameters::value(&model, parameter) + step).min(self.dataset.highest(parameter));
+            parameters::put(&mut model, parameter, value);
         }
         model
     }
@@ -222,7 +221,7 @@ impl<'w, 's> VariableProjection<'w, 's> {
 
     /// Whether a column stays what it was when something moved.
     fn stays(&self, k: usize) -> bool {
-        let term = |k: usize| if let FreeParameter::Term { term, .. } = self.places[k] { Some(term) } else { None };
+        let term = |k: usize| if let FreeParameter::Term { term, .. } = self.free[k] { Some(term) } else { None };
         self.others_stay && self.linear.contains(&k) && self.moving.iter().all(|&m| term(m) != term(k))
     }
 }
@@ -237,8 +236,8 @@ impl Descend for VariableProjection<'_, '_> {
     type Point = Iterate;
     type Error = PredictError;
 
-    fn slope(&mut self, at: &mut Iterate) -> Result<Linearisation, PredictError> {
-        let all: Vec<usize> = (0..self.places.len()).collect();
+    fn linearise(&mut self, at: &mut Iterate) -> Result<Linearisation, PredictError> {
+        let all: Vec<usize> = (0..self.free.len()).collect();
         // Where nothing moves, noise and linear numbers settle here in turn.
         let mut rounds = if self.moving.is_empty() { self.most_steps } else { 1 };
         loop {
@@ -266,7 +265,7 @@ impl Descend for VariableProjection<'_, '_> {
         self.keeps(&iterate.residual).then_some((iterate, cost))
     }
 
-    fn settled(&self, gain: f64, _: f64) -> bool {
+    fn is_converged(&self, gain: f64, _: f64) -> bool {
         gain < SETTLED
     }
 }

@@ -176,8 +176,8 @@ fn whittaker(x: &[f64], time_s: &[f64]) -> Option<Vec<f64>> {
 pub(crate) fn pieces(time_s: &[f64]) -> Vec<Range<usize>> {
     let mut periods: Vec<f64> = time_s.windows(2).map(|w| w[1] - w[0]).collect();
     let middle = periods.len() / 2;
-    let usual = *periods.select_nth_unstable_by(middle, f64::total_cmp).1;
-    let gaps = (1..time_s.len()).filter(|&k| time_s[k] - time_s[k - 1] > 2.5 * usual);
+    let median = *periods.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let gaps = (1..time_s.len()).filter(|&k| time_s[k] - time_s[k - 1] > 2.5 * median);
     let ends: Vec<usize> = gaps.chain([time_s.len()]).collect();
     let starts = [0].into_iter().chain(ends.iter().copied());
     starts.zip(&ends).map(|(from, to)| from..*to).collect()

@@ -82,7 +82,7 @@ fn dropouts(angle: &[f64], torque: Option<&[f64]>) -> Vec<(usize, usize)> {
         return Vec::new();
     }
     let middle = steps.len() / 2;
-    let usual = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let median = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
     let stiffness = torque.map(|torque| spread(torque) / spread(angle));
     let is_one = |first: usize, count: usize| {
         let (before, after) = (angle[first - 1], angle[first + count]);
@@ -91,7 +91,7 @@ fn dropouts(angle: &[f64], torque: Option<&[f64]>) -> Vec<(usize, usize)> {
         let edge = down.abs().min(up.abs());
         let away = inside.iter().map(|x| (x - before) * down.signum()).fold(f64::INFINITY, f64::min);
         let leaves =
-            down * up > 0.0 && edge > EDGE * usual && away > 0.5 * edge && (after - before).abs() < BACK * edge;
+            down * up > 0.0 && edge > EDGE * median && away > 0.5 * edge && (after - before).abs() < BACK * edge;
         let follows = torque.zip(stiffness).is_some_and(|(torque, stiffness)| {
             let between = 0.5 * (torque[first - 1] + torque[first + count]);
             let most = torque[first..first + count]

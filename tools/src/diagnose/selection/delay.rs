@@ -77,7 +77,7 @@ impl Dataset<'_> {
         let mut model = base.model.clone();
         model.terms.push(delay);
         // Beside no other kind the delay would be fitted to something else.
-        let start = self.plain_fit(&model, &self.places(&model, search), 0)?;
+        let start = self.plain_fit(&model, &self.parameters(&model, search), 0)?;
         let delayed = self.select_from(&start, Some(selection.reference()), search, 1.0)?;
         let is_kept = delayed.selected.iter().any(|s| kinds::of(s.kind).is_some_and(shifts_time));
         let is_better = is_kept && delayed.selected_squares < BETTER * selection.selected_squares;

@@ -138,10 +138,9 @@ impl Dictionary {
 
     /// The base model's columns, and each found term as a candidate; what the found terms explain is given back to the target.
     fn add_fitted(&mut self, fit: &Fitted, search: Search<'_>) {
-        let is_found =
-            |place: &FreeParameter| matches!(place, FreeParameter::Term { term, .. } if *term >= search.base_terms);
-        for (place, column) in fit.places.iter().zip(&fit.columns) {
-            if !is_found(place) {
+        let is_found = |parameter: &FreeParameter| matches!(parameter, FreeParameter::Term { term, .. } if *term >= search.base_terms);
+        for (parameter, column) in fit.parameters.iter().zip(&fit.columns) {
+            if !is_found(parameter) {
                 self.base.push(self.columns.len());
                 self.columns.push(column.clone());
             }
@@ -151,21 +150,20 @@ impl Dictionary {
             let mut positive = Vec::new();
             let own = &fit.model.terms[term];
             let Some(info) = own.info() else { continue };
-            let linear =
-                |place: &FreeParameter| matches!(place, FreeParameter::Term { key, .. } if key.role == Role::Linear);
-            let places = || {
-                fit.places
+            let linear = |parameter: &FreeParameter| matches!(parameter, FreeParameter::Term { key, .. } if key.role == Role::Linear);
+            let of_term = || {
+                fit.parameters
                     .iter()
                     .zip(&fit.columns)
                     .filter(|(p, _)| matches!(p, FreeParameter::Term { term: t, .. } if *t == term))
             };
-            let any_linear = places().any(|(p, _)| linear(p));
-            for (place, column) in places().filter(|(p, _)| linear(p) || !any_linear) {
-                let value = parameters::value(&fit.model, *place);
+            let any_linear = of_term().any(|(p, _)| linear(p));
+            for (parameter, column) in of_term().filter(|(p, _)| linear(p) || !any_linear) {
+                let value = parameters::value(&fit.model, *parameter);
                 self.y.iter_mut().zip(column).for_each(|(y, x)| *y += value * x);
                 columns.push(self.columns.len());
                 self.columns.push(column.clone());
-                positive.push(matches!(place, FreeParameter::Term { key, .. } if kinds::of(info.name).is_some_and(|k| self.has_to_be_positive(k, key))));
+                positive.push(matches!(parameter, FreeParameter::Term { key, .. } if kinds::of(info.name).is_some_and(|k| self.has_to_be_positive(k, key))));
             }
             if columns.is_empty() {
                 continue;

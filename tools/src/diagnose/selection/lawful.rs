@@ -40,7 +40,7 @@ impl Dataset<'_> {
         if renamed.is_empty() {
             return Ok((fit, renamed));
         }
-        Ok((self.plain_fit(&model, &self.places(&model, search), STEPS)?, renamed))
+        Ok((self.plain_fit(&model, &self.parameters(&model, search), STEPS)?, renamed))
     }
 
     /// A fit without the found terms whose refitted numbers are not of their kind, and without found friction beside which friction of the `base` turns round and drives: at one
@@ -69,7 +69,7 @@ impl Dataset<'_> {
                 let mut model = fit.model.clone();
                 let own = model.terms.iter_mut().skip(search.base_terms).find(|t| t.kind == fewer.kind);
                 own.into_iter().for_each(|term| *term = fewer.clone());
-                fit = self.plain_fit(&model, &self.places(&model, search), STEPS)?;
+                fit = self.plain_fit(&model, &self.parameters(&model, search), STEPS)?;
                 continue;
             }
             let refines = |t: &Term| kinds::of_term(t).is_some_and(|k| k.refines().contains(&unlawful.kind.as_str()));
@@ -79,7 +79,7 @@ impl Dataset<'_> {
             let mut at = 0..model.terms.len();
             model.terms.retain(|t| at.next().is_some_and(|at| at < search.base_terms) || !gone(t));
             lost.extend(found.iter().filter(|t| gone(t)).map(|t| t.kind.clone()));
-            fit = self.plain_fit(&model, &self.places(&model, search), STEPS)?;
+            fit = self.plain_fit(&model, &self.parameters(&model, search), STEPS)?;
         }
     }
 }
@@ -115,7 +115,7 @@ mod tests {
         let recordings = [recording];
         let dataset = Dataset::new(&recordings, &base).unwrap();
         let search = Search { removed: &[], only: None, base_terms: 1, zero: false, seed: 1 };
-        let fit = dataset.plain_fit(&extended, &dataset.places(&extended, search), STEPS).unwrap();
+        let fit = dataset.plain_fit(&extended, &dataset.parameters(&extended, search), STEPS).unwrap();
         assert!(kinds::is_reversed(&fit.model.terms[0]));
         let (fit, lost) = dataset.without_unlawful(&base, fit, search).unwrap();
         assert_eq!(lost, ["viscous_friction"]);

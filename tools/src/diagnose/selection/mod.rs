@@ -223,7 +223,7 @@ impl Dataset<'_> {
             }
             let weights = finder.weights(&set);
             let model = dictionary.applied(&fit.model, &set, &weights);
-            let refitted = self.plain_fit(&model, &self.places(&model, search), STEPS)?;
+            let refitted = self.plain_fit(&model, &self.parameters(&model, search), STEPS)?;
             let (refitted, renamed) = self.without_degenerate(refitted, search)?;
             let (refitted, mut lost) = self.without_unlawful(&base.model, refitted, search)?;
             if let (true, Some(result)) = (last, result.as_mut()) {

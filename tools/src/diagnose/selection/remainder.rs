@@ -56,7 +56,7 @@ impl Dataset<'_> {
         let mut model = second.fit.model;
         let mut at = 0..model.terms.len();
         model.terms.retain(|t| at.next().is_some_and(|at| at < found) || lost.iter().all(|l| l.kind != t.kind));
-        let fit = self.plain_fit(&model, &self.places(&model, search), STEPS)?;
+        let fit = self.plain_fit(&model, &self.parameters(&model, search), STEPS)?;
         if self.mean_square_of_blocks(&fit) > (1.0 - LEAST_PART) * self.mean_square_of_blocks(&first.fit) {
             return Ok(false);
         }

@@ -50,7 +50,7 @@ impl Search<'_> {
     /// hide each other are found by the second way only.
     pub fn run(&self, start: Set) -> Set {
         let forward = self.forward(start.clone());
-        let all = self.significant(self.settled(self.with_common(start), 0));
+        let all = self.significant(self.improved(self.with_common(start), 0));
         let backward = self.forward(all);
         if self.objective(&backward) < self.objective(&forward) - 1e-9 { backward } else { forward }
     }
@@ -83,7 +83,7 @@ impl Search<'_> {
         }
     }
 
-    /// Adds kinds to a set as long as J falls, and settles it after each.
+    /// Adds kinds to a set as long as J falls, and improves it after each.
     fn forward(&self, start: Set) -> Set {
         let mut set = start;
         let mut banned = BTreeSet::new();
@@ -98,7 +98,7 @@ impl Search<'_> {
                 banned.insert(kind);
                 continue;
             }
-            set = self.settled(next, step);
+            set = self.improved(next, step);
             banned.clear();
         }
         set
@@ -222,7 +222,7 @@ impl Search<'_> {
     }
 
     /// The set with other variants, without or with other kinds where that is better.
-    fn settled(&self, set: Set, step: usize) -> Set {
+    fn improved(&self, set: Set, step: usize) -> Set {
         let mut set = self.reshaped(set);
         for _ in 0..8 {
             let mut moves: Vec<(&'static str, Set)> = Vec::new();

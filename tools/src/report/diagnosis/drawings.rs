@@ -105,7 +105,7 @@ pub(super) fn torques(finding: &Finding, recordings: &[Recording], unit: TorqueU
         Some(Figure { title, x_label: label.into(), y_label, curves, by_row: true, ..Figure::default() }.draw())
     };
     let deflection = finding.report_data.coordinates.deflection.as_deref();
-    let seen = finding.diagnosis.places.first().map_or("", |place| place.coordinate.as_str());
+    let seen = finding.diagnosis.locations.first().map_or("", |place| place.coordinate.as_str());
     // Without a loop the angle over which structure was seen comes first.
     let coordinates: &[&str] = match seen {
         _ if deflection.is_some_and(varies) => &["deflection", "output_velocity"],
@@ -124,7 +124,7 @@ fn varies(signal: &[f64]) -> bool {
 pub(super) fn residual_over_time(finding: &Finding, unit: TorqueUnit) -> Drawing {
     let found = &finding.diagnosis;
     let seconds: Vec<(f64, f64)> =
-        found.places.first().map(|p| p.seconds.iter().map(|[a, b]| (*a, *b)).collect()).unwrap_or_default();
+        found.locations.first().map(|p| p.seconds.iter().map(|[a, b]| (*a, *b)).collect()).unwrap_or_default();
     let verdict = &finding.verdict;
     let apart = |line: &[f64]| recordings_apart(&finding.report_data, line);
     let (base, extended) = (apart(&verdict.base.residual), apart(&verdict.extended.residual));

@@ -21,7 +21,7 @@ pub fn page(finding: &Finding, recordings: &[Recording], provenance: Provenance)
     sections.extend([picture(finding, unit), gain(finding, unit)]);
     if finding.diagnosis.mismatch {
         sections.push(effects(&finding.diagnosis));
-        sections.push(places(finding, unit));
+        sections.push(locations(finding, unit));
         sections.push(evidence(finding));
         sections.push(bias(finding));
     }
@@ -102,7 +102,7 @@ fn known(finding: &Finding, recordings: &[Recording], unit: TorqueUnit) -> Optio
 fn picture(finding: &Finding, unit: TorqueUnit) -> Section {
     let section = Section::new("Residual");
     let found = &finding.diagnosis;
-    let first = found.places.first().map(|p| p.coordinate.as_str());
+    let first = found.locations.first().map(|p| p.coordinate.as_str());
     let fallback = if finding.report_data.coordinates.deflection.is_some() { "deflection" } else { "output_velocity" };
     let coordinate = first.unwrap_or(fallback);
     let time = residual_over_time(finding, unit);
@@ -116,10 +116,10 @@ fn picture(finding: &Finding, unit: TorqueUnit) -> Section {
     }
 }
 
-fn places(finding: &Finding, unit: TorqueUnit) -> Section {
+fn locations(finding: &Finding, unit: TorqueUnit) -> Section {
     let found = &finding.diagnosis;
     let rows = found
-        .places
+        .locations
         .iter()
         .map(|p| TableRow::new([words(&p.coordinate), percent(p.share), p.detail.to_string()]))
         .collect();
@@ -130,8 +130,8 @@ fn places(finding: &Finding, unit: TorqueUnit) -> Section {
         rows,
     });
     let mut drawings = Vec::new();
-    let first = found.places.first().map_or("time", |p| p.coordinate.as_str());
-    let second = found.places.iter().skip(1).map(|p| p.coordinate.as_str()).find(|c| axis(c) != axis(first));
+    let first = found.locations.first().map_or("time", |p| p.coordinate.as_str());
+    let second = found.locations.iter().skip(1).map(|p| p.coordinate.as_str()).find(|c| axis(c) != axis(first));
     let second = second.unwrap_or(if axis(first) == "deflection" { "deflection_rate" } else { "deflection" });
     let second = if along(&finding.report_data, second).is_some() { second } else { "time" };
     if let Some(map) = heat(finding, first, second, unit) {
@@ -167,7 +167,7 @@ fn places(finding: &Finding, unit: TorqueUnit) -> Section {
         ));
     }
     let mut drawn = vec![axis(first)];
-    for place in found.places.iter().skip(1).take(2) {
+    for place in found.locations.iter().skip(1).take(2) {
         if drawn.contains(&axis(&place.coordinate)) {
             continue;
         }

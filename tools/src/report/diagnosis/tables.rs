@@ -89,7 +89,7 @@ pub(super) fn effects(found: &Diagnosis) -> Section {
 pub(super) fn evidence(finding: &Finding) -> Section {
     let mut rows = Vec::new();
     for effect in &finding.verdict.effects {
-        let free = effect.places.first().map_or("", |p| p.coordinate);
+        let free = effect.curves.first().map_or("", |p| p.coordinate);
         rows.push(TableRow::new([words(&effect.name), whole(effect.gain), "–".into(), "taken".into()]).chosen(true));
         rows.push(TableRow::new([
             format!("– a free curve over {}", words(free)),
