@@ -3,7 +3,7 @@
 use crate::common;
 use std::mem::MaybeUninit;
 
-use crate::common::{A, at, block, block_in_time, block_of, block_with, joint, without};
+use crate::common::{A, at, block, block_in_time, block_of, block_with, joint, number, random, strange, without};
 use gmhm::block::{BlockError, Joint as JointOfGear, PREPARED, TorqueUnit};
 use gmhm::diagnostics::{Fault, SelfTest};
 use gmhm_c::{
@@ -231,4 +231,46 @@ fn the_feed_forward_counts_what_goes_wrong_and_tells_the_zero() {
     let (status, flags): (StatusC, u32) = out(|to| gmhm_c::gmhm_feed_forward_get_status(Some(&feed), to));
     assert_eq!((status.ratio, status.deflection_zero_rad, status.flags), (100.0, 0.125, flags));
     assert!(status.range_rad > 0.0);
+}
+
+/// Whatever a sample, a torque or a gate is, and torn blocks between: torques and deflections are finite and within their limits, and the next good sample is taken.
+#[test]
+fn fuzzed_samples_are_answered() {
+    // Law `time` follows the sizes of strokes, so a gate is what keeps it from absurd ones.
+    for (bytes, is_gated) in [(block(), false), (block(), true), (block_in_time(), true)] {
+        let (mut gear, mut next) = (gear(&bytes), random());
+        if is_gated {
+            assert_eq!(gmhm_c::gmhm_gear_set_largest_step(Some(&mut gear), 0.1 * A), OK);
+        }
+        let mut torn = bytes.clone();
+        let (mut good, mut refused) = (0, 0_u64);
+        for k in 0..number("GMHM_FUZZ", 100_000) / 3 {
+            let is_bad = next().is_multiple_of(8);
+            good = if is_bad { 0 } else { good + 1 };
+            let u = if is_bad { strange(&mut next) / A } else { 0.8 * (k as f32 * 1e-2).sin() };
+            let output = step(&mut gear, u);
+            refused += u64::from(output.flags & flag::REFUSED != 0);
+            assert!(output.torque_nm.abs() < 4e6 && output.hysteresis_nm.abs() < 20.0, "{k}: {output:?}");
+            assert!(output.deflection_rad.abs() <= 1.01e5 * A, "{k}: {output:?}");
+            assert!(good == 0 || output.flags & flag::REFUSED == 0, "{k}: {:x}", output.flags);
+            // Samples that agreed may have been taken for a new place.
+            let taken = if is_gated { 4 } else { 1 };
+            assert!(good < taken || output.flags == 0, "{k}: a good sample is taken, {:x}", output.flags);
+            let torque = if is_bad { strange(&mut next) } else { output.torque_nm };
+            let (aim, flags) = out(|to| gmhm_c::gmhm_gear_invert(Some(&mut gear), torque, to));
+            assert!(aim.deflection_rad.abs() <= 1.01e5 * A && flags & flag::NOT_CONVERGED == 0, "{k}: {aim:?}");
+            if next().is_multiple_of(1000) {
+                let (at, bit) = (next() as usize % torn.len(), next() % 8);
+                torn[at] ^= 1 << bit;
+                assert_ne!(load(&mut gear, &torn), OK, "byte {at}");
+                torn[at] ^= 1 << bit;
+                let none = -strange(&mut next).abs();
+                assert_eq!(gmhm_c::gmhm_gear_set_largest_step(Some(&mut gear), none), VALUE, "{none}");
+                if next().is_multiple_of(8) {
+                    gmhm_c::gmhm_gear_restart(Some(&mut gear));
+                }
+            }
+        }
+        assert!(refused > 0);
+    }
 }

@@ -2,6 +2,7 @@
 
 use std::mem::MaybeUninit;
 
+use crate::common::{A, number, random, strange};
 use gmhm::block::{BlockError, Header, Identity, Joint, Prepared, ScalarKind, Writer};
 use gmhm::feedforward::{Controls, Demand, FeedForward, Limits};
 use gmhm::memory::masing::Masing;
@@ -119,4 +120,57 @@ fn what_is_none_is_refused_and_changes_nothing() {
     assert_eq!(gmhm_law_step(None, None, None), flag::NOT_LOADED);
     let version = env!("CARGO_PKG_VERSION").split('.').map(|part| part.parse::<u32>().expect("a number"));
     assert_eq!(gmhm_version(), version.fold(0, |sum, part| sum << 8 | part));
+}
+
+/// Whatever a period brings, a torn block between, limits that are none: the contribution is finite and within the range, and a good period is taken at once.
+#[test]
+fn fuzzed_periods_are_answered() {
+    let bytes = block(1.0);
+    for along_measurement in [0, 1] {
+        let (mut law, mut next) = (law(&bytes), random());
+        let (mut torn, mut refused) = (bytes.clone(), 0_u64);
+        let mut to = MaybeUninit::uninit();
+        for k in 0..number("GMHM_FUZZ", 100_000) / 2 {
+            let phase = k as f32 * 1e-3;
+            let good = DemandC {
+                torque_nm: 15.0 * phase.sin(),
+                deflection_rad: 0.5e-3 * phase.sin(),
+                on: 1,
+                gain_ratio: 1.0,
+                along_measurement,
+            };
+            let mut demand = good;
+            let is_bad = next().is_multiple_of(8);
+            if is_bad {
+                let strange = strange(&mut next);
+                match next() % 4 {
+                    0 => demand.torque_nm = strange,
+                    1 => demand.deflection_rad = strange,
+                    2 => demand.gain_ratio = strange,
+                    _ => demand.on = next(),
+                }
+            }
+            if next().is_multiple_of(1000) {
+                let (at, bit) = (next() as usize % torn.len(), next() % 8);
+                torn[at] ^= 1 << bit;
+                // SAFETY: the block outlives the call.
+                let code = unsafe { gmhm_law_load(Some(&mut law), torn.as_ptr(), torn.len() as u32, Some(&LIMITS)) };
+                assert_ne!(code, OK, "byte {at}");
+                torn[at] ^= 1 << bit;
+                let limits = LimitsC { ramp_s: strange(&mut next).min(0.0), ..LIMITS };
+                // SAFETY: as above.
+                let code = unsafe { gmhm_law_load(Some(&mut law), torn.as_ptr(), torn.len() as u32, Some(&limits)) };
+                assert_eq!(code, VALUE, "{limits:?}");
+            }
+            let flags = gmhm_law_step(Some(&mut law), Some(&demand), Some(&mut to));
+            // SAFETY: gmhm_law_step has written it.
+            let now = unsafe { to.assume_init() };
+            refused += u64::from(flags & flag::REFUSED != 0);
+            assert!(now.offset_rad.abs() <= 2.0 * A && now.hysteresis_nm.abs() <= 20.0, "{k}: {now:?}");
+            let numbers = [now.change_rad, now.gain, now.certainty, now.model_torque_nm, now.model_hysteresis_nm];
+            assert!(numbers.iter().all(|x| x.is_finite()) && (0.0..=1.0).contains(&now.gain), "{k}: {now:?}");
+            assert!(is_bad || flags & flag::REFUSED == 0, "{k}: a good period is taken, {flags:x}");
+        }
+        assert!(refused > 0);
+    }
 }

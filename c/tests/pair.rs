@@ -148,3 +148,43 @@ fn fuzzed_counts_are_answered() {
         assert!(now.offset_rad.abs() <= range && now.hysteresis_nm.abs() < 100.0, "{k}: {now:?}");
     }
 }
+
+/// A motor that turns and a gear that winds up; now and then one or both counts are torn. The reading after is that of the shafts, in whatever turn the motor was taken to be.
+#[test]
+fn after_torn_counts_the_next_reading_is_right() {
+    let bytes = block_of(&JOINT, TorqueUnit::NewtonMetre);
+    let (mut pair, code) = pair(&bytes, &ENCODERS);
+    assert_eq!(code, OK);
+    let mut joint = joint();
+    // SAFETY: the block outlives the call.
+    assert_eq!(unsafe { gmhm_load(Some(&mut joint), bytes.as_ptr(), bytes.len() as u32) }, OK);
+    assert_eq!(gmhm_set_encoders(Some(&mut joint), Some(&ENCODERS)), OK);
+    let mut next = random();
+    let turns = |angle: f64| ((angle / std::f64::consts::TAU).rem_euclid(1.0) * f64::from(1 << 20)) as u32;
+    for k in 0..number("GMHM_FUZZ", 100_000) {
+        let time = k as f64 * 1e-3;
+        let (angle, theta) = (2.0 * (0.3 * time).sin(), 0.5 * f64::from(A) * (5.0 * time).sin());
+        let [mut motor, mut output] = [-100.0 * (angle + theta + 0.1255), angle].map(turns);
+        let is_bad = k > 0 && next().is_multiple_of(8);
+        if is_bad {
+            let torn = if next().is_multiple_of(2) { next() } else { motor ^ (1 << (next() % 20)) };
+            match next() % 3 {
+                0 => motor = torn,
+                1 => output = torn,
+                _ => (motor, output) = (torn, next()),
+            }
+        }
+        let mut sample = SampleC::default();
+        assert_eq!(gmhm_pair_read(Some(&mut pair), motor, output, Some(&mut sample)), 0);
+        let seen = gmhm_step_counts(Some(&mut joint), motor, output, Some(&SampleC::default()));
+        assert!(sample.deflection_rad.is_finite() && seen.torque_nm.is_finite(), "{k}: {seen:?}");
+        if !is_bad {
+            assert!(
+                (f64::from(sample.deflection_rad) - theta).abs() < 1e-5,
+                "{k}: {} for {theta}",
+                sample.deflection_rad
+            );
+            assert_eq!((seen.flags, seen.deflection_rad), (0, sample.deflection_rad), "{k}");
+        }
+    }
+}

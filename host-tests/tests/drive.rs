@@ -10,6 +10,7 @@ use gmhm::drive::{
     As5047p, Cascade, CascadeState, CentredPwm, Encoder, EncoderPair, Fault, FromCounts, Gains, Joint, Mounting, Setup,
     SetupError, TorqueSink,
 };
+use gmhm::scalar::Fixed;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -178,6 +179,35 @@ fn turns_are_followed_and_found() {
             last = Some(reading);
         }
     }
+}
+
+/// Counts that were misread may seem to lead into another turn of the motor: the next good ones lead back.
+#[test]
+fn after_torn_counts_the_next_reading_is_right() {
+    fn check<S: FromCounts>(unit: f64) {
+        let mut rng = ChaCha8Rng::seed_from_u64(8);
+        let setup = setup(1 << 14, 1 << 17, (100, 1));
+        let pair = EncoderPair::<S>::new(&setup).unwrap();
+        let mut last = pair.start(0, 0);
+        for k in 0..20_000 {
+            let (angle, theta) = (1e-3 * f64::from(k), rng.random_range(-3.0..3.0) * RATED_RAD);
+            let motor = ((angle + theta) * 100.0 / TAU * f64::from(1 << 14)).round() as i64;
+            let output = (angle / TAU * f64::from(1 << 17)).round() as i64;
+            let mut raws = [motor.rem_euclid(1 << 14) as u32, output.rem_euclid(1 << 17) as u32];
+            let torn = rng.random_range(0..8);
+            if torn < 2 {
+                raws[torn] = rng.random();
+            }
+            last = pair.follow(&last, raws[0], raws[1]);
+            if torn >= 2 {
+                let error = last.deflection.to_f64() * unit - deflection(&setup, motor, output);
+                assert!(error.abs() < 1e-6 * RATED_RAD, "{k}: {error}");
+            }
+        }
+    }
+    check::<f32>(1.0);
+    check::<f64>(1.0);
+    check::<Fixed>(RATED_RAD);
 }
 
 #[test]

@@ -5,7 +5,8 @@
 //! nothing of a millirad. Only the small difference becomes a scalar, within two roundings; the zero is kept to 2e-8 of the rated deflection.
 //!
 //! The output's encoder is absolute, the motor's within one turn: the motor's turn is chosen so that the deflection is the least, which is right as
-//! long as deflection and encoder errors stay below π/N.
+//! long as deflection and encoder errors stay below π/N. It is chosen anew where a reading is beyond [`MISREAD_BEYOND`] rated deflections: counts that were misread may have
+//! led into another turn, and the first good ones lead back.
 
 use core::fmt;
 
@@ -15,6 +16,9 @@ use crate::scalar::{Fixed, fixed::Factor};
 
 /// The deflection must reach this many rated deflections without leaving 32 bits.
 const HEADROOM: u64 = 64;
+
+/// A deflection beyond this many rated ones was misread, or the joint is breaking.
+pub const MISREAD_BEYOND: f64 = 4.0;
 
 /// The most counts of a turn.
 pub(crate) const MOST_COUNTS: u32 = 1 << 30;
@@ -148,6 +152,8 @@ pub struct EncoderPair<S: FromCounts> {
     output: Shaft<S>,
     zero: i64,
     deflection: S::Factor,
+    /// Common units of [`MISREAD_BEYOND`].
+    largest: u32,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -203,6 +209,8 @@ impl<S: FromCounts> EncoderPair<S> {
         if rated == Extended::ZERO || rated_deflection_rad.is_sign_negative() {
             return Err(SetupError::Deflection);
         }
+        // A constant, and constant for the compiler.
+        let most_rated = Extended::of_double(MISREAD_BEYOND).unwrap_or(Extended::ONE);
         // Counts of the motor a turn of the output, as a fraction in lowest terms.
         let (per_turn, parts) = (u64::from(motor.counts_per_turn) * u64::from(numerator), u64::from(denominator));
         let common = gcd(per_turn, parts);
@@ -231,6 +239,8 @@ impl<S: FromCounts> EncoderPair<S> {
             output: Shaft::new(output, output_weight),
             zero: signed(deflection_zero_rad, zero.over(unit_rad)),
             deflection: S::factor_of(if S::SI { unit_rad } else { unit_rad.over(rated) }),
+            // Far within 32 bits, by the headroom.
+            largest: most_rated.times(rated).over(unit_rad).rounded() as u32,
         })
     }
 
@@ -240,11 +250,8 @@ impl<S: FromCounts> EncoderPair<S> {
         self.in_nearest_turn(motor, output)
     }
 
-    /// The same reading with the motor in the turn that makes the deflection least: after counts that were misread.
-    pub fn find_turn(&self, reading: &Reading<S>) -> Reading<S> {
-        self.in_nearest_turn(reading.motor, reading.output)
-    }
-
+    #[cold]
+    #[inline(never)]
     fn in_nearest_turn(&self, mut motor: Place, output: Place) -> Reading<S> {
         let counts_per_turn = i64::from(self.motor.counts_per_turn);
         let turn = self.motor.weight.wrapping_mul(counts_per_turn);
@@ -253,24 +260,33 @@ impl<S: FromCounts> EncoderPair<S> {
         self.reading(motor, output)
     }
 
-    /// The next reading. Either shaft may have moved by less than half a turn of its own.
+    /// The next reading. Either shaft may have moved by less than half a turn of its own; beyond [`MISREAD_BEYOND`] rated deflections the motor's turn is found anew.
     #[inline]
     pub fn follow(&self, last: &Reading<S>, motor: u32, output: u32) -> Reading<S> {
-        self.reading(self.motor.follow(&last.motor, motor), self.output.follow(&last.output, output))
+        let (motor, output) = (self.motor.follow(&last.motor, motor), self.output.follow(&last.output, output));
+        if self.within(motor.counts, output.counts).unsigned_abs() > self.largest {
+            return self.in_nearest_turn(motor, output);
+        }
+        self.reading(motor, output)
     }
 
     /// The deflection at counts over all turns: rad for floats, a fraction of the rated deflection for fixed point; saturates.
     #[inline]
     pub fn deflection(&self, motor_counts: i64, output_counts: i64) -> S {
+        S::from_counts(self.within(motor_counts, output_counts), self.deflection)
+    }
+
+    /// θ in common units; saturates.
+    #[inline]
+    fn within(&self, motor_counts: i64, output_counts: i64) -> i32 {
         let units = self.units(motor_counts, output_counts);
-        let within = if units > i64::from(i32::MAX) {
+        if units > i64::from(i32::MAX) {
             i32::MAX
         } else if units < i64::from(i32::MIN) {
             i32::MIN
         } else {
             units as i32
-        };
-        S::from_counts(within, self.deflection)
+        }
     }
 
     /// θ in common units. The products may overflow after very many turns; their difference is right all the same.

@@ -1,7 +1,7 @@
 //! Encoders and cascade of a servo, whatever is fed forward.
 
-use super::pair::{EncoderPair, FromCounts, Reading, signed};
-use super::servo::{MISREAD_BEYOND, ServoError, ServoSetup};
+use super::pair::{EncoderPair, FromCounts, MISREAD_BEYOND, Reading, signed};
+use super::servo::{ServoError, ServoSetup};
 use super::{Cascade, CascadeState};
 use crate::feedforward::{MotorEncoder, MotorSide};
 use crate::scalar::{Extended, Float};
@@ -86,7 +86,6 @@ impl<S: Float + FromCounts> PositionLoop<S> {
         let error = self.motor.error(position, &state.seen.motor);
         let misread = state.misread;
         let seen = self.pair.follow(&state.seen, motor, output);
-        let seen = if self.is_plausible(&seen) { seen } else { self.pair.find_turn(&seen) };
         state.misread = !self.is_plausible(&seen);
         if !state.misread {
             state.seen = seen;

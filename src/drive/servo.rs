@@ -100,9 +100,6 @@ pub struct ServoState<S: Float<Carry = S>, const N: usize = 16, L: MemoryLaw<S> 
     position: PositionLoopState<S>,
 }
 
-/// A deflection beyond this many rated ones was misread, or the joint is breaking.
-pub const MISREAD_BEYOND: f64 = 4.0;
-
 impl<S: Float<Carry = S> + FromCounts> Servo<S> {
     /// A servo for a gear.
     ///
@@ -148,7 +145,7 @@ impl<S: Float<Carry = S> + FromCounts, L: Invertible<S>> Servo<S, L> {
 
     /// One period: the raw counts that motor and output have at its start, to the torque that is to act in the next one, N·m, always within the limit.
     ///
-    /// Input that is none is refused: [`FeedForward`] and [`Cascade`](super::Cascade) say how each goes on. Counts that give a deflection beyond [`MISREAD_BEYOND`] rated ones, in
+    /// Input that is none is refused: [`FeedForward`] and [`Cascade`](super::Cascade) say how each goes on. Counts that give a deflection beyond [`MISREAD_BEYOND`](super::pair::MISREAD_BEYOND) rated ones, in
     /// whatever turn the motor is, were misread: the period that would work on them is one without input.
     #[inline]
     pub fn period<const N: usize>(

@@ -134,6 +134,18 @@ pub fn random() -> impl FnMut() -> u32 {
     }
 }
 
+/// A number that is none, is absurd, or any bits.
+pub fn strange(next: &mut impl FnMut() -> u32) -> f32 {
+    match next() % 6 {
+        0 => f32::NAN,
+        1 => f32::INFINITY,
+        2 => f32::NEG_INFINITY,
+        3 => -1e30,
+        4 => 0.99e5 * A,
+        _ => f32::from_bits(next()),
+    }
+}
+
 /// Small values for every key.
 pub struct Small;
 

@@ -14,7 +14,7 @@ pub const IN_TESTS: u64 = 300_000;
 const TARGETS: [(&str, &str); 2] = [("link", "256"), ("store", "1200")];
 
 /// Seeded tests: what they fuzz, which tests, and what a failure means.
-const TESTS: [(&str, &str, &str); 5] = [
+const TESTS: [(&str, &str, &str); 9] = [
     ("block", "block_fuzz::", "a block was neither rejected nor used"),
     (
         "cascade, feed-forward and servo",
@@ -23,6 +23,10 @@ const TESTS: [(&str, &str, &str); 5] = [
     ),
     ("servo with terms", "servo_terms::fuzzed", "bad input led to a result beyond its limits, or to a lasting error"),
     ("library for C", "faults::fuzzed", "a sample was not answered with finite numbers"),
+    ("gear for C", "gear::fuzzed", "a sample was not answered with finite numbers, or a good one was not taken"),
+    ("law for C", "law::fuzzed", "a period was not answered with finite numbers, or a good one was not taken"),
+    ("encoder counts for C", "pair::fuzzed", "counts were not answered with finite numbers"),
+    ("torn encoder counts for C", "pair::after_torn", "a good reading after a torn one is wrong"),
     ("feed-forward for C", "feed_forward::fuzzed", "a period was not answered with finite numbers"),
 ];
 
