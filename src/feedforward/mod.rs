@@ -259,7 +259,7 @@ impl<S: Scalar, L: Invertible<S>> FeedForward<S, L> {
             if certainty < S::ONE {
                 self.doubt(&mut wanted, &solution, demand.torque, state.gear.theta(), S::ONE - certainty);
             }
-            state.want(controls.source, wanted, self.steps.gain);
+            state.want(controls.source, wanted, self.steps.gain, [self.inverse.range(), gear.frame().torque_scale()]);
         }
         let last = state.contribution;
         // A NaN compares false.
@@ -322,10 +322,11 @@ pub(crate) fn towards<S: Scalar>(from: S, to: S, step: S) -> S {
 }
 
 impl<S: Scalar, const N: usize, L: MemoryLaw<S>> FeedForwardState<S, N, L> {
-    /// Follows what is wanted; from another source or memory than before, the gap between the two fades away by `step` a period.
+    /// Follows what is wanted; from another source or memory than before, the gap between the two fades away by `step` a period. What is more than
+    /// its `most` is the demand's, which changed at the same time: it makes the step that it would make anyway, and no gap grows from switch to switch.
     #[inline]
-    fn want(&mut self, source: Source, wanted: [S; 2], step: S) {
-        let gap = |of: usize| self.wanted[of] - wanted[of];
+    fn want(&mut self, source: Source, wanted: [S; 2], step: S, most: [S; 2]) {
+        let gap = |of: usize| (self.wanted[of] - wanted[of]).clamp(-most[of], most[of]);
         if source != self.source || self.renewed {
             (self.source, self.gap, self.bridge) = (source, [gap(0), gap(1)], S::ONE);
             self.renewed = false;
