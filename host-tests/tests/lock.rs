@@ -3,6 +3,7 @@
 use crate::common::drives;
 use crate::common::drives::{Bench, Told, answers, blank, store};
 use gmhm::link::lock::{Key, PROOF_BYTES};
+use gmhm::link::server::SESSION_MS;
 use gmhm::link::{Answer, Identified, Receiver, Refusal, Request, Tag};
 use proptest::prelude::*;
 
@@ -102,6 +103,32 @@ fn a_recorded_session_cannot_be_played_back() {
         assert_eq!(refusal(&mut port, &mut drive, frame), Some(Refusal::Locked));
     }
     assert_eq!(drive.compensation.gain_ratio, 1.0);
+}
+
+/// A request that is held back passes in its turn while its session is open, however silent, and never afterwards.
+#[test]
+fn a_late_request_is_refused_once_its_session_is_over() {
+    for closes in [true, false] {
+        let (mut port, mut drive) = locked(1);
+        let Identified { session, challenge, .. } = identify(&mut port, &mut drive);
+        let proven = |turn: u32, request: Request<'_>| {
+            request.encode_proven(Tag { session, turn }, &KEY, &challenge.expect("locked"))
+        };
+        port.elapse(10 * SESSION_MS, &mut drive);
+        assert_eq!(refusal(&mut port, &mut drive, &proven(0, gain(0.25))), None);
+        // Sent, and held back on the way.
+        let (first, second) = (proven(1, gain(0.75)), proven(2, gain(0.75)));
+        if closes {
+            assert_eq!(refusal(&mut port, &mut drive, &proven(1, Request::Close)), None);
+        } else {
+            port.elapse(SESSION_MS, &mut drive);
+            identify(&mut port, &mut drive);
+        }
+        for late in [first, second] {
+            assert!(refusal(&mut port, &mut drive, &late).is_some(), "{closes}");
+        }
+        assert_eq!(drive.compensation.gain_ratio, 0.25);
+    }
 }
 
 /// The frame that `docs/link.md` describes, computed by Python's hmac.

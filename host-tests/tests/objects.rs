@@ -4,6 +4,7 @@ use crate::common;
 use crate::common::drives;
 use crate::common::drives::{Flash, Told, blank, store};
 use gmhm::block::{BlockError, Header, Identity, Joint, ScalarKind, Writer, verify};
+use gmhm::link::lock::{Key, PROOF_BYTES};
 use gmhm::link::objects::{Abort, Access, DataType, OBJECTS, STAGE, object};
 use gmhm::link::sdo::CanData;
 use gmhm::link::server::{FADE_MS, SESSION_MS, TRIAL_MS};
@@ -194,6 +195,30 @@ fn a_bus_and_a_serial_host_do_not_change_things_at_once() {
     server.elapse(TRIAL_MS, &mut drive);
     server.elapse(FADE_MS, &mut drive);
     assert_eq!(drive.in_force, Some(block(1)));
+}
+
+/// A transfer of a bus carries no proof: with a key every object that can be read is, and none is written.
+#[test]
+fn a_locked_drive_is_read_and_not_written_over_objects() {
+    let (old, new) = (block(1), block(2));
+    let mut store = store(blank());
+    store.write(&verify(&old).expect("a block")).expect("room");
+    let mut server = Bench::new(store, 42).with_lock(Key([0x5A; 32]), [1; PROOF_BYTES]);
+    let mut drive = Told::default();
+    server.boot(&mut drive);
+    let mut client = Client { sdo: SdoServer::new(), server: &mut server, drive: &mut drive };
+    let locked = Err(Refusal::Locked.abort_code());
+    for entry in OBJECTS.iter().filter(|entry| entry.access != Access::ReadOnly) {
+        let bytes = match entry.data_type {
+            DataType::Domain => new.clone(),
+            _ => vec![1; entry.data_type.bytes().unwrap_or(4)],
+        };
+        assert_eq!(client.download(entry.index, entry.sub, &bytes), locked, "{:x}h {}", entry.index, entry.sub);
+    }
+    assert_eq!(client.download(0x1010, 1, b"save"), locked);
+    assert_eq!(client.download(0x2004, 2, &0.5_f32.to_le_bytes()), locked);
+    assert_eq!(client.upload(0x2005, 1), Ok(old.clone()));
+    assert_eq!((&drive.in_force, drive.compensation.gain_ratio), (&Some(old), 1.0));
 }
 
 proptest! {
