@@ -163,8 +163,14 @@ struct Table {
 
 impl Table {
     fn new(case: &Case) -> Result<Self, Fault> {
-        let search =
-            Search { removed: &case.removed, only: None, base_terms: case.base.terms.len(), zero: true, seed: 1 };
+        let search = Search {
+            removed: &case.removed,
+            only: None,
+            base_terms: case.base.terms.len(),
+            held_terms: None,
+            zero: true,
+            seed: 1,
+        };
         let mut dataset = Dataset::new(&case.recordings, &case.base)?;
         let plain = dataset.fit(&case.base, &dataset.parameters(&case.base, search), None, 2)?;
         for (span, marks) in dataset.spans.iter().zip(&mut dataset.marks) {

@@ -46,7 +46,7 @@ fn the_swarm_leaves_an_optimum_that_the_polish_is_held_in() {
     recording.torque.iter_mut().flatten().zip(hidden).for_each(|(torque, hidden)| *torque += hidden);
     let recordings = [recording];
     let dataset = Dataset::new(&recordings, &gear).unwrap();
-    let search = Search { removed: &[], only: None, base_terms: 0, zero: false, seed: 1 };
+    let search = Search { removed: &[], only: None, base_terms: 0, held_terms: None, zero: false, seed: 1 };
     let start = slipping([0.9e-4, 1.2e-4]);
     let polished = dataset.fit(&start, &dataset.parameters(&start, search), None, 12).unwrap();
     let found = dataset.reshaped(polished.clone(), 0, search.seed).unwrap();
@@ -82,7 +82,7 @@ fn joint_without_viscous_friction() -> (Recording, Model) {
 fn coulomb_friction_of_the_base_does_not_stand_in_for_viscous_friction() {
     let (recording, base) = joint_without_viscous_friction();
     let recordings = [recording];
-    let search = Search { removed: &[], only: None, base_terms: 1, zero: false, seed: 1 };
+    let search = Search { removed: &[], only: None, base_terms: 1, held_terms: None, zero: false, seed: 1 };
     let smoothing = |dataset: &Dataset<'_>, base: &Model| {
         let fit = dataset.plain_fit(base, &dataset.parameters(base, search), 12).unwrap();
         match fit.model.terms[0].values["smoothing_rad_per_s"] {

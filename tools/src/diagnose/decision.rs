@@ -326,7 +326,7 @@ mod tests {
         let model = parse("joint.toml", text).unwrap();
         let recordings = [recording];
         let dataset = Dataset::new(&recordings, &model).unwrap();
-        let search = Search { removed: &[], only: None, base_terms: 0, zero: false, seed: 1 };
+        let search = Search { removed: &[], only: None, base_terms: 0, held_terms: None, zero: false, seed: 1 };
         let traded = dataset.plain_fit(&model, &dataset.parameters(&model, search), 0).unwrap();
         let apart = dataset.with_curves_apart(traded, search).unwrap();
         let damping = kinds::number_of(&apart.model.terms[0], "damping_nms_per_rad");

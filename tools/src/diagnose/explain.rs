@@ -39,6 +39,8 @@ pub struct Search<'r> {
     pub only: Option<&'r [&'static str]>,
     /// Terms of the model handed in.
     pub base_terms: usize,
+    /// Where the base stays as given, how many terms it has; `None` where its numbers are fitted.
+    pub held_terms: Option<usize>,
     /// Whether the zero of the deflection is free.
     pub zero: bool,
     /// The seed of the swarm that searches shapes.
@@ -86,7 +88,15 @@ pub fn is_delay(term: &Term) -> bool {
 impl Dataset<'_> {
     /// The free numbers of a model in a search.
     pub fn parameters(&self, model: &Model, search: Search<'_>) -> Vec<FreeParameter> {
-        self.free_parameters(model, search.zero)
+        let mut free = self.free_parameters(model, search.zero);
+        if let Some(given) = search.held_terms {
+            free.retain(|parameter| match parameter {
+                FreeParameter::Term { term, .. } => *term >= given,
+                FreeParameter::Zero => true,
+                FreeParameter::Elastic(_) | FreeParameter::Memory(_) => false,
+            });
+        }
+        free
     }
 
     /// Every kind at its best beside a fitted model, the best first. `asked` is the gain from which a kind is of use: one that gains next to nothing of it on the grid is

@@ -6,6 +6,7 @@ use crate::diagnose::explain::Search;
 use crate::diagnose::naming::DiagnosisVerdict;
 use crate::diagnose::next_experiment;
 use crate::diagnose::report_data::ReportData;
+use crate::diagnose::selection::Selection;
 use crate::diagnose::suggestion::{self, Suggestion};
 use crate::fit::zeros::other_zeros;
 use crate::model::{Base, Model};
@@ -80,6 +81,7 @@ pub fn diagnose(
         removed: &options.removed,
         only: None,
         base_terms: model.terms.len(),
+        held_terms: None,
         zero: false,
         seed: options.seed,
     };
@@ -90,29 +92,22 @@ pub fn diagnose(
     if dataset.allow_any_past(&plain)? {
         plain = dataset.fit(&model, &dataset.parameters(&model, search), None, 2)?;
     }
-    let check = || if progress.cancelled() { Err(DiagnoseError::Cancelled) } else { Ok(()) };
-    check()?;
-    let mut suggestions = Vec::new();
+    check(progress)?;
     progress.report("searching", 0.15);
     let stride = dataset.len().div_ceil(SEARCH_ROWS);
     let thin = dataset.thinned(stride, &plain.residual);
-    let mut base = thin.plain_fit(&plain.model, &thin.parameters(&plain.model, search), PLAIN_STEPS)?;
-    let mut selection = thin.select_beside_delays(&base, search)?;
-    check()?;
-    if selection.friction_of_wrong_sign > WRONG_SIGN {
-        let mut other = plain.model.clone();
-        other.gear.torque_side = model.gear.torque_side.other();
-        let fit = thin.plain_fit(&other, &thin.parameters(&other, search), PLAIN_STEPS)?;
-        let turned = thin.select_beside_delays(&fit, search)?;
-        if turned.objective < selection.objective - LEAST_BETTER {
-            suggestions.push(Suggestion::TorqueSide(other.gear.torque_side));
-            (base, selection) = (fit, turned);
-            plain = thin.fit(&other, &thin.parameters(&other, search), None, 2)?;
+    let mut found = thin.searched(plain, search, progress)?;
+    let as_given = thin.rms(&thin.centred(&thin.total(&model)?));
+    if found.verdict.mismatch && thin.rms_of_blocks(&found.verdict.extended) > as_given {
+        let held = Search { held_terms: Some(model.terms.len()), ..search };
+        let plain = thin.fit(&model, &thin.parameters(&model, held), None, 0)?;
+        let beside_given = thin.searched(plain, held, progress)?;
+        if thin.rms_of_blocks(&beside_given.verdict.extended) < as_given {
+            remarks.push(Remark::BaseHeld);
+            found = beside_given;
         }
     }
-    progress.report("searching", 0.35);
-    let (mut verdict, search) = thin.decided(&plain.model, base, &selection, search)?;
-    check()?;
+    let Searched { mut verdict, selection, search, mut suggestions } = found;
     progress.report("judging", 0.6);
     if verdict.mismatch {
         remarks.extend(other_zeros(recordings, &model));
@@ -135,7 +130,7 @@ pub fn diagnose(
     verdict.extended = dataset.with_base_unchanged(&model, verdict.extended, search)?;
     let (extended, variances) = dataset.among_shapes(verdict.extended, search)?;
     verdict.extended = extended;
-    check()?;
+    check(progress)?;
     progress.report("checking on rows held out", 0.9);
     let rms = Rms {
         given: dataset.rms(&given),
@@ -195,6 +190,19 @@ pub fn diagnose(
     Ok(Finding { diagnosis, model: extended, verdict, report_data, remarks })
 }
 
+fn check(progress: &dyn Progress) -> Result<(), DiagnoseError> {
+    if progress.cancelled() { Err(DiagnoseError::Cancelled) } else { Ok(()) }
+}
+
+/// What a search finds.
+struct Searched<'r> {
+    verdict: DiagnosisVerdict,
+    selection: Selection,
+    /// As the search was done.
+    search: Search<'r>,
+    suggestions: Vec<Suggestion>,
+}
+
 /// Friction of the wrong sign that would save this share of what is predictable: the torque is on the other side of the gear.
 const WRONG_SIGN: f64 = 0.1;
 
@@ -242,6 +250,34 @@ fn prepared(model: &Model, recordings: &[Recording], options: &Options) -> Resul
 }
 
 impl Dataset<'_> {
+    /// Searches for what a model lacks from the model fitted, also with the torque on the other side of the gear where friction has the wrong sign.
+    fn searched<'r>(
+        &self,
+        mut plain: Fitted,
+        search: Search<'r>,
+        progress: &dyn Progress,
+    ) -> Result<Searched<'r>, DiagnoseError> {
+        let mut suggestions = Vec::new();
+        let mut base = self.plain_fit(&plain.model, &self.parameters(&plain.model, search), PLAIN_STEPS)?;
+        let mut selection = self.select_beside_delays(&base, search)?;
+        check(progress)?;
+        if selection.friction_of_wrong_sign > WRONG_SIGN {
+            let mut other = plain.model.clone();
+            other.gear.torque_side = other.gear.torque_side.other();
+            let fit = self.plain_fit(&other, &self.parameters(&other, search), PLAIN_STEPS)?;
+            let turned = self.select_beside_delays(&fit, search)?;
+            if turned.objective < selection.objective - LEAST_BETTER {
+                suggestions.push(Suggestion::TorqueSide(other.gear.torque_side));
+                (base, selection) = (fit, turned);
+                plain = self.fit(&other, &self.parameters(&other, search), None, 2)?;
+            }
+        }
+        progress.report("searching", 0.35);
+        let (verdict, search) = self.decided(&plain.model, base, &selection, search)?;
+        check(progress)?;
+        Ok(Searched { verdict, selection, search, suggestions })
+    }
+
     /// Root mean square of the rows that count.
     fn rms(&self, residual: &[f64]) -> f64 {
         let masked = self.layout().masked(residual);

@@ -166,6 +166,8 @@ pub enum Remark {
         /// How far its zero is from that of the first, rad.
         apart_rad: f64,
     },
+    /// The base model is not refitted.
+    BaseHeld,
     /// Two files of one content.
     Repeated {
         /// The first.
@@ -200,6 +202,9 @@ impl fmt::Display for Remark {
                 f,
                 "{other}: its deflection fits that of {first} better with a zero {} rad away; if its encoders were restarted or moved, add --own-zeros",
                 number(*apart_rad, 5)
+            ),
+            Remark::BaseHeld => f.write_str(
+                "the numbers of the base model are kept as given: refitted together with what was found, the model predicts held-out parts of these recordings worse than the base model as given",
             ),
             Remark::Repeated { first, other, held_out: false } => {
                 write!(

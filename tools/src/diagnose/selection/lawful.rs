@@ -114,7 +114,7 @@ mod tests {
         let extended = parse("joint.toml", &format!("{text}{found}")).unwrap();
         let recordings = [recording];
         let dataset = Dataset::new(&recordings, &base).unwrap();
-        let search = Search { removed: &[], only: None, base_terms: 1, zero: false, seed: 1 };
+        let search = Search { removed: &[], only: None, base_terms: 1, held_terms: None, zero: false, seed: 1 };
         let fit = dataset.plain_fit(&extended, &dataset.parameters(&extended, search), STEPS).unwrap();
         assert!(kinds::is_reversed(&fit.model.terms[0]));
         let (fit, lost) = dataset.without_unlawful(&base, fit, search).unwrap();
