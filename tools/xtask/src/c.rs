@@ -9,7 +9,7 @@ use xshell::{Shell, cmd};
 use crate::machine::{M0, M4F};
 use crate::setup::{COMPILER, M4F_OPTIONS};
 use crate::size::{held, is_double, is_panic};
-use crate::{c_archive, c_program};
+use crate::{c_archive, c_program, program};
 
 /// Functions that `gmhm.h` declares.
 fn functions(header: &str) -> Vec<String> {
@@ -99,7 +99,7 @@ pub fn run(shell: &Shell) -> Result<()> {
             .quiet()
             .run()
             .with_context(|| format!("the library does not build for {target}: run `cargo xtask setup` first"))?;
-        let library = shell.current_dir().join("target").join(target).join("firmware/libgmhm_c.a");
+        let library = program::target(shell).join(target).join("firmware/libgmhm_c.a");
         let linked = folder.path().join(target);
         let roots: Vec<String> = functions.iter().map(|name| format!("--undefined={name}")).collect();
         cmd!(shell, "{linker} -flavor gnu --gc-sections --entry=gmhm_init {roots...} {library} -o {linked}")

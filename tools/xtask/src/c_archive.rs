@@ -20,7 +20,7 @@ const CMAKE: &str = "cmake==4.4.4";
 pub fn write(shell: &Shell, target: Option<&str>, folder: &Path) -> Result<()> {
     let to: Vec<&str> = target.into_iter().flat_map(|target| ["--target", target]).collect();
     cmd!(shell, "cargo build --quiet --locked --package gmhm-c --profile firmware {to...}").quiet().run()?;
-    let built = shell.current_dir().join("target").join(target.unwrap_or_default()).join("firmware/libgmhm_c.a");
+    let built = program::target(shell).join(target.unwrap_or_default()).join("firmware/libgmhm_c.a");
     for part in ["lib/pkgconfig", "lib/cmake/gmhm", "include"] {
         shell.create_dir(folder.join(part))?;
     }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, ensure};
 use xshell::{Shell, cmd};
 
-use crate::emulator;
+use crate::{emulator, program};
 use crate::machine::{M3, M4F, Machine};
 use crate::setup::{COMPILER, M4F_OPTIONS};
 
@@ -86,7 +86,7 @@ fn on_the_host(shell: &Shell, folder: &Path) -> Result<Vec<String>> {
         .quiet()
         .run()
         .context("the library does not build for the host")?;
-    let (program, library) = (folder.join("host"), shell.current_dir().join("target/firmware/libgmhm_c.a"));
+    let (program, library) = (folder.join("host"), program::target(shell).join("firmware/libgmhm_c.a"));
     cmd!(shell, "cc {WARNINGS...} -O1 -I c/include c/tests/program.c {library} -lm -lpthread -ldl -o {program}")
         .quiet()
         .run()
@@ -102,7 +102,7 @@ fn on_the_host(shell: &Shell, folder: &Path) -> Result<Vec<String>> {
 
 /// The program for a target, with its start-up file and linker script.
 fn compile(shell: &Shell, folder: &Path, target: &str, options: &[&str]) -> Result<PathBuf> {
-    let (program, library) = (folder.join(target), format!("target/{target}/firmware/libgmhm_c.a"));
+    let (program, library) = (folder.join(target), program::target(shell).join(target).join("firmware/libgmhm_c.a"));
     let sections =
         ["-Os", "-ffunction-sections", "-fdata-sections", "-Wl,--gc-sections,--fatal-warnings,-z,noexecstack"];
     let start =

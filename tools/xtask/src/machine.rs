@@ -5,6 +5,8 @@ use std::path::PathBuf;
 use anyhow::{Context, Result};
 use xshell::{Shell, cmd};
 
+use crate::program;
+
 /// A board that the emulator knows.
 #[derive(Debug, Clone, Copy)]
 pub struct Machine {
@@ -60,6 +62,6 @@ impl Machine {
         .quiet()
         .run()
         .with_context(|| format!("image `{image}` does not build for {target}: run `cargo xtask setup` first"))?;
-        Ok(shell.current_dir().join("target").join(target).join("firmware").join(image))
+        Ok(program::target(shell).join(target).join("firmware").join(image))
     }
 }

@@ -157,7 +157,7 @@ impl Background {
     fn start(&mut self, shell: &Shell, arguments: &str) -> Result<()> {
         let arguments = arguments.split_once(" -- ").map_or("", |(_, rest)| rest);
         // The program itself, not cargo, which would leave it running.
-        let program = shell.current_dir().join("target/release/gmhm");
+        let program = program::target(shell).join("release/gmhm");
         let mut child = Command::new(program)
             .args(arguments.split_whitespace())
             .stdin(Stdio::piped())
