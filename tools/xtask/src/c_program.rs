@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, ensure};
 use xshell::{Shell, cmd};
 
-use crate::{emulator, program};
 use crate::machine::{M3, M4F, Machine};
 use crate::setup::{COMPILER, M4F_OPTIONS};
+use crate::{emulator, program};
 
 /// Golden blocks of single precision: each law, and terms of every kind that fit; then the same with the words of their set-up, which a feed-forward needs.
 const BLOCKS: [&str; 14] = [
