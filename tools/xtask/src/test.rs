@@ -33,8 +33,8 @@ const HOST: &[Step] = &[
     ("packages", packages),
     ("fuzzing", |shell| fuzz::run(shell, fuzz::IN_TESTS, 1)),
     ("examples", examples),
-    ("commands of the README", readme),
-    ("installation", install::run),
+    ("commands of the README", |shell| built_quickly(shell, readme)),
+    ("installation", |shell| built_quickly(shell, install::run)),
 ];
 
 const FIRMWARE: &[Step] = &[
@@ -129,6 +129,12 @@ fn examples(shell: &Shell) -> Result<()> {
         cmd!(shell, "{example}").run().with_context(|| format!("the example `{name}` failed"))?;
     }
     Ok(())
+}
+
+/// Runs what builds in release without optimisation: it runs the program for seconds, and to optimise takes minutes.
+fn built_quickly(shell: &Shell, work: fn(&Shell) -> Result<()>) -> Result<()> {
+    let _level = shell.push_env("CARGO_PROFILE_RELEASE_OPT_LEVEL", "0");
+    work(shell)
 }
 
 /// Runs every `cargo run` that the README shows.
