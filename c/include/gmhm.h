@@ -2,16 +2,16 @@
  * Hysteresis torque of a harmonic drive, its inverse and its feed-forward, from a parameter block; a store for blocks in flash and the serial link to a host.
  *
  * | type              | what                                                                  |
- * | gmhm_joint        | from deflection to torque and back, with terms                        |
+ * | gmhm_joint        | from deflection to torque and back; with terms in memory of yours     |
  * | gmhm_gear         | from deflection to torque and back, every law without terms: small    |
  * | gmhm_law          | feed-forward of law `masing` without terms: small                     |
- * | gmhm_feed_forward | feed-forward of every law, with terms                                 |
+ * | gmhm_feed_forward | feed-forward of every law; with terms in memory of yours              |
  * | gmhm_store        | two slots in flash for blocks: one is whole at any moment             |
  * | gmhm_link         | the serial link over a store: read, try, store, go back               |
  *
  * Each lives wherever you put it (statically, as a rule); nothing is allocated and nothing locks. Calls for one of them must not run at the same time: call from one task or interrupt, or
- * mask. No call keeps a pointer, but gmhm_store_init and gmhm_link_init, which copy gmhm_flash with its functions and its context. No call panics or fails to return, whatever it is given; NULL
- * is answered by GMHM_NULL or GMHM_FLAG_NOT_LOADED. gmhm_init, gmhm_feed_forward_init and their loads take up to 7 KiB of stack, the others less than half.
+ * mask. No call keeps a pointer, but gmhm_init_with_terms and gmhm_feed_forward_init_with_terms, which keep that of the terms, and gmhm_store_init and gmhm_link_init, which copy gmhm_flash with its functions and its context. No call panics or fails to return, whatever it is given; NULL
+ * is answered by GMHM_NULL or GMHM_FLAG_NOT_LOADED. gmhm_init, gmhm_feed_forward_init and their loads take up to 6 KiB of stack, the others less than half.
  *
  *     static gmhm_joint joint;
  *
@@ -44,13 +44,21 @@ extern "C" {
 #define GMHM_VERSION ((uint32_t)GMHM_VERSION_MAJOR << 16 | (uint32_t)GMHM_VERSION_MINOR << 8 | (uint32_t)GMHM_VERSION_PATCH)
 uint32_t gmhm_version(void);
 
-/* Room for one gear with eight terms and 16 turning points, in 64-bit words: 3.5 KiB. */
-#define GMHM_JOINT_WORDS 448
+/* Room for one gear with 16 turning points, in 64-bit words: 512 bytes. */
+#define GMHM_JOINT_WORDS 64
 
 /* One gear: parameters in force and the path so far. Its content is no concern of yours. */
 typedef struct gmhm_joint {
     uint64_t opaque[GMHM_JOINT_WORDS];
 } gmhm_joint;
+
+/* Room for one term of any kind, in 64-bit words: 424 bytes. */
+#define GMHM_TERM_WORDS 53
+
+/* A place for a term: its coefficients and what it remembers. Its content is no concern of yours. */
+typedef struct gmhm_term {
+    uint64_t opaque[GMHM_TERM_WORDS];
+} gmhm_term;
 
 /* Codes. Refused blocks: 0x0101 to 0x0112, listed in docs/block.md. */
 #define GMHM_OK 0x0000u
@@ -66,6 +74,7 @@ typedef struct gmhm_joint {
 #define GMHM_PERIOD 0x000Au     /* law `time`: the block was made for another control period, see gmhm pack --period */
 #define GMHM_NO_INVERSE 0x000Bu /* the block has no inverse: it cannot be fed forward */
 #define GMHM_UNREADABLE 0x000Cu /* a slot cannot be read, and no block is known to be in force: nothing was touched, see gmhm_store_erase_unreadable */
+#define GMHM_PLACES 0x000Du     /* the block has more terms than there are places: gmhm_block.terms says how many it needs; nothing changed */
 #define GMHM_ERROR_LENGTH 0x0101u
 #define GMHM_ERROR_MAGIC 0x0102u
 #define GMHM_ERROR_VERSION 0x0103u
@@ -181,9 +190,18 @@ typedef struct gmhm_diagnostics {
 
 /*
  * Makes a joint of bytes that hold anything, and loads a block. Call once, before any other call for this joint. A refused block leaves a joint
- * without parameters, which is safe to use. `length` may be more than that of the block, such as a whole sector of flash.
+ * without parameters, which is safe to use. `length` may be more than that of the block, such as a whole sector of flash. A block with terms is refused by GMHM_PLACES: faults of the
+ * measurement apart, which a drive does not compute.
  */
 uint16_t gmhm_init(gmhm_joint *joint, const uint8_t *block, uint32_t length);
+
+/*
+ * The same with places for terms, at most 255, whatever is in them: for this block and every one that is loaded later. They belong to the joint for as long as it is used. NULL counts as none.
+ *
+ *     static gmhm_term places[4];
+ *     if (gmhm_init_with_terms(&joint, places, 4, block, sizeof block) != GMHM_OK) { ... }
+ */
+uint16_t gmhm_init_with_terms(gmhm_joint *joint, gmhm_term *terms, uint32_t places, const uint8_t *block, uint32_t length);
 
 /*
  * Puts another block in force while the joint runs. The path goes on: reversals keep their deflections, their torques are computed anew, terms of the same kind go on.
@@ -209,9 +227,6 @@ typedef struct gmhm_encoders {
     uint32_t output_reversed;
 } gmhm_encoders;
 
-/* Tells the encoders of the joint, after a block is in force; they stay over gmhm_load. Ratio and zero are applied to them in integers. GMHM_VALUE where they do not go with the block: no ratio, no counts, or too fine. */
-uint16_t gmhm_set_encoders(gmhm_joint *joint, const gmhm_encoders *encoders);
-
 /*
  * The largest step of the deflection between two samples, rad, for this joint and every block that it loads: the top speed of the deflection times the control period. What is
  * further from the last good sample is quarantined; for each sample that was not taken the next may lie a step further, up to four. INFINITY means no limit. Until it is called the step is that
@@ -224,12 +239,6 @@ void gmhm_restart(gmhm_joint *joint);
 
 /* Moves to the next sample, one control period after the last. The first one is the start: the hysteresis memory is empty there. Returns the flags, which are in `to` as well. */
 uint32_t gmhm_step(gmhm_joint *joint, const gmhm_sample *sample, gmhm_output *to);
-
-/*
- * The same from the raw counts of both encoders, each from 0 to one below a turn: ratio, zero and rated deflection of the block are applied, in integers until the difference is
- * taken. Deflection and angles of the sample are not read. Between two calls either shaft moves by less than half a turn of its own.
- */
-uint32_t gmhm_step_counts(gmhm_joint *joint, uint32_t motor, uint32_t output, const gmhm_sample *sample, gmhm_output *to);
 
 /*
  * The deflection at which the next sample gives this torque, terms included, at the angles, speeds and temperature of `sample`, whose deflection is not read. Nothing moves;
@@ -291,28 +300,30 @@ typedef struct gmhm_block {
     float deflection_zero_rad;     /* what the encoders show at no deflection: q_m/N - q_o - this is the deflection of a sample */
     uint32_t torque_on_motor_side; /* 1: the torque is taken on the motor side; 0: by a sensor on the output side */
     uint32_t torque_in_amperes;    /* 1: read A for N*m everywhere */
+    uint32_t terms;                /* places that gmhm_joint and gmhm_feed_forward need for its terms */
 } gmhm_block;
 
 /* Reads that from the bytes of a block, for drives that compute by gmhm_law or gmhm_feed_forward. No double precision. A refused block leaves all numbers 0. */
 uint16_t gmhm_read_block(const uint8_t *block, uint32_t length, gmhm_block *to);
 
 /*
- * The two encoders of a joint, for drives that compute by gmhm_law or gmhm_feed_forward: ratio and zero of the block are applied to raw counts, in integers until the difference is
- * taken. gmhm_joint does the same by gmhm_set_encoders and gmhm_step_counts.
+ * The two encoders of a joint: ratio and zero of the block are applied to raw counts, in integers until the difference is taken.
  *
  *     static gmhm_pair pair;
  *     if (gmhm_pair_init(&pair, block, sizeof block, &encoders) != GMHM_OK) { ... }
  *
- *     gmhm_pair_read(&pair, motor_counts, output_counts, &sample);   // each control period
+ *     gmhm_step_counts(&joint, &pair, motor_counts, output_counts, &sample, &now);   // each control period, for gmhm_joint
+ *
+ *     gmhm_pair_read(&pair, motor_counts, output_counts, &sample);                   // for gmhm_gear, gmhm_law and gmhm_feed_forward
  *     demand.deflection_rad = sample.deflection_rad;
  */
-#define GMHM_PAIR_WORDS 16
+#define GMHM_PAIR_WORDS 17
 
 typedef struct gmhm_pair {
     uint64_t opaque[GMHM_PAIR_WORDS];
 } gmhm_pair;
 
-/* Makes a pair of bytes that hold anything, in integers. GMHM_VALUE where block and encoders do not go together: no ratio, no counts, or too fine. Call it again with every other block. */
+/* Makes a pair of bytes that hold anything, in integers. GMHM_VALUE where block and encoders do not go together: no ratio, no counts, or too fine. Call it again with every other block, where gmhm_pair_read is used. */
 uint16_t gmhm_pair_init(gmhm_pair *pair, const uint8_t *block, uint32_t length, const gmhm_encoders *encoders);
 
 /* The next counts are the first: the shafts may have turned meanwhile. */
@@ -323,6 +334,12 @@ uint16_t gmhm_pair_restart(gmhm_pair *pair);
  * of its own. Returns 0, or GMHM_FLAG_NO_ENCODERS: nothing is written.
  */
 uint32_t gmhm_pair_read(gmhm_pair *pair, uint32_t motor, uint32_t output, gmhm_sample *sample);
+
+/*
+ * gmhm_step from raw counts; deflection and angles of the sample are not read. Ratio, zero and rated deflection are those of the block in force, whichever the pair was made with; after
+ * gmhm_restart the next counts are the first. GMHM_FLAG_NO_ENCODERS where that block and the encoders do not go together: nothing moved.
+ */
+uint32_t gmhm_step_counts(gmhm_joint *joint, gmhm_pair *pair, uint32_t motor, uint32_t output, const gmhm_sample *sample, gmhm_output *to);
 
 /*
  * Law `masing` with its feed-forward alone: 512 bytes a joint, and a fraction of the code of gmhm_joint. It takes blocks of single precision in newton metres that
@@ -397,19 +414,23 @@ void gmhm_law_clear_diagnostics(gmhm_law *law);
  * answered by GMHM_ERROR_MISSING. Nothing is computed in double precision.
  *
  *     static gmhm_feed_forward feed;
- *     if (gmhm_feed_forward_init(&feed, block, sizeof block, &limits) != GMHM_OK) { ... }
+ *     static gmhm_term places[4];
+ *     if (gmhm_feed_forward_init_with_terms(&feed, places, 4, block, sizeof block, &limits) != GMHM_OK) { ... }
  *
  *     gmhm_sample sample = { .temperature_c = housing, .velocity_rad_per_s = v, ... };   // what gmhm_feed_forward_needs asks for
  *     gmhm_feed_forward_step(&feed, &demand, &sample, &now);                             // each control period
  */
-#define GMHM_FEED_FORWARD_WORDS 448
+#define GMHM_FEED_FORWARD_WORDS 74
 
 typedef struct gmhm_feed_forward {
     uint64_t opaque[GMHM_FEED_FORWARD_WORDS];
 } gmhm_feed_forward;
 
-/* As gmhm_law_init. */
+/* As gmhm_law_init; a block with terms is refused by GMHM_PLACES. */
 uint16_t gmhm_feed_forward_init(gmhm_feed_forward *feed, const uint8_t *block, uint32_t length, const gmhm_limits *limits);
+
+/* The same with places for terms, as gmhm_init_with_terms. */
+uint16_t gmhm_feed_forward_init_with_terms(gmhm_feed_forward *feed, gmhm_term *terms, uint32_t places, const uint8_t *block, uint32_t length, const gmhm_limits *limits);
 
 /* As gmhm_law_load: terms of the same kind go on, what all terms add fades over within the ramp. */
 uint16_t gmhm_feed_forward_load(gmhm_feed_forward *feed, const uint8_t *block, uint32_t length, const gmhm_limits *limits);

@@ -24,6 +24,11 @@ impl Facts {
         Ok(Self { sequence, crc, period_s, gear: header.identity, joint, unit: header.torque_unit })
     }
 
+    /// CRC-32 of the block.
+    pub(crate) fn crc(&self) -> u32 {
+        self.crc
+    }
+
     /// Ratio, zero and side.
     pub(crate) fn joint(&self) -> &JointRecord {
         &self.joint

@@ -4,42 +4,43 @@ use core::mem::MaybeUninit;
 
 use gmhm::block::{Block, BlockError, CheckedTerms, INVERSE, Prepared, verify_first};
 use gmhm::diagnostics::Diagnostics;
-use gmhm::feedforward::{Contribution, FeedForward, FeedForwardError};
+use gmhm::feedforward::{Contribution, FeedForward, FeedForwardError, FeedForwardState};
 use gmhm::memory::AnyLaw;
-use gmhm::terms::Stack;
-use gmhm::terms::feedforward::{CompensatedFeedForward, CompensatedFeedForwardState};
+use gmhm::terms::feedforward::{CompensatedFeedForwardPast, CompensatedFeedForwardView, Shares};
 
 use crate::facts::Facts;
-use crate::joint::{DEPTH, NO_SETTING, TERMS, plant};
+use crate::joint::DEPTH;
+use crate::terms::{MOST, TermC, Terms};
 use crate::types::{ContributionC, DemandC, DiagnosticsC, LimitsC, SampleC, StatusC, flag, need, status_flags, sum};
-use crate::{NO_INVERSE, NULL, OK, PERIOD, VALUE, answer, bytes, code_of};
+use crate::{NO_INVERSE, NULL, OK, PERIOD, PLACES, VALUE, answer, bytes, code_of};
 
 /// 64-bit words of `gmhm_feed_forward`.
-pub const FEED_FORWARD_WORDS: usize = 448;
+pub const FEED_FORWARD_WORDS: usize = 74;
 
 const _: () = assert!(
     size_of::<FeedForwardC>() <= 8 * FEED_FORWARD_WORDS && align_of::<FeedForwardC>() <= align_of::<u64>(),
     "a feed-forward does not fit into GMHM_FEED_FORWARD_WORDS of gmhm.h"
 );
 
-type Feed = CompensatedFeedForward<f32, AnyLaw<f32>, TERMS>;
-type State = CompensatedFeedForwardState<f32, DEPTH, AnyLaw<f32>, TERMS>;
-
 /// `gmhm_feed_forward`.
 pub struct FeedForwardC {
     force: Option<Force>,
+    /// Begins with the first sample.
+    state: Option<State>,
+    terms: Terms,
     flags: u32,
     diagnostics: Diagnostics,
-    /// Of the path, as counted last.
-    merged_pairs: u32,
 }
 
 struct Force {
-    feed: Feed,
-    /// Begins with the first sample.
-    state: Option<State>,
+    feed_forward: FeedForward<f32>,
     period_s: f32,
     facts: Facts,
+}
+
+struct State {
+    feed_forward: FeedForwardState<f32, DEPTH>,
+    shares: Shares<f32>,
 }
 
 impl core::fmt::Debug for FeedForwardC {
@@ -50,15 +51,15 @@ impl core::fmt::Debug for FeedForwardC {
 
 /// The gear of a good block and its terms, nothing of it in double precision. A frame of its own: firmware has little stack.
 #[inline(never)]
-fn check(block: &Block<'_>) -> Result<(Prepared<f32, AnyLaw<f32>>, CheckedTerms<TERMS>), BlockError> {
+fn check(block: &Block<'_>) -> Result<(Prepared<f32, AnyLaw<f32>>, CheckedTerms<MOST>), BlockError> {
     let prepared = Prepared::of_block(block, DEPTH)?;
     let terms = prepared.terms(block)?;
     Ok((prepared, terms))
 }
 
 impl FeedForwardC {
-    fn empty() -> Self {
-        Self { force: None, flags: flag::NOT_LOADED, diagnostics: Diagnostics::default(), merged_pairs: 0 }
+    fn empty(terms: Terms) -> Self {
+        Self { force: None, state: None, terms, flags: flag::NOT_LOADED, diagnostics: Diagnostics::default() }
     }
 
     fn load(&mut self, block: &[u8], limits: &LimitsC) -> Result<(), u16> {
@@ -74,34 +75,43 @@ impl FeedForwardC {
             FeedForwardError::Period { .. } => PERIOD,
             _ => VALUE,
         })?;
-        let force = self.force_of(&feed_forward, facts);
-        let before = core::mem::replace(&mut force.feed.feed_forward, feed_forward);
-        (force.period_s, force.facts) = (limits.period_s, facts);
-        plant(&mut force.feed.stack, &terms, &block);
-        if let Some(state) = &mut force.state {
-            force.feed.take_over(&before, state);
+        if !self.terms.have_room(&terms) {
+            return Err(PLACES);
         }
+        self.adopt(Force { feed_forward, period_s: limits.period_s, facts }, &terms, &block);
         self.flags = 0;
         Ok(())
     }
 
-    /// What is in force, or its place. A frame of its own, as above.
+    /// Takes over what a good block says. A frame of its own, as above.
     #[inline(never)]
-    fn force_of(&mut self, feed_forward: &FeedForward<f32>, facts: Facts) -> &mut Force {
-        self.force.get_or_insert_with(|| Force {
-            feed: CompensatedFeedForward { feed_forward: *feed_forward, stack: Stack::of_gear(NO_SETTING) },
-            state: None,
-            period_s: 0.0,
-            facts,
-        })
+    fn adopt(&mut self, force: Force, terms: &CheckedTerms<MOST>, block: &Block<'_>) {
+        let before = self.terms.load(terms, block);
+        let (stack, terms, trial) = self.terms.all(before);
+        if let (Some(State { feed_forward, shares }), Some(earlier)) = (&mut self.state, &self.force) {
+            let now = CompensatedFeedForwardView { feed_forward: &force.feed_forward, stack };
+            let mut past = CompensatedFeedForwardPast { feed_forward, terms, trial, shares };
+            now.take_over(&earlier.feed_forward, &mut past, before);
+        }
+        self.force = Some(force);
     }
 
     fn step(&mut self, demand: &DemandC, sample: &SampleC) -> Option<(ContributionC, u32)> {
-        let Force { feed, state, period_s, .. } = self.force.as_mut()?;
+        let Force { feed_forward, period_s, .. } = self.force.as_ref()?;
         let sample = sample.after(*period_s);
-        let state = state.get_or_insert_with(|| feed.start(&sample));
-        let now = feed.step(state, &demand.controls(), &demand.demand(), &sample);
-        let gear = feed.feed_forward.inverse().gear();
+        let (stack, terms, trial) = self.terms.parts();
+        let view = CompensatedFeedForwardView { feed_forward, stack };
+        let State { feed_forward: state, shares } = match &mut self.state {
+            Some(state) => state,
+            none => {
+                let (feed_forward, shares) = view.start(terms, &sample);
+                none.insert(State { feed_forward, shares })
+            }
+        };
+        let gear = feed_forward.inverse().gear();
+        let before = gear.merged_pairs(state.gear());
+        let mut past = CompensatedFeedForwardPast { feed_forward: state, terms, trial, shares };
+        let now = view.step(&mut past, &demand.controls(), &demand.demand(), &sample);
         let (output, status) = (gear.output(state.gear()), state.gear().status());
         let contribution = ContributionC {
             offset_rad: now.offset,
@@ -113,21 +123,26 @@ impl FeedForwardC {
         let flags = status_flags(now.refused, &status) | sum(&[(now.base.saturated, flag::SATURATED)]);
         self.flags = flags;
         self.diagnostics.see_contribution(&Contribution { refused: now.refused, ..now.base }, &status);
-        let merged = gear.merged_pairs(state.gear());
-        self.diagnostics.see_merged_pairs(self.merged_pairs, merged);
-        self.merged_pairs = merged;
+        self.diagnostics.see_merged_pairs(before, gear.merged_pairs(state.gear()));
         Some((contribution, flags))
     }
 
+    fn restart(&mut self, deflection_rad: f32) {
+        if let (Some(force), Some(State { feed_forward, shares })) = (&self.force, &mut self.state) {
+            let view = CompensatedFeedForwardView { feed_forward: &force.feed_forward, stack: self.terms.view() };
+            view.restart(feed_forward, shares, deflection_rad);
+        }
+    }
+
     fn status(&self) -> Option<StatusC> {
-        let Force { feed, state, facts, .. } = self.force.as_ref()?;
-        let inverse = feed.feed_forward.inverse();
+        let Force { feed_forward, facts, .. } = self.force.as_ref()?;
+        let inverse = feed_forward.inverse();
         let gear = inverse.gear();
         let at_rest = gear.start::<DEPTH>(0.0);
-        let state = state.as_ref().map_or(&at_rest, State::gear);
+        let state = self.state.as_ref().map_or(&at_rest, |state| state.feed_forward.gear());
         Some(StatusC {
             range_rad: inverse.range(),
-            needs: need::bits(&feed.stack),
+            needs: need::bits(&self.terms.view()),
             flags: self.flags,
             ..facts.status(gear, state)
         })
@@ -146,10 +161,30 @@ pub unsafe extern "C" fn gmhm_feed_forward_init(
     length: u32,
     limits: Option<&LimitsC>,
 ) -> u16 {
+    // SAFETY: the caller's, as above; no terms.
+    unsafe { gmhm_feed_forward_init_with_terms(feed, core::ptr::null_mut(), 0, block, length, limits) }
+}
+
+/// See `gmhm.h`.
+///
+/// # Safety
+/// The pointers are null or point to as much as `gmhm.h` says, the terms for as long as the feed-forward is used.
+// SAFETY: as for `gmhm_feed_forward_init`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn gmhm_feed_forward_init_with_terms(
+    feed: Option<&mut MaybeUninit<FeedForwardC>>,
+    terms: *mut TermC,
+    places: u32,
+    block: *const u8,
+    length: u32,
+    limits: Option<&LimitsC>,
+) -> u16 {
     let Some(feed) = feed else { return NULL };
-    let feed = feed.write(FeedForwardC::empty());
     // SAFETY: the caller's, as above.
-    unsafe { gmhm_feed_forward_load(Some(feed), block, length, limits) }
+    unsafe {
+        let feed = feed.write(FeedForwardC::empty(Terms::in_memory(terms, places)));
+        gmhm_feed_forward_load(Some(feed), block, length, limits)
+    }
 }
 
 /// See `gmhm.h`.
@@ -174,10 +209,7 @@ pub unsafe extern "C" fn gmhm_feed_forward_load(
 #[unsafe(no_mangle)]
 pub extern "C" fn gmhm_feed_forward_restart(feed: Option<&mut FeedForwardC>, deflection_rad: f32) -> u16 {
     let Some(feed) = feed else { return NULL };
-    feed.merged_pairs = 0;
-    if let Some(Force { feed, state: Some(state), .. }) = &mut feed.force {
-        feed.restart(state, deflection_rad);
-    }
+    feed.restart(deflection_rad);
     OK
 }
 
@@ -185,7 +217,7 @@ pub extern "C" fn gmhm_feed_forward_restart(feed: Option<&mut FeedForwardC>, def
 // SAFETY: as for `gmhm_feed_forward_init`.
 #[unsafe(no_mangle)]
 pub extern "C" fn gmhm_feed_forward_needs(feed: Option<&FeedForwardC>) -> u32 {
-    feed.and_then(|feed| feed.force.as_ref()).map_or(0, |force| need::bits(&force.feed.stack))
+    feed.map_or(0, |feed| need::bits(&feed.terms.view()))
 }
 
 /// See `gmhm.h`.

@@ -1,106 +1,51 @@
 //! One gear as C sees it: parameters in force and the path so far.
 
-use gmhm::block::{Block, BlockError, CheckedTerms, GEAR, JointRecord, Parameters, Prepared, TorqueUnit, verify_first};
+use gmhm::block::{Block, BlockError, CheckedTerms, GEAR, Parameters, Prepared, TorqueUnit, verify_first};
 use gmhm::diagnostics::{Diagnostics, SelfTest};
 use gmhm::memory::AnyLaw;
-use gmhm::terms::compensated::{Compensated, CompensatedState, Total};
-use gmhm::terms::{Sample, Setting, Stack};
+use gmhm::terms::compensated::{CompensatedPast, CompensatedView, LastSample, Total};
+use gmhm::terms::{Sample, feedforward};
 use gmhm::{Gear, Inverse, Output, Solution, State};
 
 use crate::facts::Facts;
-use crate::pair::Pair;
-use crate::types::{
-    Answer, DiagnosticsC, EncodersC, OutputC, SampleC, SolutionC, StatusC, flag, need, status_flags, sum,
-};
+use crate::pair::PairC;
+use crate::terms::{MOST, Terms};
+use crate::types::{Answer, DiagnosticsC, OutputC, SampleC, SolutionC, StatusC, flag, need, status_flags, sum};
+use crate::{PLACES, code_of};
 
 /// Turning points that a joint remembers.
 pub(crate) const DEPTH: usize = 16;
 /// The largest step of a gear that was told none: that of its block, where this counts as none.
 pub(crate) const STEP_OF_BLOCK: f32 = -1.0;
-/// Terms that it has room for.
-pub(crate) const TERMS: usize = 8;
-
-#[cfg(target_pointer_width = "32")]
-const _: () = assert!(
-    size_of::<gmhm::terms::Term<f32>>() == 264 && size_of::<gmhm::terms::TermState<f32>>() == 76,
-    "docs/size.md and c/README.md say what a term takes"
-);
-
-/// Base model and terms.
-type Model = Compensated<f32, AnyLaw<f32>, TERMS>;
 
 /// `gmhm_joint`.
 #[derive(Debug)]
 pub struct Joint {
     force: Option<Force>,
-    path: Path,
+    path: Option<Path>,
+    terms: Terms,
     flags: u32,
     largest_step_rad: f32,
-    encoders: Option<Encoders>,
-    /// The block's ratio and zero over these encoders.
-    pair: Option<Pair>,
     diagnostics: Diagnostics,
-    /// Of the path, as counted last.
-    merged_pairs: u32,
 }
 
 /// What is in force.
 #[derive(Debug)]
 struct Force {
     facts: Facts,
-    inverse: Option<Inverse<f32>>,
-    /// The base model and the terms that a drive feeds forward.
-    compensated: Model,
+    base: Base,
 }
 
 /// The path so far. Without terms the base model goes alone, at its constant period and lowest cost.
-#[expect(clippy::large_enum_variant, reason = "nothing is allocated, and every joint has room for terms")]
-enum Path {
-    New,
-    Base(State<f32, DEPTH>),
-    WithTerms(CompensatedState<f32, DEPTH, AnyLaw<f32>, TERMS>),
+struct Path {
+    gear: State<f32, DEPTH>,
+    /// With terms.
+    last: LastSample<f32>,
 }
 
 impl core::fmt::Debug for Path {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.write_str(match self {
-            Self::New => "New",
-            Self::Base(_) => "Base",
-            Self::WithTerms(_) => "WithTerms",
-        })
-    }
-}
-
-impl Path {
-    /// Goes on with other parameters: reversals keep their deflections, their torques are computed anew.
-    #[inline(never)]
-    fn take_over(&mut self, before: &Gear<f32>, now: &Model) {
-        match self {
-            Self::New => {}
-            Self::WithTerms(state) => now.take_over(before, state),
-            Self::Base(state) => {
-                now.gear.take_over(before, state);
-                if !now.stack.terms().is_empty() {
-                    self.take_terms(now);
-                }
-            }
-        }
-    }
-
-    /// Goes on from a base model with terms at rest. A frame of its own, as above.
-    #[inline(never)]
-    fn take_terms(&mut self, now: &Model) {
-        if let Self::Base(state) = self {
-            *self = Self::WithTerms(now.resume(state.clone()));
-        }
-    }
-
-    fn base(&self) -> Option<&State<f32, DEPTH>> {
-        match self {
-            Self::New => None,
-            Self::Base(state) => Some(state),
-            Self::WithTerms(state) => Some(state.gear()),
-        }
+        f.debug_struct("Path").finish_non_exhaustive()
     }
 }
 
@@ -110,27 +55,34 @@ impl Force {
     }
 }
 
-/// A gear, its encoders and their common measure: a program that tells no encoders links nothing of it.
-type PairOf = fn(&JointRecord, f32, &EncodersC) -> Option<Pair>;
-
-/// The encoders of a joint.
-#[derive(Debug)]
-struct Encoders {
-    counts: EncodersC,
-    pair_of: PairOf,
-}
-
 /// The parameters of a good block, its terms only checked.
 pub(crate) struct Loaded {
     self_test: SelfTest,
     base: Base,
-    terms: CheckedTerms<TERMS>,
+    terms: CheckedTerms<MOST>,
 }
 
 /// A gear, with its inverse where it has one.
+#[derive(Debug)]
 enum Base {
     Gear(Gear<f32>),
     Inverse(Inverse<f32>),
+}
+
+impl Base {
+    fn gear(&self) -> &Gear<f32> {
+        match self {
+            Self::Gear(gear) => gear,
+            Self::Inverse(inverse) => inverse.gear(),
+        }
+    }
+
+    fn inverse(&self) -> Option<&Inverse<f32>> {
+        match self {
+            Self::Gear(_) => None,
+            Self::Inverse(inverse) => Some(inverse),
+        }
+    }
 }
 
 /// How a block is set up.
@@ -147,7 +99,7 @@ pub(crate) fn prepared(block: &Block<'_>, unit: TorqueUnit) -> Result<Loaded, Bl
 /// From what the block says of gear and inverse, in double precision. A frame of its own, as above.
 #[inline(never)]
 pub(crate) fn any(block: &Block<'_>, unit: TorqueUnit) -> Result<Loaded, BlockError> {
-    let parameters = Parameters::<f32, AnyLaw<f32>, CheckedTerms<TERMS>>::of_any_block(block, DEPTH, unit)?;
+    let parameters = Parameters::<f32, AnyLaw<f32>, CheckedTerms<MOST>>::of_any_block(block, DEPTH, unit)?;
     let Parameters { self_test, gear, inverse, terms, .. } = parameters;
     let base = match (inverse, gear) {
         (Some(inverse), _) => Base::Inverse(inverse),
@@ -157,84 +109,63 @@ pub(crate) fn any(block: &Block<'_>, unit: TorqueUnit) -> Result<Loaded, BlockEr
     Ok(Loaded { self_test, base, terms })
 }
 
-/// The terms of a good block, in their place. A frame of its own, as above.
-#[inline(never)]
-pub(crate) fn plant(stack: &mut Stack<f32, TERMS>, terms: &CheckedTerms<TERMS>, block: &Block<'_>) {
-    terms.plant_into(stack, block);
-}
-
-/// Of a stack that terms are planted into.
-pub(crate) const NO_SETTING: Setting<f32> = Setting { sigma: 0.0, c1: 0.0, rated_deflection: 0.0 };
-
 impl Joint {
     /// No parameters in force.
-    pub(crate) fn empty() -> Self {
+    pub(crate) fn empty(terms: Terms) -> Self {
         Self {
             force: None,
-            path: Path::New,
+            path: None,
+            terms,
             flags: flag::NOT_LOADED,
             largest_step_rad: STEP_OF_BLOCK,
-            encoders: None,
-            pair: None,
             diagnostics: Diagnostics::default(),
-            merged_pairs: 0,
         }
     }
 
-    /// Puts a block in force whose torques are counted in a unit.
-    pub(crate) fn load(&mut self, block: &[u8], unit: TorqueUnit, set_up: SetUp) -> Result<(), BlockError> {
-        let block = verify_first(block)?;
+    /// Puts a block in force whose torques are counted in a unit; the code where it is refused.
+    pub(crate) fn load(&mut self, block: &[u8], unit: TorqueUnit, set_up: SetUp) -> Result<(), u16> {
+        let block = verify_first(block).map_err(|error| error.code())?;
         let loaded = set_up(&block, unit);
         self.diagnostics.see_load(loaded.as_ref().map(|loaded| loaded.self_test));
-        let Loaded { base, terms, .. } = loaded?;
-        let facts = Facts::of_block(&block)?;
-        let before = self.force.as_ref().map(|force| force.compensated.gear);
-        self.adopt(facts, &base);
-        if let Some(force) = &mut self.force {
-            plant(&mut force.compensated.stack, &terms, &block);
-            if let Some(before) = &before {
-                self.path.take_over(before, &force.compensated);
-            }
+        let Loaded { base, terms, .. } = loaded.map_err(|error| code_of(&error))?;
+        let facts = Facts::of_block(&block).map_err(|error| error.code())?;
+        if !self.terms.have_room(&terms) {
+            return Err(PLACES);
         }
+        self.adopt(Force { facts, base }, &terms, &block);
         self.flags = 0;
-        self.pair = self.encoders.as_ref().and_then(|encoders| self.pair_of(encoders));
         Ok(())
     }
 
-    /// Takes over what a good block says, but for its terms. A frame of its own, as above.
+    /// Takes over what a good block says. A frame of its own: firmware has little stack.
     #[inline(never)]
-    fn adopt(&mut self, facts: Facts, base: &Base) {
-        let (gear, inverse) = match base {
-            Base::Gear(gear) => (gear, None),
-            Base::Inverse(inverse) => (inverse.gear(), Some(*inverse)),
-        };
-        let gear = gear.with_largest_step(self.largest_step_rad);
-        let force = self.force.get_or_insert_with(|| Force {
-            facts,
-            inverse: None,
-            compensated: Compensated { gear, stack: Stack::of_gear(NO_SETTING) },
-        });
-        (force.facts, force.inverse, force.compensated.gear) = (facts, inverse, gear);
-    }
-
-    /// Says whether encoders and the block in force go together.
-    pub(crate) fn set_encoders(&mut self, encoders: &EncodersC) -> bool {
-        let encoders = Encoders { counts: *encoders, pair_of: Pair::new };
-        let pair = self.pair_of(&encoders);
-        if pair.is_some() {
-            (self.encoders, self.pair) = (Some(encoders), pair);
+    fn adopt(&mut self, force: Force, terms: &CheckedTerms<MOST>, block: &Block<'_>) {
+        let before = self.terms.load(terms, block);
+        let (stack, states, _) = self.terms.all(before);
+        if let (Some(Path { gear, last }), Some(earlier)) = (&mut self.path, &self.force) {
+            let now = CompensatedView { gear: force.base.gear(), stack };
+            now.take_over(earlier.base.gear(), &mut CompensatedPast { gear, terms: states, last }, before);
+            if before == 0 {
+                *last = now.last_of(gear);
+            }
         }
-        pair.is_some()
+        self.force = Some(force);
     }
 
-    fn pair_of(&self, encoders: &Encoders) -> Option<Pair> {
-        let force = self.force.as_ref()?;
-        (encoders.pair_of)(force.facts.joint(), force.compensated.gear.frame().rated(), &encoders.counts)
+    /// The gear with the step that it was told.
+    fn gear(&self, force: &Force) -> Gear<f32> {
+        force.base.gear().with_largest_step(self.largest_step_rad)
     }
 
     /// A step from raw counts: the block's ratio and zero are applied, deflection and angles are written into the sample.
-    pub(crate) fn step_counts(&mut self, motor: u32, output: u32, sample: &SampleC) -> OutputC {
-        let Some(pair) = &mut self.pair else { return OutputC { flags: flag::NO_ENCODERS, ..OutputC::default() } };
+    pub(crate) fn step_counts(&mut self, pair: &mut PairC, motor: u32, output: u32, sample: &SampleC) -> OutputC {
+        let Some(force) = &self.force else { return OutputC::not_loaded() };
+        if self.path.is_none() {
+            pair.restart();
+        }
+        let Some(pair) = pair.of_block(&force.facts, force.base.gear().frame().rated()) else {
+            return OutputC { flags: flag::NO_ENCODERS, ..OutputC::default() };
+        };
         let sample = pair.sample(motor, output, sample);
         self.step(&sample)
     }
@@ -245,54 +176,54 @@ impl Joint {
         let is_step = largest_step_rad >= 0.0;
         if is_step {
             self.largest_step_rad = largest_step_rad;
-            if let Some(force) = &mut self.force {
-                force.compensated.gear = force.compensated.gear.with_largest_step(largest_step_rad);
-            }
         }
         is_step
     }
 
     pub(crate) fn restart(&mut self) {
-        self.path = Path::New;
-        self.merged_pairs = 0;
-        if let Some(pair) = &mut self.pair {
-            pair.restart();
-        }
+        self.path = None;
         self.flags = if self.force.is_some() { 0 } else { flag::NOT_LOADED };
     }
 
     pub(crate) fn step(&mut self, sample: &SampleC) -> OutputC {
         let Some(force) = &self.force else { return OutputC::not_loaded() };
-        let Compensated { gear, stack } = &force.compensated;
-        let output = match &mut self.path {
-            Path::New if stack.terms().is_empty() => {
-                let state = gear.start(sample.deflection_rad);
-                let output = base_output(gear.output(&state), &state);
-                // A start that is none leaves the start to the next sample.
-                if !state.status().refused {
-                    self.path = Path::Base(state);
+        let gear = self.gear(force);
+        let before = self.path.as_ref().map_or(0, |path| gear.merged_pairs(&path.gear));
+        let output = if self.terms.is_empty() {
+            match &mut self.path {
+                Some(Path { gear: state, .. }) => base_output(gear.step(state, sample.deflection_rad), state),
+                none => {
+                    let state = gear.start(sample.deflection_rad);
+                    let output = base_output(gear.output(&state), &state);
+                    // A start that is none leaves the start to the next sample.
+                    if !state.status().refused {
+                        *none = Some(Path { gear: state, last: LastSample::default() });
+                    }
+                    output
                 }
-                output
             }
-            Path::New => {
-                let state = force.compensated.start(&force.sample(sample));
-                let output = total_output(state.last(), state.gear());
-                if !state.last().refused {
-                    self.path = Path::WithTerms(state);
+        } else {
+            let sample = force.sample(sample);
+            let (stack, terms, _) = self.terms.parts();
+            let view = CompensatedView { gear: &gear, stack };
+            match &mut self.path {
+                Some(Path { gear: state, last }) => {
+                    let total = view.step(&mut CompensatedPast { gear: state, terms, last }, &sample);
+                    total_output(&total, state)
                 }
-                output
-            }
-            Path::Base(state) => base_output(gear.step(state, sample.deflection_rad), state),
-            Path::WithTerms(state) => {
-                let total = force.compensated.step(state, &force.sample(sample));
-                total_output(&total, state.gear())
+                none => {
+                    let (state, last) = view.start(terms, &sample);
+                    let output = total_output(last.total(), &state);
+                    if !last.total().refused {
+                        *none = Some(Path { gear: state, last });
+                    }
+                    output
+                }
             }
         };
-        if let Some(state) = self.path.base() {
+        if let Some(Path { gear: state, .. }) = &self.path {
             self.diagnostics.see_sample(&state.status());
-            let merged = gear.merged_pairs(state);
-            self.diagnostics.see_merged_pairs(self.merged_pairs, merged);
-            self.merged_pairs = merged;
+            self.diagnostics.see_merged_pairs(before, gear.merged_pairs(state));
         }
         self.flags = output.flags;
         output
@@ -309,32 +240,33 @@ impl Joint {
     pub(crate) fn invert(&mut self, torque_nm: f32, sample: Option<&SampleC>) -> SolutionC {
         let none = |flags| SolutionC { deflection_rad: 0.0, flags };
         let Some(force) = &self.force else { return none(flag::NOT_LOADED) };
-        let Some(inverse) = &force.inverse else { return none(flag::NO_INVERSE) };
+        let Some(inverse) = force.base.inverse() else { return none(flag::NO_INVERSE) };
         let base = match (&self.path, sample) {
-            (Path::WithTerms(state), Some(sample)) => {
-                let solved = state.solve(inverse, &force.compensated.stack, torque_nm, &force.sample(sample));
+            (Some(path), Some(sample)) if !self.terms.is_empty() => {
+                let (stack, terms, trial) = self.terms.parts();
+                let sample = force.sample(sample);
+                let solved = feedforward::solve((inverse, stack), (&path.gear, terms), trial, torque_nm, &sample);
                 self.diagnostics.see_solution(&solved.gear);
                 let solution = solution(&solved.gear, solved.converged);
                 return SolutionC { deflection_rad: solved.measured, ..solution };
             }
-            (Path::New, _) => inverse.start::<DEPTH>(torque_nm).1,
-            (Path::Base(state), _) => inverse.peek(state, torque_nm),
-            (Path::WithTerms(state), None) => inverse.peek(state.gear(), torque_nm),
+            (Some(path), _) => inverse.peek(&path.gear, torque_nm),
+            (None, _) => inverse.start::<DEPTH>(torque_nm).1,
         };
         self.diagnostics.see_solution(&base);
         solution(&base, true)
     }
 
     pub(crate) fn status(&self) -> StatusC {
-        let Some(force) = &self.force else { return StatusC::not_loaded() };
-        let Compensated { gear, stack } = &force.compensated;
+        let Some(Force { facts, base }) = &self.force else { return StatusC::not_loaded() };
+        let gear = base.gear();
         let at_rest = gear.start::<DEPTH>(0.0);
-        let state = self.path.base().unwrap_or(&at_rest);
+        let state = self.path.as_ref().map_or(&at_rest, |path| &path.gear);
         StatusC {
-            range_rad: force.inverse.as_ref().map_or(0.0, Inverse::range),
-            needs: need::bits(stack),
+            range_rad: base.inverse().map_or(0.0, Inverse::range),
+            needs: need::bits(&self.terms.view()),
             flags: self.flags,
-            ..force.facts.status(gear, state)
+            ..facts.status(gear, state)
         }
     }
 }

@@ -17,6 +17,7 @@ mod joint;
 mod law;
 mod link;
 mod pair;
+mod terms;
 mod types;
 
 use core::mem::MaybeUninit;
@@ -24,12 +25,13 @@ use core::mem::MaybeUninit;
 use gmhm::block::{BlockError, TorqueUnit, sdo_abort};
 
 use crate::joint::SetUp;
+use crate::terms::Terms;
 use crate::types::Answer;
 
 pub use feed_forward::{
     FEED_FORWARD_WORDS, FeedForwardC, gmhm_feed_forward_clear_diagnostics, gmhm_feed_forward_get_diagnostics,
-    gmhm_feed_forward_get_status, gmhm_feed_forward_init, gmhm_feed_forward_load, gmhm_feed_forward_needs,
-    gmhm_feed_forward_restart, gmhm_feed_forward_step,
+    gmhm_feed_forward_get_status, gmhm_feed_forward_init, gmhm_feed_forward_init_with_terms, gmhm_feed_forward_load,
+    gmhm_feed_forward_needs, gmhm_feed_forward_restart, gmhm_feed_forward_step,
 };
 pub use flash::{
     FlashC, STORE_WORDS, StoreC, gmhm_stamp, gmhm_store_erase_unreadable, gmhm_store_init, gmhm_store_read,
@@ -50,6 +52,7 @@ pub use link::{
     gmhm_link_receive,
 };
 pub use pair::{PAIR_WORDS, PairC, gmhm_pair_init, gmhm_pair_read, gmhm_pair_restart, gmhm_read_block};
+pub use terms::{TERM_WORDS, TermC};
 pub use types::{
     BlockC, ContributionC, DemandC, DiagnosticsC, EncodersC, LimitsC, LiveC, OutputC, SampleC, SolutionC, StatusC,
     flag, need,
@@ -82,8 +85,11 @@ pub const NO_INVERSE: u16 = 11;
 /// `GMHM_UNREADABLE`.
 pub const UNREADABLE: u16 = 12;
 
+/// `GMHM_PLACES`.
+pub const PLACES: u16 = 13;
+
 /// 64-bit words of `gmhm_joint`.
-pub const JOINT_WORDS: usize = 448;
+pub const JOINT_WORDS: usize = 64;
 
 const _: () = assert!(
     size_of::<Joint>() <= 8 * JOINT_WORDS && align_of::<Joint>() <= align_of::<u64>(),
@@ -118,10 +124,29 @@ fn answer<T: Answer>(to: Option<&mut MaybeUninit<T>>, call: impl FnOnce() -> Opt
 // SAFETY: no other symbol of the program has this name; gmhm.h reserves the prefix.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn gmhm_init(joint: Option<&mut MaybeUninit<Joint>>, block: *const u8, length: u32) -> u16 {
+    // SAFETY: the caller's, as above; no terms.
+    unsafe { gmhm_init_with_terms(joint, core::ptr::null_mut(), 0, block, length) }
+}
+
+/// See `gmhm.h`.
+///
+/// # Safety
+/// The pointers are null or point to as much as `gmhm.h` says, the terms for as long as the joint is used.
+// SAFETY: as for `gmhm_init`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn gmhm_init_with_terms(
+    joint: Option<&mut MaybeUninit<Joint>>,
+    terms: *mut TermC,
+    places: u32,
+    block: *const u8,
+    length: u32,
+) -> u16 {
     let Some(joint) = joint else { return NULL };
-    let joint = joint.write(Joint::empty());
     // SAFETY: the caller's, as above.
-    unsafe { gmhm_load(Some(joint), block, length) }
+    unsafe {
+        let joint = joint.write(Joint::empty(Terms::in_memory(terms, places)));
+        gmhm_load(Some(joint), block, length)
+    }
 }
 
 /// See `gmhm.h`.
@@ -168,18 +193,7 @@ pub unsafe extern "C" fn gmhm_load_any(
 unsafe fn load(joint: Option<&mut Joint>, block: *const u8, length: u32, unit: TorqueUnit, set_up: SetUp) -> u16 {
     // SAFETY: the caller's, as above.
     let (Some(joint), Some(block)) = (joint, unsafe { bytes(block, length) }) else { return NULL };
-    match joint.load(block, unit, set_up) {
-        Ok(()) => OK,
-        Err(error) => code_of(&error),
-    }
-}
-
-/// See `gmhm.h`.
-// SAFETY: as for `gmhm_init`.
-#[unsafe(no_mangle)]
-pub extern "C" fn gmhm_set_encoders(joint: Option<&mut Joint>, encoders: Option<&EncodersC>) -> u16 {
-    let (Some(joint), Some(encoders)) = (joint, encoders) else { return NULL };
-    if joint.set_encoders(encoders) { OK } else { VALUE }
+    joint.load(block, unit, set_up).err().unwrap_or(OK)
 }
 
 /// See `gmhm.h`.
@@ -187,12 +201,13 @@ pub extern "C" fn gmhm_set_encoders(joint: Option<&mut Joint>, encoders: Option<
 #[unsafe(no_mangle)]
 pub extern "C" fn gmhm_step_counts(
     joint: Option<&mut Joint>,
+    pair: Option<&mut PairC>,
     motor: u32,
     output: u32,
     sample: Option<&SampleC>,
     to: Option<&mut MaybeUninit<OutputC>>,
 ) -> u32 {
-    answer(to, || Some(joint?.step_counts(motor, output, sample?)))
+    answer(to, || Some(joint?.step_counts(pair?, motor, output, sample?)))
 }
 
 /// See `gmhm.h`.

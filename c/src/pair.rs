@@ -5,12 +5,12 @@ use core::mem::MaybeUninit;
 use gmhm::block::{Block, JointRecord, ScalesRecord, TorqueUnit, verify_first};
 use gmhm::drive::{EncoderPair, Mounting, Reading};
 
-use crate::facts::label;
+use crate::facts::{Facts, label};
 use crate::types::{BlockC, EncodersC, SampleC, flag};
 use crate::{NULL, OK, VALUE, bytes};
 
 /// 64-bit words of `gmhm_pair`.
-pub const PAIR_WORDS: usize = 16;
+pub const PAIR_WORDS: usize = 17;
 
 const _: () = assert!(
     size_of::<PairC>() <= 8 * PAIR_WORDS && align_of::<PairC>() <= align_of::<u64>(),
@@ -65,7 +65,30 @@ fn widened(x: f32) -> f64 {
 
 /// `gmhm_pair`.
 #[derive(Debug)]
-pub struct PairC(Option<Pair>);
+pub struct PairC {
+    encoders: EncodersC,
+    /// CRC-32 of the block that ratio and zero are from.
+    crc: u32,
+    pair: Option<Pair>,
+}
+
+impl PairC {
+    /// Over ratio and zero of a block in force, now or since it was loaded.
+    pub(crate) fn of_block(&mut self, facts: &Facts, rated_deflection_rad: f32) -> Option<&mut Pair> {
+        if self.crc != facts.crc() {
+            self.crc = facts.crc();
+            self.pair = Pair::new(facts.joint(), rated_deflection_rad, &self.encoders);
+        }
+        self.pair.as_mut()
+    }
+
+    /// The next counts are the first.
+    pub(crate) fn restart(&mut self) {
+        if let Some(pair) = &mut self.pair {
+            pair.restart();
+        }
+    }
+}
 
 /// What a block says of its joint, each number rounded in integers.
 fn read(block: &Block<'_>) -> Result<BlockC, u16> {
@@ -85,6 +108,7 @@ fn read(block: &Block<'_>) -> Result<BlockC, u16> {
         deflection_zero_rad: joint.deflection_zero_rad(),
         torque_on_motor_side: u32::from(joint.motor_side()),
         torque_in_amperes: u32::from(header.torque_unit == TorqueUnit::Ampere),
+        terms: block.records().filter(|record| record.is_plant_term()).count() as u32,
     })
 }
 
@@ -120,7 +144,7 @@ pub unsafe extern "C" fn gmhm_pair_init(
     encoders: Option<&EncodersC>,
 ) -> u16 {
     let Some(pair) = pair else { return NULL };
-    let pair = pair.write(PairC(None));
+    let pair = pair.write(PairC { encoders: encoders.copied().unwrap_or_default(), crc: 0, pair: None });
     // SAFETY: the caller's, as above.
     let (Some(block), Some(encoders)) = (unsafe { bytes(block, length) }, encoders) else { return NULL };
     let block = match verify_first(block) {
@@ -131,18 +155,16 @@ pub unsafe extern "C" fn gmhm_pair_init(
         (Ok(joint), Ok(scales)) => (joint, scales),
         (Err(error), _) | (_, Err(error)) => return error.code(),
     };
-    pair.0 = Pair::new(&joint, scales.rated_deflection_rad(), encoders);
-    if pair.0.is_some() { OK } else { VALUE }
+    (pair.crc, pair.pair) = (block.crc(), Pair::new(&joint, scales.rated_deflection_rad(), encoders));
+    if pair.pair.is_some() { OK } else { VALUE }
 }
 
 /// See `gmhm.h`.
 // SAFETY: as for `gmhm_read_block`.
 #[unsafe(no_mangle)]
 pub extern "C" fn gmhm_pair_restart(pair: Option<&mut PairC>) -> u16 {
-    let Some(PairC(pair)) = pair else { return NULL };
-    if let Some(pair) = pair {
-        pair.restart();
-    }
+    let Some(pair) = pair else { return NULL };
+    pair.restart();
     OK
 }
 
@@ -155,7 +177,7 @@ pub extern "C" fn gmhm_pair_read(
     output: u32,
     sample: Option<&mut SampleC>,
 ) -> u32 {
-    let (Some(PairC(Some(pair))), Some(sample)) = (pair, sample) else { return flag::NO_ENCODERS };
+    let (Some(PairC { pair: Some(pair), .. }), Some(sample)) = (pair, sample) else { return flag::NO_ENCODERS };
     *sample = pair.sample(motor, output, sample);
     0
 }

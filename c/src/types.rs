@@ -139,6 +139,8 @@ pub struct BlockC {
     pub torque_on_motor_side: u32,
     /// 1 where torques are counted in amperes.
     pub torque_in_amperes: u32,
+    /// Terms that a drive computes.
+    pub terms: u32,
 }
 
 /// `gmhm_limits`.
@@ -367,10 +369,10 @@ pub(crate) fn status_flags(refused: bool, status: &Status) -> u32 {
 
 /// Bits of the signals that terms need, in the order of this list.
 pub mod need {
-    use gmhm::terms::{Need, Stack};
+    use gmhm::terms::{Need, StackView};
 
     /// The bits of what terms need.
-    pub(crate) fn bits<const K: usize>(stack: &Stack<f32, K>) -> u32 {
+    pub(crate) fn bits(stack: &StackView<'_, f32>) -> u32 {
         let needs = ALL.iter().enumerate().filter(|(_, need)| stack.needs(**need));
         needs.fold(0, |bits, (bit, _)| bits | 1 << bit)
     }

@@ -12,3 +12,4 @@ mod law;
 mod link;
 mod other_block;
 mod pair;
+mod terms;

@@ -11,7 +11,7 @@ use gmhm::block::{Joint as JointOfGear, TorqueUnit};
 use gmhm::diagnostics::{Fault, SelfTest};
 use gmhm_c::{
     DiagnosticsC, EncodersC, Joint, NULL, OK, SampleC, UNIT, VALUE, flag, gmhm_clear_diagnostics, gmhm_get_diagnostics,
-    gmhm_init, gmhm_load, gmhm_load_amperes, gmhm_restart, gmhm_set_encoders, gmhm_set_largest_step,
+    gmhm_init, gmhm_load, gmhm_load_amperes, gmhm_pair_init, gmhm_restart, gmhm_set_largest_step,
 };
 
 const EXECUTIONS: u64 = 100_000;
@@ -72,16 +72,27 @@ fn counts_become_the_deflection_of_the_block() {
     assert_eq!((status.ratio, status.deflection_zero_rad), (-100.0, 0.1255));
     assert_eq!((status.torque_on_motor_side, status.torque_in_amperes), (1, 0));
     let sample = SampleC::default();
-    assert_eq!(gmhm_step_counts(Some(&mut joint), 0, 0, Some(&sample)).flags, flag::NO_ENCODERS);
+    assert_eq!(gmhm_step_counts(Some(&mut joint), None, 0, 0, Some(&sample)).flags, flag::NOT_LOADED);
     let encoders =
         EncodersC { motor_counts_per_turn: 1 << 20, output_counts_per_turn: 1 << 20, ..EncodersC::default() };
-    assert_eq!(gmhm_set_encoders(Some(&mut joint), Some(&EncodersC::default())), VALUE);
-    assert_eq!(gmhm_set_encoders(Some(&mut joint), Some(&encoders)), OK);
+    let pair_of = |encoders: &EncodersC| {
+        let mut pair = MaybeUninit::uninit();
+        // SAFETY: the block outlives the call, which writes the pair.
+        unsafe {
+            let code = gmhm_pair_init(Some(&mut pair), bytes.as_ptr(), bytes.len() as u32, Some(encoders));
+            (code, pair.assume_init())
+        }
+    };
+    let (code, mut none) = pair_of(&EncodersC::default());
+    assert_eq!(code, VALUE);
+    assert_eq!(gmhm_step_counts(Some(&mut joint), Some(&mut none), 0, 0, Some(&sample)).flags, flag::NO_ENCODERS);
+    let (code, mut pair) = pair_of(&encoders);
+    assert_eq!(code, OK);
     let turns = |angle: f64| ((angle / std::f64::consts::TAU).rem_euclid(1.0) * f64::from(1 << 20)) as u32;
     for k in 0..300 {
         let (output, theta) = (0.01 * f64::from(k), 0.5 * f64::from(A) * (0.1 * f64::from(k)).sin());
         let motor = turns(-100.0 * (output + theta + 0.1255));
-        let out = gmhm_step_counts(Some(&mut joint), motor, turns(output), Some(&sample));
+        let out = gmhm_step_counts(Some(&mut joint), Some(&mut pair), motor, turns(output), Some(&sample));
         assert_eq!(out.flags, 0, "{k}");
         assert!((f64::from(out.deflection_rad) - theta).abs() < 1e-5, "{k}: {} for {theta}", out.deflection_rad);
         assert!(out.torque_nm.abs() < 20.0);

@@ -4,12 +4,12 @@
 
 use std::mem::MaybeUninit;
 
-use crate::common::{A, block_in_time, block_of, block_with, number, random, without};
+use crate::common::{A, PLACES, block_in_time, block_of, block_with, number, places, random, without};
 use gmhm::block::{Joint, PREPARED, TorqueUnit};
 use gmhm::terms::Need;
 use gmhm_c::{
     ContributionC, DemandC, FeedForwardC, LimitsC, NO_INVERSE, NULL, OK, PERIOD, SampleC, UNIT, VALUE, flag,
-    gmhm_feed_forward_init, gmhm_feed_forward_load, gmhm_feed_forward_needs, gmhm_feed_forward_restart,
+    gmhm_feed_forward_init_with_terms, gmhm_feed_forward_load, gmhm_feed_forward_needs, gmhm_feed_forward_restart,
     gmhm_feed_forward_step, need,
 };
 
@@ -27,7 +27,8 @@ fn feed_forward(block: &[u8]) -> Box<FeedForwardC> {
     let mut feed = Box::new(MaybeUninit::uninit());
     // SAFETY: the block outlives the call, and gmhm_feed_forward_init writes the feed-forward.
     unsafe {
-        let code = gmhm_feed_forward_init(Some(&mut feed), block.as_ptr(), block.len() as u32, Some(&LIMITS));
+        let (block, length) = (block.as_ptr(), block.len() as u32);
+        let code = gmhm_feed_forward_init_with_terms(Some(&mut feed), places(), PLACES, block, length, Some(&LIMITS));
         assert_eq!(code, OK);
         feed.assume_init()
     }

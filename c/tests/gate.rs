@@ -2,11 +2,12 @@
 
 use std::mem::MaybeUninit;
 
-use crate::common::{A, at, block, block_in_time, block_with, with_largest_step};
+use crate::common::{A, PLACES, at, block, block_in_time, block_with, places, with_largest_step};
 use gmhm_c::{
     ContributionC, DemandC, FeedForwardC, GearC, Joint, Law, LimitsC, OK, OutputC, SampleC, flag,
     gmhm_feed_forward_init, gmhm_feed_forward_step, gmhm_gear_init, gmhm_gear_load, gmhm_gear_set_largest_step,
-    gmhm_gear_step, gmhm_init, gmhm_law_init, gmhm_law_step, gmhm_load_any, gmhm_set_largest_step, gmhm_step,
+    gmhm_gear_step, gmhm_init_with_terms, gmhm_law_init, gmhm_law_step, gmhm_load_any, gmhm_set_largest_step,
+    gmhm_step,
 };
 
 const STEP_RAD: f32 = 0.05 * A;
@@ -37,7 +38,7 @@ fn joint_of(block: &[u8], with_any: bool) -> Box<Joint> {
     let mut joint = Box::new(MaybeUninit::uninit());
     // SAFETY: as above.
     let mut joint = unsafe {
-        gmhm_init(Some(&mut joint), block.as_ptr(), block.len() as u32);
+        gmhm_init_with_terms(Some(&mut joint), places(), PLACES, block.as_ptr(), block.len() as u32);
         joint.assume_init()
     };
     if with_any {

@@ -14,7 +14,8 @@ use gmhm::terms::{KINDS, Sample, Side, kind};
 use gmhm::{Elastic, Gear, Inverse, Memory, Params, Solution};
 use gmhm_c::{
     FEED_FORWARD_WORDS, FLASH, GEAR_WORDS, JOINT_WORDS, LAW_WORDS, LINK_WORDS, NO_BLOCK, NO_INVERSE, NO_SPACE,
-    NOT_NEWER, NULL, PAIR_WORDS, PERIOD, PLACE, READ_BACK, STORE_WORDS, StatusC, UNIT, UNREADABLE, VALUE, flag,
+    NOT_NEWER, NULL, PAIR_WORDS, PERIOD, PLACE, PLACES, READ_BACK, STORE_WORDS, StatusC, TERM_WORDS, UNIT, UNREADABLE,
+    VALUE, flag,
 };
 
 const PERIOD_S: f64 = 1e-3;
@@ -216,6 +217,7 @@ fn defined(name: &str) -> u32 {
 #[test]
 fn the_header_says_what_the_library_does() {
     assert_eq!(defined("GMHM_JOINT_WORDS") as usize, JOINT_WORDS);
+    assert_eq!(defined("GMHM_TERM_WORDS") as usize, TERM_WORDS);
     assert_eq!(defined("GMHM_GEAR_WORDS") as usize, GEAR_WORDS);
     assert_eq!(defined("GMHM_LAW_WORDS") as usize, LAW_WORDS);
     assert_eq!(defined("GMHM_FEED_FORWARD_WORDS") as usize, FEED_FORWARD_WORDS);
@@ -235,6 +237,7 @@ fn the_header_says_what_the_library_does() {
         ("PERIOD", PERIOD),
         ("NO_INVERSE", NO_INVERSE),
         ("UNREADABLE", UNREADABLE),
+        ("PLACES", PLACES),
     ];
     for (name, code) in codes {
         assert_eq!(defined(&format!("GMHM_{name}")), u32::from(code));

@@ -7,7 +7,7 @@ use gmhm::block::{Joint as JointOfGear, TorqueUnit, verify};
 use gmhm_c::{
     BlockC, ContributionC, DemandC, EncodersC, FeedForwardC, LimitsC, NULL, OK, PairC, SampleC, UNIT, VALUE, flag,
     gmhm_feed_forward_init, gmhm_feed_forward_step, gmhm_load, gmhm_pair_init, gmhm_pair_read, gmhm_pair_restart,
-    gmhm_read_block, gmhm_set_encoders,
+    gmhm_read_block,
 };
 
 const JOINT: JointOfGear = JointOfGear { ratio: Some(-100.0), deflection_zero_rad: 0.1255, motor_side: true };
@@ -36,6 +36,12 @@ fn pair(block: &[u8], encoders: &EncodersC) -> (PairC, u16) {
     }
 }
 
+fn pair_of(block: &[u8]) -> PairC {
+    let (pair, code) = pair(block, &ENCODERS);
+    assert_eq!(code, OK);
+    pair
+}
+
 fn read(block: &[u8]) -> (BlockC, u16) {
     let mut to = MaybeUninit::uninit();
     // SAFETY: the block outlives the call, and gmhm_read_block writes what it says.
@@ -51,9 +57,9 @@ fn counts_give_the_sample_of_a_joint() {
     let mut joint = joint();
     // SAFETY: the block outlives the call.
     assert_eq!(unsafe { gmhm_load(Some(&mut joint), bytes.as_ptr(), bytes.len() as u32) }, OK);
-    assert_eq!(gmhm_set_encoders(Some(&mut joint), Some(&ENCODERS)), OK);
     let (mut pair, code) = pair(&bytes, &ENCODERS);
     assert_eq!(code, OK);
+    let mut of_joint = pair_of(&bytes);
     let turns = |angle: f64| ((angle / std::f64::consts::TAU).rem_euclid(1.0) * f64::from(1 << 20)) as u32;
     for k in 0..300 {
         let (output, theta) = (0.01 * f64::from(k), 0.5 * f64::from(A) * (0.1 * f64::from(k)).sin());
@@ -62,7 +68,8 @@ fn counts_give_the_sample_of_a_joint() {
         assert_eq!(gmhm_pair_read(Some(&mut pair), motor, turns(output), Some(&mut sample)), 0);
         assert!((f64::from(sample.deflection_rad) - theta).abs() < 1e-5, "{k}: {} for {theta}", sample.deflection_rad);
         assert_eq!(sample.temperature_c, 30.0);
-        let out = gmhm_step_counts(Some(&mut joint), motor, turns(output), Some(&SampleC::default()));
+        let out =
+            gmhm_step_counts(Some(&mut joint), Some(&mut of_joint), motor, turns(output), Some(&SampleC::default()));
         assert_eq!(out.deflection_rad.to_bits(), sample.deflection_rad.to_bits(), "{k}");
     }
     // Half a turn of the motor while nobody looked is no deflection.
@@ -97,7 +104,7 @@ fn a_block_says_what_its_joint_is() {
         let crc32 = verify(&bytes).expect("a block").crc();
         assert_eq!((found.length as usize, found.sequence, found.crc32), (bytes.len(), 0, crc32));
         assert_eq!((found.ratio, found.deflection_zero_rad, found.rated_deflection_rad), (-100.0, 0.1255, A));
-        assert_eq!((found.torque_on_motor_side, found.period_s), (1, 1e-3));
+        assert_eq!((found.torque_on_motor_side, found.period_s, found.terms), (1, 1e-3, 0));
         assert_eq!(found.torque_in_amperes, u32::from(unit == TorqueUnit::Ampere));
         assert!(found.gear.starts_with(b"joint 3\0") && found.torque_scale_nm > 20.0);
         // Amperes are fed forward by nothing that counts in newton metres.
@@ -158,7 +165,7 @@ fn after_torn_counts_the_next_reading_is_right() {
     let mut joint = joint();
     // SAFETY: the block outlives the call.
     assert_eq!(unsafe { gmhm_load(Some(&mut joint), bytes.as_ptr(), bytes.len() as u32) }, OK);
-    assert_eq!(gmhm_set_encoders(Some(&mut joint), Some(&ENCODERS)), OK);
+    let mut of_joint = pair_of(&bytes);
     let mut next = random();
     let turns = |angle: f64| ((angle / std::f64::consts::TAU).rem_euclid(1.0) * f64::from(1 << 20)) as u32;
     for k in 0..number("GMHM_FUZZ", 100_000) {
@@ -176,7 +183,7 @@ fn after_torn_counts_the_next_reading_is_right() {
         }
         let mut sample = SampleC::default();
         assert_eq!(gmhm_pair_read(Some(&mut pair), motor, output, Some(&mut sample)), 0);
-        let seen = gmhm_step_counts(Some(&mut joint), motor, output, Some(&SampleC::default()));
+        let seen = gmhm_step_counts(Some(&mut joint), Some(&mut of_joint), motor, output, Some(&SampleC::default()));
         assert!(sample.deflection_rad.is_finite() && seen.torque_nm.is_finite(), "{k}: {seen:?}");
         if !is_bad {
             assert!(
@@ -187,4 +194,26 @@ fn after_torn_counts_the_next_reading_is_right() {
             assert_eq!((seen.flags, seen.deflection_rad), (0, sample.deflection_rad), "{k}");
         }
     }
+}
+
+/// Ratio and zero are those of the block in force, whichever the pair began with.
+#[test]
+fn counts_follow_another_block() {
+    let other = JointOfGear { deflection_zero_rad: 0.1255 - 0.25 * f64::from(A), ..JOINT };
+    let [first, second] = [&JOINT, &other].map(|joint| block_of(joint, TorqueUnit::NewtonMetre));
+    let (mut joint, mut pair) = (joint(), pair_of(&first));
+    let motor = ((-100.0 * 0.1255 / std::f64::consts::TAU).rem_euclid(1.0) * f64::from(1 << 20)) as u32;
+    for (block, expected) in [(&first, 0.0), (&second, 0.25), (&first, 0.0)] {
+        // SAFETY: the block outlives the call.
+        assert_eq!(unsafe { gmhm_load(Some(&mut joint), block.as_ptr(), block.len() as u32) }, OK);
+        let out = gmhm_step_counts(Some(&mut joint), Some(&mut pair), motor, 0, Some(&SampleC::default()));
+        assert_eq!(out.flags, 0);
+        assert!((out.deflection_rad / A - expected).abs() < 0.01, "{} for {expected}", out.deflection_rad / A);
+    }
+    // A block without a ratio has no raw counts.
+    let without = block_of(&JointOfGear::default(), TorqueUnit::NewtonMetre);
+    // SAFETY: the block outlives the call.
+    assert_eq!(unsafe { gmhm_load(Some(&mut joint), without.as_ptr(), without.len() as u32) }, OK);
+    let out = gmhm_step_counts(Some(&mut joint), Some(&mut pair), motor, 0, Some(&SampleC::default()));
+    assert_eq!(out.flags, flag::NO_ENCODERS);
 }

@@ -8,6 +8,8 @@
 /* Not initialised: gmhm_init takes bytes that hold anything. */
 static gmhm_joint joint;
 static gmhm_feed_forward feed;
+enum { PLACES = 8 };
+static gmhm_term joint_terms[PLACES], feed_terms[PLACES];
 static gmhm_store store;
 static gmhm_link line;
 static uint8_t block[1024], damaged[1024], other[1024];
@@ -60,7 +62,7 @@ static void send(void *context, const uint8_t *bytes, uint32_t length)
 /* A block with the words of its set-up, or without them. */
 static uint16_t put_in_force(gmhm_joint *to, const uint8_t *bytes, uint32_t length)
 {
-    uint16_t code = gmhm_init(to, bytes, length);
+    uint16_t code = gmhm_init_with_terms(to, joint_terms, PLACES, bytes, length);
     return code == GMHM_ERROR_MISSING ? gmhm_load_any(to, bytes, length, 0) : code;
 }
 
@@ -126,6 +128,8 @@ int main(int count, char **words)
     other_length = read_file(words[2], other);
     memset(&sample, 0, sizeof sample);
     memset(&joint, 0xa5, sizeof joint);
+    memset(joint_terms, 0xa5, sizeof joint_terms);
+    memset(feed_terms, 0xa5, sizeof feed_terms);
 
     /* Nothing in force: everything answers, nothing happens. */
     memcpy(damaged, block, sizeof block);
@@ -156,7 +160,7 @@ int main(int count, char **words)
            bits(status.rated_deflection_rad), bits(status.range_rad), (unsigned)status.needs);
     limits.period_s = status.period_s > 0.0f ? status.period_s : 1e-3f;
     memset(&feed, 0xa5, sizeof feed);
-    code = gmhm_feed_forward_init(&feed, block, sizeof block, &limits);
+    code = gmhm_feed_forward_init_with_terms(&feed, feed_terms, PLACES, block, sizeof block, &limits);
     printf("%x %x\n", (unsigned)code, (unsigned)gmhm_feed_forward_needs(&feed));
 
     for (k = 0; k < 2000; k++) {

@@ -388,6 +388,28 @@ fn lists_and_stacks_have_an_end() {
     assert_eq!(stack.plant().terms().len(), 0);
 }
 
+/// With all places taken a new term makes room of one that does not go on.
+#[test]
+fn a_term_goes_on_where_all_places_are_taken() {
+    fn torques<const K: usize>() -> Vec<f32> {
+        let term = |name: &str| {
+            kind(name).map(|info| Term::read(name, &Keys::new(info, 0, 1, &mut plausible), setting()).unwrap())
+        };
+        let gear = |names: [&str; 2]| {
+            let mut stack = Stack::<f32, K>::of_gear(setting());
+            names.iter().filter_map(|name| term(name)).for_each(|term| stack.push(term).unwrap());
+            Compensated { gear: Gear::<f32>::new(&published()), stack }
+        };
+        let [before, after] = [["coulomb_friction", "creep"], ["viscous_friction", "creep"]].map(gear);
+        let ride = ride();
+        let mut state = before.start::<16>(&ride[0]);
+        ride[1..2000].iter().for_each(|sample| _ = before.step(&mut state, sample));
+        after.take_over(&before.gear, &mut state);
+        ride[2000..2100].iter().map(|sample| after.step(&mut state, sample).torque).collect()
+    }
+    assert_eq!(torques::<2>(), torques::<8>());
+}
+
 #[test]
 fn a_refused_sample_leaves_everything_as_it_was() {
     let ride = ride();

@@ -120,6 +120,7 @@ impl JointRecord {
 }
 
 /// A finite double of two words, the lower first, rounded to the nearest single in integers; 0 below the least normal number.
+#[inline(never)]
 pub(crate) fn single([low, high]: [u32; 2]) -> f32 {
     let sign = high & 1 << 31;
     // Biased as a single is.

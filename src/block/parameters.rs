@@ -21,7 +21,7 @@ use crate::inverse::{Inverse, Monotony};
 use crate::memory::{AnyLaw, Frame};
 use crate::params::{Memory, Params};
 use crate::scalar::Float;
-use crate::terms::{Compensated, Setting, Side, Stack, TermError};
+use crate::terms::{Compensated, Setting, Side, Stack, Term, TermError};
 
 /// Parameters in force: computed once, immutable, for any number of states.
 ///
@@ -260,9 +260,38 @@ pub struct CheckedTerms<const K: usize> {
     setting: Setting<f32>,
     has_gear: bool,
     count: usize,
+    plant_count: usize,
 }
 
 impl<const K: usize> CheckedTerms<K> {
+    /// How many of them a drive feeds forward.
+    #[must_use]
+    pub fn plant_count(&self) -> usize {
+        self.plant_count
+    }
+
+    /// σ of the joint.
+    #[must_use]
+    pub fn sigma(&self) -> f32 {
+        self.setting.sigma
+    }
+
+    /// Hands out the terms that a drive feeds forward, of the block that was loaded with these: for a program that has memory of its own for them.
+    pub fn for_each_plant(&self, block: &Block<'_>, mut put: impl FnMut(Term<f32>)) {
+        for record in block.records() {
+            let is_plant = TermRecord::kind(&record).is_some_and(|info| info.side == Side::Plant);
+            if !is_plant {
+                continue;
+            }
+            // All of them were accepted before.
+            if let Some(Ok(Ok(term))) =
+                TermRecord::decode(&record).map(|record| record.map(|term| term.term(self.setting)))
+            {
+                put(term);
+            }
+        }
+    }
+
     /// The terms that a drive feeds forward, of the block that was loaded with these.
     #[must_use]
     pub fn plant(&self, block: &Block<'_>) -> Stack<f32, K> {
@@ -274,27 +303,28 @@ impl<const K: usize> CheckedTerms<K> {
     /// [`plant`](Self::plant) in the place of other terms, without a second stack beside them.
     pub fn plant_into(&self, stack: &mut Stack<f32, K>, block: &Block<'_>) {
         stack.renew(self.setting, self.has_gear);
-        for record in block.records() {
-            let is_plant = TermRecord::kind(&record).is_some_and(|info| info.side == Side::Plant);
-            // All of them were accepted before.
-            let _ = is_plant && stack.take(&record).is_ok();
-        }
+        self.for_each_plant(block, |term| {
+            // There was room for all of them before.
+            let _ = stack.push(term);
+        });
     }
 }
 
 impl<const K: usize> TermStack for CheckedTerms<K> {
     fn empty(setting: Setting<f32>, has_gear: bool) -> Self {
-        Self { setting, has_gear, count: 0 }
+        Self { setting, has_gear, count: 0, plant_count: 0 }
     }
 
     fn take(&mut self, record: &Record<'_>) -> Result<bool, BlockError> {
         let Some(term) = TermRecord::decode(record) else { return Ok(false) };
         let refused = |error| BlockError::Term { tag: record.tag, error };
-        term?.term(self.setting).map_err(refused)?;
+        let term = term?;
+        term.term(self.setting).map_err(refused)?;
         if self.count == K {
             return Err(refused(TermError::StackFull));
         }
         self.count += 1;
+        self.plant_count += usize::from(term.info().side == Side::Plant);
         Ok(true)
     }
 

@@ -4,9 +4,10 @@ use heapless::Vec;
 
 use super::error::BlockError;
 use super::header::{HEADER_BYTES, Header};
-use super::layout::{Coding, FieldInfo, NAME, RecordInfo};
+use super::layout::{Coding, FIRST_TERM, FieldInfo, NAME, RecordInfo};
 use super::{ScalarKind, Word, crc32};
 use crate::scalar::Fixed;
+use crate::terms::PLANT_TAGS;
 
 /// The most bytes of a block.
 pub const MOST_BYTES: usize = 4096;
@@ -150,6 +151,13 @@ impl<'a> Iterator for Records<'a> {
 }
 
 impl<'a> Record<'a> {
+    /// Whether it is a term that a drive feeds forward.
+    #[must_use]
+    pub fn is_plant_term(&self) -> bool {
+        let number = self.tag.checked_sub(FIRST_TERM).filter(|number| *number < 64);
+        number.is_some_and(|number| PLANT_TAGS >> number & 1 == 1)
+    }
+
     /// Its words.
     pub fn words(&self) -> impl Iterator<Item = u32> + 'a {
         self.payload.as_chunks().0.iter().map(|word| u32::from_le_bytes(*word))

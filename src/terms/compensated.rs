@@ -1,6 +1,6 @@
 //! Base model and terms together: the compensated gear, sample by sample.
 
-use super::{Sample, Stack, StackState};
+use super::{Sample, Stack, StackState, StackView, TermState};
 use crate::gear::{Gear, Output, State};
 use crate::memory::{AnyLaw, VaryingPeriod};
 use crate::scalar::Float;
@@ -42,81 +42,161 @@ pub struct CompensatedState<
 > {
     gear: State<S, N, L>,
     stack: StackState<S, K>,
-    last: Total<S>,
-    /// What the terms took off the last deflection.
+    last: LastSample<S>,
+}
+
+/// The last good sample of a compensated gear.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct LastSample<S> {
+    total: Total<S>,
+    /// What the terms took off its deflection.
     correction: S,
 }
 
+impl<S> LastSample<S> {
+    /// The torques there.
+    pub fn total(&self) -> &Total<S> {
+        &self.total
+    }
+}
+
+/// A gear and its terms, wherever they lie: what [`Compensated`] does, for a program that has memory of its own for terms.
+#[derive(Debug, Clone, Copy)]
+pub struct CompensatedView<'a, S: Float, L = AnyLaw<S>> {
+    /// The base model.
+    pub gear: &'a Gear<S, L>,
+    /// The terms.
+    pub stack: StackView<'a, S>,
+}
+
+/// The past of a compensated gear, wherever it lies.
+pub struct CompensatedPast<'a, S: Float<Carry = S>, const N: usize, L: VaryingPeriod<S> = AnyLaw<S>> {
+    /// The base model's past.
+    pub gear: &'a mut State<S, N, L>,
+    /// What each term remembers.
+    pub terms: &'a mut [TermState<S>],
+    /// The last good sample.
+    pub last: &'a mut LastSample<S>,
+}
+
 impl<S: Float<Carry = S>, L: VaryingPeriod<S>, const K: usize> Compensated<S, L, K> {
+    /// Gear and terms, wherever they lie.
+    #[inline]
+    pub fn view(&self) -> CompensatedView<'_, S, L> {
+        CompensatedView { gear: &self.gear, stack: self.stack.view() }
+    }
+
     /// The state at the first sample, its past unknown: y = 0, m = 0, all terms at rest.
     pub fn start<const N: usize>(&self, sample: &Sample<S>) -> CompensatedState<S, N, L, K> {
         let mut stack = self.stack.start();
-        let at_start = |theta| self.gear.output(&self.gear.start::<N>(theta)).torque;
-        let accepted = sample.is_finite() && self.gear.frame().accepts(sample.deflection);
-        let sample = if accepted { *sample } else { Sample::default() };
-        let corrected = self.stack.correct(&mut stack, &sample, &at_start);
-        let corrects = self.gear.frame().accepts(corrected);
-        let theta = if corrects { corrected } else { S::ZERO };
-        let gear = self.gear.start::<N>(theta);
-        let base = self.gear.output(&gear);
-        let refused = !accepted || !corrects;
-        let correction = sample.deflection - theta;
-        let mut state = CompensatedState { gear, stack, last: Total { refused, ..Total::default() }, correction };
-        state.last = self.finish(&mut state.stack, &sample, theta, base, state.last);
-        state
+        let (gear, last) = self.view().begin(stack.states_mut(), sample);
+        CompensatedState { gear, stack, last }
     }
 
     /// Moves to the next sample, [`Sample::period`] after the last, and returns the torques there.
     #[inline]
     pub fn step<const N: usize>(&self, state: &mut CompensatedState<S, N, L, K>, sample: &Sample<S>) -> Total<S> {
-        let is_time = sample.period >= S::ZERO;
-        if !is_time || !sample.is_finite() || !self.gear.frame().accepts(sample.deflection) {
-            state.last.refused = true;
-            return state.last;
-        }
-        // A step of the encoders is one of the gear, but for what little the terms change in a period.
-        if !self.gear.admits_after(&mut state.gear, sample.deflection - state.correction, sample.period) {
-            state.last.refused = state.gear.status().refused;
-            return state.last;
-        }
-        let before = &state.gear;
-        let transmitted = |theta| self.gear.peek_after(before, theta, sample.period);
-        let theta = self.stack.correct(&mut state.stack, sample, &transmitted);
-        // Corrections of the deflection may overflow, too.
-        if !self.gear.frame().accepts(theta) {
-            state.last.refused = true;
-            return state.last;
-        }
-        self.gear.advance_after(&mut state.gear, theta, sample.period);
-        state.correction = sample.deflection - theta;
-        let base = self.gear.output(&state.gear);
-        state.last = self.finish(&mut state.stack, sample, theta, base, Total { refused: false, ..state.last });
-        state.last
+        self.view().step(&mut state.past(), sample)
     }
 
     /// Makes a state of this gear of one that another gear had, as [`Gear::take_over`]; terms go on with what one of their kind remembers, new ones start at rest.
     pub fn take_over<const N: usize>(&self, before: &Gear<S, L>, state: &mut CompensatedState<S, N, L, K>) {
         self.gear.take_over(before, &mut state.gear);
         self.stack.take_over(&mut state.stack);
-        state.last.base = self.gear.output(&state.gear);
+        state.last.total.base = self.gear.output(&state.gear);
     }
 
     /// Goes on from the past of a gear that had no terms: they start at rest.
     pub fn resume<const N: usize>(&self, gear: State<S, N, L>) -> CompensatedState<S, N, L, K> {
+        let last = self.view().last_of(&gear);
+        CompensatedState { gear, stack: self.stack.start(), last }
+    }
+}
+
+impl<S: Float<Carry = S>, L: VaryingPeriod<S>> CompensatedView<'_, S, L> {
+    /// As [`Compensated::start`], with a place for what each term remembers.
+    pub fn start<const N: usize>(
+        &self,
+        terms: &mut [TermState<S>],
+        sample: &Sample<S>,
+    ) -> (State<S, N, L>, LastSample<S>) {
+        self.stack.start(terms);
+        self.begin(terms, sample)
+    }
+
+    /// The start of terms at rest.
+    fn begin<const N: usize>(&self, terms: &mut [TermState<S>], sample: &Sample<S>) -> (State<S, N, L>, LastSample<S>) {
+        let at_start = |theta| self.gear.output(&self.gear.start::<N>(theta)).torque;
+        let accepted = sample.is_finite() && self.gear.frame().accepts(sample.deflection);
+        let sample = if accepted { *sample } else { Sample::default() };
+        let corrected = self.stack.correct(terms, &sample, &at_start);
+        let corrects = self.gear.frame().accepts(corrected);
+        let theta = if corrects { corrected } else { S::ZERO };
+        let gear = self.gear.start::<N>(theta);
         let base = self.gear.output(&gear);
-        let last = Total { torque: base.torque, base, deflection: gear.theta(), ..Total::default() };
-        CompensatedState { gear, stack: self.stack.start(), last, correction: S::ZERO }
+        let refused = !accepted || !corrects;
+        let correction = sample.deflection - theta;
+        let total = self.finish(terms, &sample, theta, base, Total { refused, ..Total::default() });
+        (gear, LastSample { total, correction })
+    }
+
+    /// As [`Compensated::step`].
+    #[inline]
+    pub fn step<const N: usize>(&self, past: &mut CompensatedPast<'_, S, N, L>, sample: &Sample<S>) -> Total<S> {
+        let CompensatedPast { gear, terms, last } = past;
+        let is_time = sample.period >= S::ZERO;
+        if !is_time || !sample.is_finite() || !self.gear.frame().accepts(sample.deflection) {
+            last.total.refused = true;
+            return last.total;
+        }
+        // A step of the encoders is one of the gear, but for what little the terms change in a period.
+        if !self.gear.admits_after(gear, sample.deflection - last.correction, sample.period) {
+            last.total.refused = gear.status().refused;
+            return last.total;
+        }
+        let before = &**gear;
+        let transmitted = |theta| self.gear.peek_after(before, theta, sample.period);
+        let theta = self.stack.correct(terms, sample, &transmitted);
+        // Corrections of the deflection may overflow, too.
+        if !self.gear.frame().accepts(theta) {
+            last.total.refused = true;
+            return last.total;
+        }
+        self.gear.advance_after(gear, theta, sample.period);
+        last.correction = sample.deflection - theta;
+        let base = self.gear.output(gear);
+        last.total = self.finish(terms, sample, theta, base, Total { refused: false, ..last.total });
+        last.total
+    }
+
+    /// As [`Compensated::take_over`], from as many terms as `count`; behind what they remember there are places for new ones.
+    pub fn take_over<const N: usize>(
+        &self,
+        before: &Gear<S, L>,
+        past: &mut CompensatedPast<'_, S, N, L>,
+        count: usize,
+    ) {
+        self.gear.take_over(before, past.gear);
+        self.stack.take_over(past.terms, count);
+        past.last.total.base = self.gear.output(past.gear);
+    }
+
+    /// The last sample of a gear that had no terms.
+    pub fn last_of<const N: usize>(&self, gear: &State<S, N, L>) -> LastSample<S> {
+        let base = self.gear.output(gear);
+        let total = Total { torque: base.torque, base, deflection: gear.theta(), ..Total::default() };
+        LastSample { total, correction: S::ZERO }
     }
 
     fn finish(
         &self,
-        stack: &mut StackState<S, K>,
+        terms: &mut [TermState<S>],
         sample: &Sample<S>,
         deflection: S,
         base: Output<S>,
         last: Total<S>,
     ) -> Total<S> {
-        let terms = self.stack.torque(stack, &Sample { deflection, base_torque: base.torque, ..*sample });
+        let terms = self.stack.torque(terms, &Sample { deflection, base_torque: base.torque, ..*sample });
         if terms.is_finite() {
             Total { torque: base.torque + terms, terms, base, deflection, refused: last.refused }
         } else {
@@ -128,12 +208,18 @@ impl<S: Float<Carry = S>, L: VaryingPeriod<S>, const K: usize> Compensated<S, L,
 impl<S: Float<Carry = S>, const N: usize, L: VaryingPeriod<S>, const K: usize> CompensatedState<S, N, L, K> {
     /// The torques at the last good sample.
     pub fn last(&self) -> &Total<S> {
-        &self.last
+        &self.last.total
     }
 
     /// The base model's past.
     pub fn gear(&self) -> &State<S, N, L> {
         &self.gear
+    }
+
+    /// The past, wherever it lies.
+    #[inline]
+    pub fn past(&mut self) -> CompensatedPast<'_, S, N, L> {
+        CompensatedPast { gear: &mut self.gear, terms: self.stack.states_mut(), last: &mut self.last }
     }
 
     /// What the terms remember.

@@ -17,7 +17,7 @@
 //! step of the motor by the whole gap at each reversal of the torque. The temperature is [`Sample::temperature`].
 
 use super::compensated::CompensatedState;
-use super::{Sample, Stack, StackState};
+use super::{Sample, Stack, StackState, StackView, TermState};
 use crate::feedforward::{Contribution, Controls, Demand, FeedForward, FeedForwardState, towards};
 use crate::gear::{Gear, State};
 use crate::inverse::{Inverse, Invertible, Solution};
@@ -87,12 +87,11 @@ pub struct CompensatedSolution<S> {
 }
 
 /// What the gear has to carry at a sample.
-struct Balance<S: Float<Carry = S>, const K: usize> {
+struct Balance<S> {
     carried: S,
     /// What stands between the gear's θ and the encoders'.
     error: S,
     parts: Parts<S>,
-    stack: StackState<S, K>,
     converged: bool,
 }
 
@@ -105,30 +104,32 @@ enum Asked {
     Carried,
 }
 
-/// Finds the torque that the gear carries when T* is asked for. Nothing of a state moves. `None` where a number of the torque, the sample or the terms is NaN, infinite or absurd.
-fn balance<S: Float<Carry = S>, L: Invertible<S>, const N: usize, const K: usize>(
-    (inverse, stack): (&Inverse<S, L>, &Stack<S, K>),
-    (gear, terms, last): (&State<S, N, L>, &StackState<S, K>, &Parts<S>),
+/// Finds the torque that the gear carries when T* is asked for. Nothing of a state moves; what the terms remember then is in `trial`, a copy of `terms` before. `None` where a number of the torque, the sample or the terms is NaN, infinite or absurd.
+fn balance<S: Float<Carry = S>, L: Invertible<S>, const N: usize>(
+    (inverse, stack): (&Inverse<S, L>, StackView<'_, S>),
+    (gear, terms, last): (&State<S, N, L>, &[TermState<S>], &Parts<S>),
+    trial: &mut [TermState<S>],
     (torque, asked): (S, Asked),
     sample: &Sample<S>,
-) -> Option<Balance<S, K>> {
+) -> Option<Balance<S>> {
     if !torque.is_finite() || !sample.is_finite() {
         return None;
     }
     let searches = stack.follows_gear();
-    let at = |carried: S| {
+    let mut is_copy = true;
+    let mut at = |carried: S| {
         let theta = if searches { inverse.peek(gear, carried).theta } else { gear.theta() };
         let rate = if sample.period > S::ZERO { (theta - gear.theta()).over(sample.period) } else { S::ZERO };
-        let mut state = terms.clone();
-        let parts = stack
-            .parts(&mut state, &Sample { deflection: theta, deflection_rate: rate, base_torque: carried, ..*sample });
-        (parts, state)
+        if !core::mem::take(&mut is_copy) {
+            copy(trial, terms);
+        }
+        stack.parts(trial, &Sample { deflection: theta, deflection_rate: rate, base_torque: carried, ..*sample })
     };
     let of = |parts: &Parts<S>| total(parts, asked);
     let mut taken = of(last);
     let tolerance = S::from_f64(4.0 * S::TOLERANCE) * inverse.gear().frame().torque_scale();
     let mut before: Option<(S, S)> = None;
-    let (mut parts, mut state) = at(torque - taken);
+    let mut parts = at(torque - taken);
     for _ in 1..MOST_TRIALS {
         let excess = of(&parts) - taken;
         if !searches || excess.abs() <= tolerance {
@@ -140,18 +141,22 @@ fn balance<S: Float<Carry = S>, L: Invertible<S>, const N: usize, const K: usize
             _ => excess,
         };
         taken = taken + step;
-        (parts, state) = at(torque - taken);
+        parts = at(torque - taken);
     }
     let converged = !searches || (of(&parts) - taken).abs() <= tolerance;
     let (carried, error) = (torque - of(&parts), deflection_error(stack, sample));
     let most = S::from_f64(ABSURD_BEYOND) * inverse.gear().frame().torque_scale();
     // A NaN compares false.
     let accepted = carried.is_finite() && error.is_finite() && parts.gear.abs() <= most && parts.joint.abs() <= most;
-    accepted.then_some(Balance { carried, error, parts, stack: state, converged })
+    accepted.then_some(Balance { carried, error, parts, converged })
+}
+
+fn copy<S: Float<Carry = S>>(to: &mut [TermState<S>], from: &[TermState<S>]) {
+    to.iter_mut().zip(from).for_each(|(to, from)| to.clone_from(from));
 }
 
 /// Σ of what stands between the gear's θ and the encoders', as far as the sample tells it.
-fn deflection_error<S: Float<Carry = S>, const K: usize>(stack: &Stack<S, K>, sample: &Sample<S>) -> S {
+fn deflection_error<S: Float<Carry = S>>(stack: StackView<'_, S>, sample: &Sample<S>) -> S {
     stack.terms().iter().fold(S::ZERO, |sum, term| sum + term.deflection_error(sample))
 }
 
@@ -171,28 +176,29 @@ fn refused<S: Float<Carry = S>, L: Invertible<S>, const N: usize>(
     }
 }
 
-/// Gear and terms at a first sample.
-fn start<S: Float<Carry = S>, L: MemoryLaw<S>, const N: usize, const K: usize>(
+/// Gear and terms at a first sample, the terms at rest before.
+fn begin<S: Float<Carry = S>, L: MemoryLaw<S>, const N: usize>(
     gear: &Gear<S, L>,
-    stack: &Stack<S, K>,
+    stack: StackView<'_, S>,
+    terms: &mut [TermState<S>],
     sample: &Sample<S>,
-) -> (State<S, N, L>, TermsState<S, K>) {
+) -> (State<S, N, L>, Parts<S>) {
     let theta = sample.deflection - deflection_error(stack, sample);
     let accepted = sample.is_finite() && gear.frame().accepts(theta);
     let (sample, theta) = if accepted { (*sample, theta) } else { (Sample::default(), S::ZERO) };
     let state = gear.start::<N>(theta);
-    let mut terms = stack.start();
     let base_torque = gear.output(&state).torque;
-    let last = stack.parts(&mut terms, &Sample { deflection: theta, base_torque, ..sample });
+    let last = stack.parts(terms, &Sample { deflection: theta, base_torque, ..sample });
     let last = if last.gear.is_finite() && last.joint.is_finite() { last } else { Parts::default() };
-    (state, TermsState { stack: terms, last })
+    (state, last)
 }
 
 impl<S: Float<Carry = S>, L: Invertible<S>, const K: usize> CompensatedInverse<S, L, K> {
     /// The state at a first sample, its deflection that of the encoders, its past unknown. A sample that is none counts as one of zeros.
     pub fn start<const N: usize>(&self, sample: &Sample<S>) -> CompensatedInverseState<S, N, L, K> {
-        let (gear, terms) = start(self.inverse.gear(), &self.stack, sample);
-        CompensatedInverseState { gear, terms }
+        let mut stack = self.stack.start();
+        let (gear, last) = begin(self.inverse.gear(), self.stack.view(), stack.states_mut(), sample);
+        CompensatedInverseState { gear, terms: TermsState { stack, last } }
     }
 
     /// Moves gear and terms to the deflection at which they give a torque together, at the speeds, angles and temperature of a sample; its deflection is not read. A torque or a sample that is
@@ -203,16 +209,17 @@ impl<S: Float<Carry = S>, L: Invertible<S>, const K: usize> CompensatedInverse<S
         torque: S,
         sample: &Sample<S>,
     ) -> CompensatedSolution<S> {
-        let (both, terms) = ((&self.inverse, &self.stack), &state.terms);
-        let Some(found) = balance(both, (&state.gear, &terms.stack, &terms.last), (torque, Asked::Total), sample)
-        else {
+        let (both, terms) = ((&self.inverse, self.stack.view()), &state.terms);
+        let mut trial = terms.stack.clone();
+        let of_state = (&state.gear, terms.stack.states(), &terms.last);
+        let Some(found) = balance(both, of_state, trial.states_mut(), (torque, Asked::Total), sample) else {
             return refused(&self.inverse, &state.gear, state.terms.last);
         };
         let (gear, output) = self.inverse.commit(&mut state.gear, found.carried);
         if gear.refused {
             return refused(&self.inverse, &state.gear, state.terms.last);
         }
-        state.terms = TermsState { stack: found.stack, last: found.parts };
+        state.terms = TermsState { stack: trial, last: found.parts };
         CompensatedSolution {
             measured: gear.theta + found.error,
             gear,
@@ -235,19 +242,41 @@ impl<S: Float<Carry = S>, const N: usize, L: Invertible<S> + VaryingPeriod<S>, c
         torque: S,
         sample: &Sample<S>,
     ) -> CompensatedSolution<S> {
-        let none = Parts::default();
-        let of_state = (self.gear(), self.stack(), &none);
-        let Some(found) = balance((inverse, stack), of_state, (torque, Asked::Total), sample) else {
-            return refused(inverse, self.gear(), none);
-        };
-        let gear = inverse.peek(self.gear(), found.carried);
-        CompensatedSolution {
-            measured: gear.theta + found.error,
-            gear,
-            base_torque: found.carried,
-            terms: found.parts,
-            converged: found.converged,
-        }
+        let mut trial = self.stack().clone();
+        solve_with((inverse, stack.view()), (self.gear(), self.stack().states()), trial.states_mut(), torque, sample)
+    }
+}
+
+/// As [`CompensatedState::solve`] for terms wherever they lie: what they remember, and as many places for trials.
+pub fn solve<S: Float<Carry = S>, L: Invertible<S>, const N: usize>(
+    both: (&Inverse<S, L>, StackView<'_, S>),
+    (gear, terms): (&State<S, N, L>, &[TermState<S>]),
+    trial: &mut [TermState<S>],
+    torque: S,
+    sample: &Sample<S>,
+) -> CompensatedSolution<S> {
+    copy(trial, terms);
+    solve_with(both, (gear, terms), trial, torque, sample)
+}
+
+fn solve_with<S: Float<Carry = S>, L: Invertible<S>, const N: usize>(
+    (inverse, stack): (&Inverse<S, L>, StackView<'_, S>),
+    (gear, terms): (&State<S, N, L>, &[TermState<S>]),
+    trial: &mut [TermState<S>],
+    torque: S,
+    sample: &Sample<S>,
+) -> CompensatedSolution<S> {
+    let none = Parts::default();
+    let Some(found) = balance((inverse, stack), (gear, terms, &none), trial, (torque, Asked::Total), sample) else {
+        return refused(inverse, gear, none);
+    };
+    let solution = inverse.peek(gear, found.carried);
+    CompensatedSolution {
+        measured: solution.theta + found.error,
+        gear: solution,
+        base_torque: found.carried,
+        terms: found.parts,
+        converged: found.converged,
     }
 }
 
@@ -269,16 +298,45 @@ pub struct CompensatedFeedForwardState<
     const K: usize = 8,
 > {
     feed_forward: FeedForwardState<S, N, L>,
-    terms: TermsState<S, K>,
+    terms: StackState<S, K>,
+    shares: Shares<S>,
+    last: Compensation<S>,
+}
+
+/// What a feed-forward gave last of terms.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Shares<S> {
+    last: Parts<S>,
     /// What the terms take off the deflection.
     error: S,
     /// Error, G and J as they were fed forward last, before the gain; what they lost when the terms changed, and how much of that is still made up for.
     given: [S; 3],
     gap: [S; 3],
     bridge: S,
+    offset: S,
     /// The terms are others than in the period before.
     renewed: bool,
-    last: Compensation<S>,
+}
+
+/// A feed-forward and its terms, wherever they lie: what [`CompensatedFeedForward`] does, for a program that has memory of its own for terms.
+#[derive(Debug, Clone, Copy)]
+pub struct CompensatedFeedForwardView<'a, S: Float, L = AnyLaw<S>> {
+    /// That of the base model.
+    pub feed_forward: &'a FeedForward<S, L>,
+    /// The plant terms.
+    pub stack: StackView<'a, S>,
+}
+
+/// What the feed-forward of one joint remembers, wherever it lies.
+pub struct CompensatedFeedForwardPast<'a, S: Float<Carry = S>, const N: usize, L: MemoryLaw<S> = AnyLaw<S>> {
+    /// That of the base model.
+    pub feed_forward: &'a mut FeedForwardState<S, N, L>,
+    /// What each term remembers.
+    pub terms: &'a mut [TermState<S>],
+    /// As many places, whatever is in them.
+    pub trial: &'a mut [TermState<S>],
+    /// What was given last.
+    pub shares: &'a mut Shares<S>,
 }
 
 /// What is fed forward in a period.
@@ -308,17 +366,15 @@ impl<S: Float<Carry = S>, L: Invertible<S>, const K: usize> CompensatedFeedForwa
 
     /// The state at power-up: off, the gear where the encoders of the first sample show it, its past unknown. A sample that is none counts as one of zeros.
     pub fn start<const N: usize>(&self, sample: &Sample<S>) -> CompensatedFeedForwardState<S, N, L, K> {
-        let (gear, terms) = start::<S, L, N, K>(self.feed_forward.inverse().gear(), &self.stack, sample);
-        CompensatedFeedForwardState {
-            feed_forward: self.feed_forward.start(gear.theta()),
-            terms,
-            error: S::ZERO,
-            given: [S::ZERO; 3],
-            gap: [S::ZERO; 3],
-            bridge: S::ZERO,
-            renewed: false,
-            last: Compensation::default(),
-        }
+        let mut terms = self.stack.start();
+        let (feed_forward, shares) = self.view().begin(terms.states_mut(), sample);
+        CompensatedFeedForwardState { feed_forward, terms, shares, last: Compensation::default() }
+    }
+
+    /// Feed-forward and terms, wherever they lie.
+    #[inline]
+    pub fn view(&self) -> CompensatedFeedForwardView<'_, S, L> {
+        CompensatedFeedForwardView { feed_forward: &self.feed_forward, stack: self.stack.view() }
     }
 
     /// Goes on with a state that the feed-forward `before` had: other parameters or terms with the loop running. Terms go on with what one of their kind remembers, new ones start at
@@ -329,14 +385,13 @@ impl<S: Float<Carry = S>, L: Invertible<S>, const K: usize> CompensatedFeedForwa
         state: &mut CompensatedFeedForwardState<S, N, L, K>,
     ) {
         self.feed_forward.take_over(before, &mut state.feed_forward);
-        self.stack.take_over(&mut state.terms.stack);
-        state.renewed = true;
+        self.stack.take_over(&mut state.terms);
+        state.shares.renewed = true;
     }
 
     /// Starts the memory of the gear anew where the encoders show it, its past unknown, with the loop running. The contribution does not jump.
     pub fn restart<const N: usize>(&self, state: &mut CompensatedFeedForwardState<S, N, L, K>, deflection: S) {
-        self.feed_forward.restart(&mut state.feed_forward, deflection - state.error);
-        state.renewed = true;
+        self.view().restart(&mut state.feed_forward, &mut state.shares, deflection);
     }
 
     /// One control period. The sample holds the reference's angles, speeds and acceleration (or the measured ones) and the temperature; its deflection is not read.
@@ -347,34 +402,110 @@ impl<S: Float<Carry = S>, L: Invertible<S>, const K: usize> CompensatedFeedForwa
         demand: &Demand<S>,
         sample: &Sample<S>,
     ) -> Compensation<S> {
-        let asked = if self.stack.setting().sigma > S::ZERO { Asked::Carried } else { Asked::Total };
-        let both = (self.feed_forward.inverse(), &self.stack);
-        let of_state = (state.feed_forward.gear(), &state.terms.stack, &state.terms.last);
-        let found = balance(both, of_state, (demand.torque, asked), sample);
+        let mut trial = state.terms.clone();
+        let mut past = CompensatedFeedForwardPast {
+            feed_forward: &mut state.feed_forward,
+            terms: state.terms.states_mut(),
+            trial: trial.states_mut(),
+            shares: &mut state.shares,
+        };
+        state.last = self.view().period(&mut past, controls, demand, sample);
+        state.last
+    }
+}
+
+impl<S: Float<Carry = S>, L: Invertible<S>> CompensatedFeedForwardView<'_, S, L> {
+    /// As [`CompensatedFeedForward::start`], with a place for what each term remembers.
+    pub fn start<const N: usize>(
+        &self,
+        terms: &mut [TermState<S>],
+        sample: &Sample<S>,
+    ) -> (FeedForwardState<S, N, L>, Shares<S>) {
+        self.stack.start(terms);
+        self.begin(terms, sample)
+    }
+
+    fn begin<const N: usize>(
+        &self,
+        terms: &mut [TermState<S>],
+        sample: &Sample<S>,
+    ) -> (FeedForwardState<S, N, L>, Shares<S>) {
+        let (gear, last) = begin::<S, L, N>(self.feed_forward.inverse().gear(), self.stack, terms, sample);
+        (self.feed_forward.start(gear.theta()), Shares { last, ..Shares::default() })
+    }
+
+    /// As [`CompensatedFeedForward::take_over`], from as many terms as `count`; behind what they remember there are places for new ones.
+    pub fn take_over<const N: usize>(
+        &self,
+        before: &FeedForward<S, L>,
+        past: &mut CompensatedFeedForwardPast<'_, S, N, L>,
+        count: usize,
+    ) {
+        self.feed_forward.take_over(before, past.feed_forward);
+        self.stack.take_over(past.terms, count);
+        past.shares.renewed = true;
+    }
+
+    /// As [`CompensatedFeedForward::restart`].
+    pub fn restart<const N: usize>(
+        &self,
+        state: &mut FeedForwardState<S, N, L>,
+        shares: &mut Shares<S>,
+        deflection: S,
+    ) {
+        self.feed_forward.restart(state, deflection - shares.error);
+        shares.renewed = true;
+    }
+
+    /// As [`CompensatedFeedForward::step`].
+    pub fn step<const N: usize>(
+        &self,
+        past: &mut CompensatedFeedForwardPast<'_, S, N, L>,
+        controls: &Controls<S>,
+        demand: &Demand<S>,
+        sample: &Sample<S>,
+    ) -> Compensation<S> {
+        copy(past.trial, past.terms);
+        self.period(past, controls, demand, sample)
+    }
+
+    /// A step from a copy of what the terms remember.
+    fn period<const N: usize>(
+        &self,
+        past: &mut CompensatedFeedForwardPast<'_, S, N, L>,
+        controls: &Controls<S>,
+        demand: &Demand<S>,
+        sample: &Sample<S>,
+    ) -> Compensation<S> {
+        let CompensatedFeedForwardPast { feed_forward, terms, trial, shares } = past;
+        let asked = if self.stack.sigma() > S::ZERO { Asked::Carried } else { Asked::Total };
+        let both = (self.feed_forward.inverse(), self.stack);
+        let found = balance(both, (feed_forward.gear(), terms, &shares.last), trial, (demand.torque, asked), sample);
         let refused = found.is_none();
         let carried = match found {
             Some(found) => {
-                state.terms = TermsState { stack: found.stack, last: found.parts };
-                state.error = found.error;
+                // Not by `swap_with_slice`, which can panic.
+                terms.iter_mut().zip(trial.iter_mut()).for_each(|(now, next)| core::mem::swap(now, next));
+                (shares.last, shares.error) = (found.parts, found.error);
                 found.carried
             }
             // No torque that the gear could be asked for.
             None => S::from_f64(f64::NAN),
         };
-        let demand = Demand { torque: carried, deflection: demand.deflection - state.error };
-        let base = self.feed_forward.step(&mut state.feed_forward, controls, &demand);
-        let Parts { gear, joint } = state.terms.last;
-        let [error, gear, joint] = state.give([state.error, gear, joint], self.feed_forward.gain_step());
+        let demand = Demand { torque: carried, deflection: demand.deflection - shares.error };
+        let base = self.feed_forward.step(feed_forward, controls, &demand);
+        let Parts { gear, joint } = shares.last;
+        let [error, gear, joint] = shares.give([shares.error, gear, joint], self.feed_forward.gain_step());
         let offset = base.offset + base.gain * error;
-        state.last = Compensation {
+        let change = offset - core::mem::replace(&mut shares.offset, offset);
+        Compensation {
             base,
             offset,
-            change: offset - state.last.offset,
+            change,
             gear_torque: base.gain * gear,
             joint_torque: base.gain * joint,
             refused: refused || base.refused,
-        };
-        state.last
+        }
     }
 }
 
@@ -392,7 +523,9 @@ impl<S: Float<Carry = S>, const N: usize, L: MemoryLaw<S>, const K: usize> Compe
     pub fn gear(&self) -> &State<S, N, L> {
         self.feed_forward.gear()
     }
+}
 
+impl<S: Float> Shares<S> {
     /// What the terms add; behind other terms the gap between the two fades away by `step` a period.
     fn give(&mut self, wanted: [S; 3], step: S) -> [S; 3] {
         if self.renewed {

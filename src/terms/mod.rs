@@ -56,7 +56,7 @@ pub use physics::Physics;
 pub use read::{Reader, Setting, Source, TermError, Value};
 pub use registry::{Coordinate, Domain, Form, KeyInfo, KindInfo, Need, Range, Role, Side};
 pub use sample::Sample;
-pub use stack::{Stack, StackState};
+pub use stack::{Stack, StackState, StackView};
 pub use time_skew::Resampled;
 
 use crate::scalar::Float;
@@ -231,6 +231,19 @@ kinds! {
     27 encoder_skew::EncoderSkew,
     28 ripple_resonance::RippleResonance,
 }
+
+/// Bit k stands for the number k in parameter blocks: set where a drive feeds the kind forward. Without the words of the registry, which a drive need not hold.
+#[cfg(feature = "block")]
+pub(crate) const PLANT_TAGS: u64 = {
+    let (mut k, mut bits) = (0, 0);
+    while k < KINDS.len() {
+        if matches!(KINDS[k].side, Side::Plant) {
+            bits |= 1 << TAGS[k];
+        }
+        k += 1;
+    }
+    bits
+};
 
 /// The registry's entry of a kind.
 #[must_use]

@@ -27,6 +27,14 @@ pub struct Stack<S: Float, const K: usize = 8> {
     base: Base,
 }
 
+/// The terms of a stack, wherever they lie.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StackView<'a, S: Float> {
+    terms: &'a [Term<S>],
+    sigma: S,
+    base: Base,
+}
+
 /// What the terms of a stack remember.
 #[derive(Debug, Clone)]
 pub struct StackState<S: Float<Carry = S>, const K: usize = 8> {
@@ -92,6 +100,12 @@ impl<S: Float<Carry = S>, const K: usize> Stack<S, K> {
         &self.terms
     }
 
+    /// The terms, wherever they lie.
+    #[inline]
+    pub fn view(&self) -> StackView<'_, S> {
+        StackView { terms: &self.terms, sigma: self.setting.sigma, base: self.base }
+    }
+
     /// Whether T_base is that of a gear.
     pub fn has_gear(&self) -> bool {
         self.base == Base::Gear
@@ -109,7 +123,7 @@ impl<S: Float<Carry = S>, const K: usize> Stack<S, K> {
 
     /// Whether some term cannot do without a signal.
     pub fn needs(&self, need: Need) -> bool {
-        self.terms.iter().any(|term| term.needs().contains(&need) || term.needs_besides().contains(&need))
+        self.view().needs(need)
     }
 
     /// What the terms remember before the first sample.
@@ -125,29 +139,105 @@ impl<S: Float<Carry = S>, const K: usize> Stack<S, K> {
     /// Makes a state of these terms of one that other terms had: a term goes on with what one of its kind remembers, the others start.
     pub(super) fn take_over(&self, state: &mut StackState<S, K>) {
         let states = &mut state.states;
-        for (k, term) in self.terms.iter().enumerate() {
-            let start = term.start();
-            let is_alike = |state: &TermState<S>| discriminant(state) == discriminant(&start);
-            match states.iter().skip(k).position(is_alike) {
-                Some(further) => exchange(states, k, k + further),
-                None => {
-                    // Where all places are taken, the last one makes room.
-                    let _ = states.is_full() && states.pop().is_some();
-                    let _ = states.push(start);
-                    let last = states.len().saturating_sub(1);
-                    exchange(states, k, last);
-                }
-            }
+        let count = states.len();
+        for term in &self.terms {
+            // Places for new ones, as far as there are any.
+            let _ = states.push(term.start());
         }
+        self.view().take_over(states, count);
         states.truncate(self.terms.len());
     }
 
-    /// The true deflection of a sample, rad. `transmitted` tells the torque that the gear would transmit if it moved to a deflection; it is asked for backlash of shape
-    /// `clearance` only. The first call after [`start`](Self::start) is the start.
+    /// As [`StackView::correct`].
     pub fn correct(&self, state: &mut StackState<S, K>, sample: &Sample<S>, transmitted: &dyn Fn(S) -> S) -> S {
+        self.view().correct(&mut state.states, sample, transmitted)
+    }
+
+    /// As [`StackView::torque`].
+    pub fn torque(&self, state: &mut StackState<S, K>, sample: &Sample<S>) -> S {
+        self.view().torque(&mut state.states, sample)
+    }
+
+    /// As [`StackView::load`].
+    pub fn load(&self, state: &mut StackState<S, K>, sample: &Sample<S>) -> S {
+        self.view().load(&mut state.states, sample)
+    }
+
+    /// By how much the recorded torque is late, s.
+    pub fn delay(&self) -> S {
+        self.terms.iter().fold(S::ZERO, |sum, term| sum + term.delay())
+    }
+}
+
+impl<S: Float<Carry = S>, const K: usize> StackState<S, K> {
+    /// What each term remembers.
+    pub(super) fn states(&self) -> &[TermState<S>] {
+        &self.states
+    }
+
+    /// As above.
+    pub(super) fn states_mut(&mut self) -> &mut [TermState<S>] {
+        &mut self.states
+    }
+}
+
+impl<'a, S: Float<Carry = S>> StackView<'a, S> {
+    /// Terms of a gear whose torque is taken on the side σ.
+    pub fn of_gear(terms: &'a [Term<S>], sigma: S) -> Self {
+        Self { terms, sigma, base: Base::Gear }
+    }
+
+    /// The terms.
+    pub fn terms(&self) -> &'a [Term<S>] {
+        self.terms
+    }
+
+    /// σ.
+    pub fn sigma(&self) -> S {
+        self.sigma
+    }
+
+    /// Whether some term cannot do without a signal.
+    pub fn needs(&self, need: Need) -> bool {
+        self.terms.iter().any(|term| term.needs().contains(&need) || term.needs_besides().contains(&need))
+    }
+
+    /// What the terms remember before the first sample.
+    pub fn start(&self, states: &mut [TermState<S>]) {
+        self.terms.iter().zip(states).for_each(|(term, state)| *state = term.start());
+    }
+
+    /// Makes the states of these terms of those that other terms had, the first `count`; behind them there are places for new ones. A term goes on with what one of its kind remembers, the others start.
+    pub fn take_over(&self, states: &mut [TermState<S>], mut count: usize) {
+        for (k, term) in self.terms.iter().enumerate() {
+            let start = term.start();
+            let is_alike = |state: &TermState<S>| discriminant(state) == discriminant(&start);
+            match states.iter().take(count).skip(k).position(is_alike) {
+                Some(further) => exchange(states, k, k + further),
+                None => {
+                    // Where all places are taken, one makes room that no later term goes on with.
+                    let place = if count < states.len() {
+                        count += 1;
+                        count - 1
+                    } else {
+                        let is_free = |state: &TermState<S>| !is_wanted(self.terms, k, state);
+                        states.iter().skip(k).position(is_free).map_or(count.saturating_sub(1), |further| k + further)
+                    };
+                    if let Some(place) = states.get_mut(place) {
+                        *place = start;
+                    }
+                    exchange(states, k, place);
+                }
+            }
+        }
+    }
+
+    /// The true deflection of a sample, rad. `transmitted` tells the torque that the gear would transmit if it moved to a deflection; it is asked for backlash of shape
+    /// `clearance` only. The first call after the start is the start.
+    pub fn correct(&self, states: &mut [TermState<S>], sample: &Sample<S>, transmitted: &dyn Fn(S) -> S) -> S {
         let error = |theta: S, term: &Term<S>| theta - term.deflection_error(sample);
         let theta = self.terms.iter().fold(sample.deflection, error);
-        let pairs = self.terms.iter().zip(&mut state.states);
+        let pairs = self.terms.iter().zip(states);
         pairs.fold(theta, |theta, (term, state)| match term.domain() {
             Domain::Deflection => term.correct(state, theta, transmitted),
             _ => theta,
@@ -156,15 +246,15 @@ impl<S: Float<Carry = S>, const K: usize> Stack<S, K> {
 
     /// Σ of the torque terms at a sample whose deflection is corrected and whose base torque is known, N·m. Without a gear the base torque is set to
     /// gravity and inertia, added to T_sim where that is the base.
-    pub fn torque(&self, state: &mut StackState<S, K>, sample: &Sample<S>) -> S {
+    pub fn torque(&self, states: &mut [TermState<S>], sample: &Sample<S>) -> S {
         let mut sample = *sample;
         match self.base {
             Base::Gear => {}
-            Base::Joint => sample.base_torque = self.load(state, &sample),
-            Base::Simulation => sample.base_torque = sample.simulated_torque + self.load(state, &sample),
+            Base::Joint => sample.base_torque = self.load(states, &sample),
+            Base::Simulation => sample.base_torque = sample.simulated_torque + self.load(states, &sample),
         }
         let factor = self.terms.iter().fold(S::ONE, |product, term| product * term.friction_factor(&sample));
-        let pairs = self.terms.iter().zip(&mut state.states);
+        let pairs = self.terms.iter().zip(states);
         pairs.fold(S::ZERO, |sum, (term, state)| {
             let torque = term.torque(state, &sample);
             sum + if term.domain() == Domain::Friction { factor * torque } else { torque }
@@ -172,10 +262,10 @@ impl<S: Float<Carry = S>, const K: usize> Stack<S, K> {
     }
 
     /// As [`torque`](Self::torque), the terms of the gear apart from those of the joint.
-    pub(super) fn parts(&self, state: &mut StackState<S, K>, sample: &Sample<S>) -> Parts<S> {
+    pub(super) fn parts(&self, states: &mut [TermState<S>], sample: &Sample<S>) -> Parts<S> {
         let factor = self.terms.iter().fold(S::ONE, |product, term| product * term.friction_factor(sample));
         let mut parts = Parts::default();
-        for (term, state) in self.terms.iter().zip(&mut state.states) {
+        for (term, state) in self.terms.iter().zip(states) {
             let torque = term.torque(state, sample);
             match term.domain() {
                 Domain::Friction => parts.joint = parts.joint + factor * torque,
@@ -192,18 +282,18 @@ impl<S: Float<Carry = S>, const K: usize> Stack<S, K> {
     }
 
     /// Gravity and inertia at a sample, N·m: T_base of a joint log. Neither remembers anything.
-    pub fn load(&self, state: &mut StackState<S, K>, sample: &Sample<S>) -> S {
-        let pairs = self.terms.iter().zip(&mut state.states);
+    pub fn load(&self, states: &mut [TermState<S>], sample: &Sample<S>) -> S {
+        let pairs = self.terms.iter().zip(states);
         pairs.fold(S::ZERO, |sum, (term, state)| match term.domain() {
             Domain::Load => sum + term.torque(state, sample),
             _ => sum,
         })
     }
+}
 
-    /// By how much the recorded torque is late, s.
-    pub fn delay(&self) -> S {
-        self.terms.iter().fold(S::ZERO, |sum, term| sum + term.delay())
-    }
+/// Whether a term behind the `k`th goes on with a state.
+fn is_wanted<S: Float<Carry = S>>(terms: &[Term<S>], k: usize, state: &TermState<S>) -> bool {
+    terms.iter().skip(k).skip(1).any(|term| discriminant(&term.start()) == discriminant(state))
 }
 
 /// Exchanges an element with a later one, without the bounds check that would bring a panic into an image.

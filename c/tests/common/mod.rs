@@ -7,15 +7,21 @@ use gmhm::block::{
 };
 use gmhm::terms::{Form, KeyInfo, Source, Value};
 use gmhm::{Elastic, Gear, Inverse, Law, Memory, Params};
-use gmhm_c::{Joint, OK, OutputC, SampleC, SolutionC, StatusC};
+use gmhm_c::{Joint, OK, OutputC, PairC, SampleC, SolutionC, StatusC, TermC};
 
 /// The functions of `gmhm.h`, their results as values.
 pub fn gmhm_step(joint: Option<&mut Joint>, sample: Option<&SampleC>) -> OutputC {
     out(|to| gmhm_c::gmhm_step(joint, sample, to))
 }
 
-pub fn gmhm_step_counts(joint: Option<&mut Joint>, motor: u32, output: u32, sample: Option<&SampleC>) -> OutputC {
-    out(|to| gmhm_c::gmhm_step_counts(joint, motor, output, sample, to))
+pub fn gmhm_step_counts(
+    joint: Option<&mut Joint>,
+    pair: Option<&mut PairC>,
+    motor: u32,
+    output: u32,
+    sample: Option<&SampleC>,
+) -> OutputC {
+    out(|to| gmhm_c::gmhm_step_counts(joint, pair, motor, output, sample, to))
 }
 
 pub fn gmhm_invert(joint: Option<&mut Joint>, torque_nm: f32, sample: Option<&SampleC>) -> SolutionC {
@@ -105,10 +111,19 @@ pub fn without(mut block: Vec<u8>, tag: u16) -> Vec<u8> {
     block
 }
 
+/// The places that joints and feed-forwards have for terms.
+pub const PLACES: u32 = 8;
+
+/// Memory for terms, as long as the program.
+pub fn places() -> *mut TermC {
+    Box::leak(Box::<[TermC]>::new_uninit_slice(PLACES as usize)).as_mut_ptr().cast()
+}
+
 pub fn joint() -> Box<Joint> {
     let (mut joint, block) = (Box::new(MaybeUninit::uninit()), block());
-    // SAFETY: the block outlives the call.
-    let code = unsafe { gmhm_c::gmhm_init(Some(&mut joint), block.as_ptr(), block.len() as u32) };
+    // SAFETY: the block outlives the call, the places the joint.
+    let code =
+        unsafe { gmhm_c::gmhm_init_with_terms(Some(&mut joint), places(), PLACES, block.as_ptr(), block.len() as u32) };
     assert_eq!(code, OK);
     // SAFETY: gmhm_init has written it.
     unsafe { joint.assume_init() }

@@ -46,14 +46,16 @@ const LINK_CODE_LIMIT: u64 = 24_000;
 const LOCKED_LINK_CODE_LIMIT: u64 = 35_000;
 
 /// What a program calls of `gmhm_joint`, raw counts included, but for `gmhm_load_any`.
-const JOINT: [&str; 12] = [
+const JOINT: [&str; 14] = [
     "gmhm_init",
+    "gmhm_init_with_terms",
     "gmhm_load",
     "gmhm_load_amperes",
     "gmhm_set_largest_step",
-    "gmhm_set_encoders",
+    "gmhm_pair_init",
     "gmhm_restart",
     "gmhm_step",
+    "gmhm_pair_restart",
     "gmhm_step_counts",
     "gmhm_invert",
     "gmhm_get_status",

@@ -34,7 +34,7 @@ const CORES: [(Machine, &str, &[&str]); 2] =
 const WARNINGS: [&str; 6] = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Wconversion", "-Werror"];
 
 /// Stack that the deepest call may take: main, `gmhm_init` and what it calls.
-const STACK_LIMIT: u64 = 6700;
+const STACK_LIMIT: u64 = 5700;
 
 /// Runs the program on the host and on every core.
 pub fn run(shell: &Shell) -> Result<()> {

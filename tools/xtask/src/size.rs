@@ -148,7 +148,7 @@ pub fn run(shell: &Shell, overwrite: bool) -> Result<()> {
     }
     table.push_str(
         "\nWhat bounds the RAM of terms: each place has room for the largest kind, whichever the term is. That is 264 B of coefficients (`unknown`, a curve of 32 knots) and 76 B of state\n\
-         (`nonlocal_memory`, 16 slip elements), so eight places take 2.7 kB. `Stack<S, K>` has `K` places, by default eight; the types of the library for C have eight (c/README.md).\n",
+         (`nonlocal_memory`, 16 slip elements), so eight places take 2.7 kB. `Stack<S, K>` has `K` places, by default eight; the program gives the types of the library for C as many as it needs (c/README.md).\n",
     );
     table.push_str(
         "\nStack below the caller, at its deepest along paths that leave nothing out, found by painting it.\n\n\
