@@ -143,30 +143,39 @@ impl<S: Float<Carry = S>, L: VaryingPeriod<S>> CompensatedView<'_, S, L> {
     /// As [`Compensated::step`].
     #[inline]
     pub fn step<const N: usize>(&self, past: &mut CompensatedPast<'_, S, N, L>, sample: &Sample<S>) -> Total<S> {
+        if self.advance(past, sample) {
+            let CompensatedPast { gear, terms, last } = past;
+            let base = self.gear.output(gear);
+            last.total = self.finish(terms, sample, gear.theta(), base, last.total);
+        }
+        past.last.total
+    }
+
+    /// Moves the gear, and says whether it did. A frame of its own, gone before the torques of the terms: firmware has little stack.
+    #[inline(never)]
+    fn advance<const N: usize>(&self, past: &mut CompensatedPast<'_, S, N, L>, sample: &Sample<S>) -> bool {
         let CompensatedPast { gear, terms, last } = past;
+        last.total.refused = true;
         let is_time = sample.period >= S::ZERO;
         if !is_time || !sample.is_finite() || !self.gear.frame().accepts(sample.deflection) {
-            last.total.refused = true;
-            return last.total;
+            return false;
         }
         // A step of the encoders is one of the gear, but for what little the terms change in a period.
         if !self.gear.admits_after(gear, sample.deflection - last.correction, sample.period) {
             last.total.refused = gear.status().refused;
-            return last.total;
+            return false;
         }
         let before = &**gear;
         let transmitted = |theta| self.gear.peek_after(before, theta, sample.period);
         let theta = self.stack.correct(terms, sample, &transmitted);
         // Corrections of the deflection may overflow, too.
         if !self.gear.frame().accepts(theta) {
-            last.total.refused = true;
-            return last.total;
+            return false;
         }
         self.gear.advance_after(gear, theta, sample.period);
         last.correction = sample.deflection - theta;
-        let base = self.gear.output(gear);
-        last.total = self.finish(terms, sample, theta, base, Total { refused: false, ..last.total });
-        last.total
+        last.total.refused = false;
+        true
     }
 
     /// As [`Compensated::take_over`], from as many terms as `count`; behind what they remember there are places for new ones.

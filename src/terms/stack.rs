@@ -234,7 +234,7 @@ impl<'a, S: Float<Carry = S>> StackView<'a, S> {
 
     /// The true deflection of a sample, rad. `transmitted` tells the torque that the gear would transmit if it moved to a deflection; it is asked for backlash of shape
     /// `clearance` only. The first call after the start is the start.
-    pub fn correct(&self, states: &mut [TermState<S>], sample: &Sample<S>, transmitted: &dyn Fn(S) -> S) -> S {
+    pub fn correct(self, states: &mut [TermState<S>], sample: &Sample<S>, transmitted: &dyn Fn(S) -> S) -> S {
         let error = |theta: S, term: &Term<S>| theta - term.deflection_error(sample);
         let theta = self.terms.iter().fold(sample.deflection, error);
         let pairs = self.terms.iter().zip(states);
@@ -246,23 +246,32 @@ impl<'a, S: Float<Carry = S>> StackView<'a, S> {
 
     /// Σ of the torque terms at a sample whose deflection is corrected and whose base torque is known, N·m. Without a gear the base torque is set to
     /// gravity and inertia, added to T_sim where that is the base.
-    pub fn torque(&self, states: &mut [TermState<S>], sample: &Sample<S>) -> S {
-        let mut sample = *sample;
+    pub fn torque(self, states: &mut [TermState<S>], sample: &Sample<S>) -> S {
         match self.base {
-            Base::Gear => {}
-            Base::Joint => sample.base_torque = self.load(states, &sample),
-            Base::Simulation => sample.base_torque = sample.simulated_torque + self.load(states, &sample),
+            Base::Gear => self.sum(states, sample),
+            Base::Joint | Base::Simulation => self.torque_over_load(states, sample),
         }
-        let factor = self.terms.iter().fold(S::ONE, |product, term| product * term.friction_factor(&sample));
+    }
+
+    /// Without a gear. A frame of its own: the sample is copied.
+    #[inline(never)]
+    fn torque_over_load(self, states: &mut [TermState<S>], sample: &Sample<S>) -> S {
+        let load = self.load(states, sample);
+        let base_torque = if self.base == Base::Simulation { sample.simulated_torque + load } else { load };
+        self.sum(states, &Sample { base_torque, ..*sample })
+    }
+
+    fn sum(self, states: &mut [TermState<S>], sample: &Sample<S>) -> S {
+        let factor = self.terms.iter().fold(S::ONE, |product, term| product * term.friction_factor(sample));
         let pairs = self.terms.iter().zip(states);
         pairs.fold(S::ZERO, |sum, (term, state)| {
-            let torque = term.torque(state, &sample);
+            let torque = term.torque(state, sample);
             sum + if term.domain() == Domain::Friction { factor * torque } else { torque }
         })
     }
 
     /// As [`torque`](Self::torque), the terms of the gear apart from those of the joint.
-    pub(super) fn parts(&self, states: &mut [TermState<S>], sample: &Sample<S>) -> Parts<S> {
+    pub(super) fn parts(self, states: &mut [TermState<S>], sample: &Sample<S>) -> Parts<S> {
         let factor = self.terms.iter().fold(S::ONE, |product, term| product * term.friction_factor(sample));
         let mut parts = Parts::default();
         for (term, state) in self.terms.iter().zip(states) {
@@ -277,12 +286,12 @@ impl<'a, S: Float<Carry = S>> StackView<'a, S> {
     }
 
     /// Whether some term adds a torque that depends on the deflection or on the torque of the gear.
-    pub(super) fn follows_gear(&self) -> bool {
+    pub(super) fn follows_gear(self) -> bool {
         self.terms.iter().any(|term| term.is_of_gear() || term.follows_base())
     }
 
     /// Gravity and inertia at a sample, N·m: T_base of a joint log. Neither remembers anything.
-    pub fn load(&self, states: &mut [TermState<S>], sample: &Sample<S>) -> S {
+    pub fn load(self, states: &mut [TermState<S>], sample: &Sample<S>) -> S {
         let pairs = self.terms.iter().zip(states);
         pairs.fold(S::ZERO, |sum, (term, state)| match term.domain() {
             Domain::Load => sum + term.torque(state, sample),
