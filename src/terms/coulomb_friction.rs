@@ -32,7 +32,7 @@ impl<S: Float> Physics<S> for CoulombFriction<S> {
         needs: &[Need::Velocity],
         keys: &[TORQUE, SMOOTHING],
         hides_behind: "h, on one amplitude",
-        instructions: 216,
+        instructions: 215,
     };
     type State = ();
 

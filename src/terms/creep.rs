@@ -52,7 +52,7 @@ impl<S: Float<Carry = S>> Physics<S> for Creep<S> {
         needs: &[Need::Deflection],
         keys: &[TAU, STIFFNESS],
         hides_behind: "thermal and sensor drift",
-        instructions: 261,
+        instructions: 260,
     };
     type State = CreepState<S>;
 

@@ -26,7 +26,7 @@ impl<S: Float> Physics<S> for EncoderEccentricity<S> {
         needs: &[Need::OutputAngle, Need::Deflection],
         keys: &[COS, SIN],
         hides_behind: "gravity_load",
-        instructions: 214,
+        instructions: 213,
     };
     type State = ();
 

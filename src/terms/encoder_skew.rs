@@ -25,7 +25,7 @@ impl<S: Float> Physics<S> for EncoderSkew<S> {
         needs: &[Need::OutputVelocity, Need::Deflection],
         keys: &[DELAY],
         hides_behind: "viscous_damping, lost motion",
-        instructions: 115,
+        instructions: 113,
     };
     type State = ();
 

@@ -26,7 +26,7 @@ impl<S: Float> Physics<S> for GravityLoad<S> {
         needs: &[Need::OutputAngle],
         keys: &[COS, SIN],
         hides_behind: "encoder_eccentricity, sensor_drift",
-        instructions: 204,
+        instructions: 203,
     };
     type State = ();
 

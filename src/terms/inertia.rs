@@ -24,7 +24,7 @@ impl<S: Float> Physics<S> for Inertia<S> {
         needs: &[Need::Acceleration],
         keys: &[GAIN],
         hides_behind: "c1 at one rate",
-        instructions: 104,
+        instructions: 103,
     };
     type State = ();
 

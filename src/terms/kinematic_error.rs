@@ -34,7 +34,7 @@ impl<S: Float> Physics<S> for KinematicError<S> {
         needs: &[Need::Deflection],
         keys: &[ORDERS, COS, SIN, ANGLE],
         hides_behind: "torque_ripple; invisible with the input locked",
-        instructions: 281,
+        instructions: 280,
     };
     type State = ();
 

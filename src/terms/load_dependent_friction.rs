@@ -28,7 +28,7 @@ impl<S: Float> Physics<S> for LoadDependentFriction<S> {
         needs: &[Need::Velocity],
         keys: &[MU, SMOOTHING],
         hides_behind: "coulomb_friction",
-        instructions: 220,
+        instructions: 219,
     };
     type State = ();
 

@@ -39,7 +39,7 @@ impl<S: Float> Physics<S> for LoadDependentMemory<S> {
         needs: &[Need::Deflection],
         keys: &[RADIUS, TORQUE, LINEAR, QUADRATIC],
         hides_behind: "nonlocal_memory, load_dependent_friction",
-        instructions: 192,
+        instructions: 191,
     };
     type State = NonlocalState<S>;
 

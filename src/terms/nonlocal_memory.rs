@@ -83,7 +83,7 @@ impl<S: Float> Physics<S> for NonlocalMemory<S> {
         needs: &[Need::Deflection],
         keys: &[RADIUS, TORQUE],
         hides_behind: "h, e on one amplitude",
-        instructions: 172,
+        instructions: 171,
     };
     type State = NonlocalState<S>;
 

@@ -36,7 +36,7 @@ impl<S: Float> Physics<S> for PositionDependentFriction<S> {
         needs: &[Need::Velocity],
         keys: &[ANGLE, ORDERS, COS, SIN, SMOOTHING],
         hides_behind: "kinematic_error (which does not flip with sgn v)",
-        instructions: 374,
+        instructions: 373,
     };
     type State = ();
 

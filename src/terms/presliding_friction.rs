@@ -43,7 +43,7 @@ impl<S: Float> Physics<S> for PreslidingFriction<S> {
         needs: &[Need::OutputAngle],
         keys: &[TORQUE, RADIUS],
         hides_behind: "coulomb_friction with a wide smoothing; nonlocal_memory",
-        instructions: 212,
+        instructions: 211,
     };
     type State = PreslidingState<S>;
 

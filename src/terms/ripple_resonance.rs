@@ -43,7 +43,7 @@ impl<S: Float> Physics<S> for RippleResonance<S> {
         needs: &[],
         keys: &[ORDERS, COS, SIN, FREQUENCY, DAMPING, ANGLE],
         hides_behind: "torque_ripple",
-        instructions: 296,
+        instructions: 294,
     };
     type State = ();
 

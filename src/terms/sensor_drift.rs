@@ -24,7 +24,7 @@ impl<S: Float> Physics<S> for SensorDrift<S> {
         needs: &[],
         keys: &[GAIN],
         hides_behind: "thermal_zero_drift",
-        instructions: 104,
+        instructions: 103,
     };
     type State = ();
 

@@ -71,7 +71,7 @@ impl<S: Float> Physics<S> for SoftWindup<S> {
         needs: &[Need::Deflection],
         keys: &[SHAPE, DROP, WIDTH, K1, K2, K3, T1, T2],
         hides_behind: "c2, c3 on one amplitude",
-        instructions: 209,
+        instructions: 208,
     };
     type State = ();
 

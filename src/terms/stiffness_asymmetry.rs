@@ -33,7 +33,7 @@ impl<S: Float> Physics<S> for StiffnessAsymmetry<S> {
         needs: &[Need::Deflection],
         keys: &[SHAPE, SQUARE, ABS],
         hides_behind: "offset",
-        instructions: 111,
+        instructions: 110,
     };
     type State = ();
 

@@ -36,7 +36,7 @@ impl<S: Float> Physics<S> for StribeckFriction<S> {
         needs: &[Need::Velocity],
         keys: &[COULOMB, STATIC, VELOCITY, EXPONENT, DAMPING, SMOOTHING],
         hides_behind: "",
-        instructions: 517,
+        instructions: 516,
     };
     type State = ();
 

@@ -28,7 +28,7 @@ impl<S: Float> Physics<S> for ThermalFriction<S> {
         needs: &[Need::Temperature],
         keys: &[GAIN, REFERENCE],
         hides_behind: "wear",
-        instructions: 161,
+        instructions: 160,
     };
     type State = ();
 

@@ -28,7 +28,7 @@ impl<S: Float> Physics<S> for ThermalStiffness<S> {
         needs: &[Need::Temperature, Need::Deflection, Need::Gear],
         keys: &[GAIN, REFERENCE],
         hides_behind: "wear",
-        instructions: 108,
+        instructions: 107,
     };
     type State = ();
 

@@ -28,7 +28,7 @@ impl<S: Float> Physics<S> for ThermalZeroDrift<S> {
         needs: &[Need::Temperature],
         keys: &[GAIN, REFERENCE],
         hides_behind: "sensor_drift",
-        instructions: 106,
+        instructions: 105,
     };
     type State = ();
 

@@ -24,7 +24,7 @@ impl<S: Float> Physics<S> for TimeSkew<S> {
         needs: &[],
         keys: &[DELAY],
         hides_behind: "viscous_damping, anti-alias lag",
-        instructions: 101,
+        instructions: 100,
     };
     type State = ();
 

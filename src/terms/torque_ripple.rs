@@ -32,7 +32,7 @@ impl<S: Float> Physics<S> for TorqueRipple<S> {
         needs: &[],
         keys: &[ORDERS, COS, SIN, ANGLE],
         hides_behind: "kinematic_error (a blocked output separates them)",
-        instructions: 262,
+        instructions: 260,
     };
     type State = ();
 

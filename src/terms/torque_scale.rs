@@ -25,7 +25,7 @@ impl<S: Float> Physics<S> for TorqueScale<S> {
         needs: &[Need::SimulatedTorque],
         keys: &[GAIN_ERROR],
         hides_behind: "load_dependent_friction",
-        instructions: 104,
+        instructions: 103,
     };
     type State = ();
 

@@ -65,7 +65,7 @@ impl<S: Float> Physics<S> for Unknown<S> {
         needs: &[],
         keys: &[COORDINATE, KNOTS, VALUES],
         hides_behind: "",
-        instructions: 131,
+        instructions: 130,
     };
     type State = Reversal<S>;
 

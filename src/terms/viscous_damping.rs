@@ -24,7 +24,7 @@ impl<S: Float> Physics<S> for ViscousDamping<S> {
         needs: &[Need::DeflectionRate],
         keys: &[GAIN],
         hides_behind: "time_skew",
-        instructions: 104,
+        instructions: 103,
     };
     type State = ();
 

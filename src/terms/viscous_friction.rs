@@ -31,7 +31,7 @@ impl<S: Float> Physics<S> for ViscousFriction<S> {
         needs: &[Need::Velocity],
         keys: &[GAIN, EXPONENT],
         hides_behind: "viscous_damping when the input is locked (v = −θ̇)",
-        instructions: 345,
+        instructions: 344,
     };
     type State = ();
 

@@ -36,7 +36,7 @@ impl<S: Float> Physics<S> for Wear<S> {
         needs: &[Need::Deflection],
         keys: &[SHAPE, DROP, START, DURATION],
         hides_behind: "thermal_stiffness",
-        instructions: 124,
+        instructions: 123,
     };
     type State = ();
 
