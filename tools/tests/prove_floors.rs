@@ -53,7 +53,7 @@ fn structure_that_free_functions_predict_is_not_passed_over() {
     assert!(left_nm < 1.1 * case.base_leaves_nm, "{left_nm} N·m on a motion that nobody saw");
 }
 
-/// A ripple of order 1 beside a notch over the angle, which no kind describes: the refitted gear follows both, and on held-out blocks it leaves three times what it leaves as given.
+/// A ripple of order 1 and a notch over the angle, which no kind describes. The refitted gear follows both, and its error on held-out blocks is three times that of the gear as given.
 #[test]
 fn what_predicts_worse_than_the_base_as_given_is_searched_beside_the_base_as_given() {
     let case = loud_case(9401, 100_047);

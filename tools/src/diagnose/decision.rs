@@ -219,7 +219,7 @@ impl Dataset<'_> {
         let mut model = steady.clone();
         model.terms.extend(extended.model.terms[given..].iter().cloned());
         model.terms[given..].iter_mut().filter(|t| t.kind == UNKNOWN).for_each(flatten);
-        let own = |place: &FreeParameter| matches!(place, FreeParameter::Term { term, .. } if *term >= given);
+        let own = |parameter: &FreeParameter| !parameter.is_of_base(given);
         let free: Vec<FreeParameter> = self.parameters(&model, search).into_iter().filter(own).collect();
         Ok(self.plain_fit(&model, &free, STEPS)?)
     }

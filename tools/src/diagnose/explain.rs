@@ -90,11 +90,7 @@ impl Dataset<'_> {
     pub fn parameters(&self, model: &Model, search: Search<'_>) -> Vec<FreeParameter> {
         let mut free = self.free_parameters(model, search.zero);
         if let Some(given) = search.held_terms {
-            free.retain(|parameter| match parameter {
-                FreeParameter::Term { term, .. } => *term >= given,
-                FreeParameter::Zero => true,
-                FreeParameter::Elastic(_) | FreeParameter::Memory(_) => false,
-            });
+            free.retain(|parameter| *parameter == FreeParameter::Zero || !parameter.is_of_base(given));
         }
         free
     }

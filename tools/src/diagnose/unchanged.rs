@@ -33,12 +33,12 @@ impl Dataset<'_> {
         extended: Fitted,
         search: Search<'_>,
     ) -> Result<Fitted, DiagnoseError> {
-        let is_base = |parameter: &FreeParameter| !matches!(parameter, FreeParameter::Term { term, .. } if *term >= search.base_terms);
         let change = |parameter: &FreeParameter| {
             parameters::value(&extended.model, *parameter) - parameters::value(model, *parameter)
         };
-        let is_far =
-            |parameter: &FreeParameter| is_base(parameter) && change(parameter).abs() > FAR * size(model, *parameter);
+        let is_far = |parameter: &FreeParameter| {
+            parameter.is_of_base(search.base_terms) && change(parameter).abs() > FAR * size(model, *parameter)
+        };
         let moved_far: Vec<usize> =
             (0..extended.parameters.len()).filter(|i| is_far(&extended.parameters[*i])).collect();
         if extended.model.gear.torque_side != model.gear.torque_side || moved_far.is_empty() {

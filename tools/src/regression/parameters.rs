@@ -38,6 +38,13 @@ pub enum FreeParameter {
     },
 }
 
+impl FreeParameter {
+    /// Whether it is a number of the gear, or of one of the first `terms` terms: of a base with so many terms.
+    pub fn is_of_base(&self, terms: usize) -> bool {
+        !matches!(self, Self::Term { term, .. } if *term >= terms)
+    }
+}
+
 /// The free numbers of the gear; the zero of the deflection is apart.
 pub fn of_gear(model: &Model) -> Vec<FreeParameter> {
     let mut free = Vec::new();

@@ -1,5 +1,8 @@
 //! Levenberg–Marquardt with the linear parameters projected out: a [`Problem`] goes down by [`descent`](crate::numerics::levenberg_marquardt).
 //!
+//! The step is that of [variable projection](crate::regression::variable_projection) of models with terms; the two evaluate apart. Here a pass over the rows keeps triangular factors only, the
+//! noise is given, and the linear parameters are at their bounded optimum. There the columns of all terms are in memory, and the noise is estimated anew before each step.
+//!
 //! Variable projection in Kaufman's form (Golub, Pereyra 1973; Kaufman 1975; O'Leary, Rust, *Variable projection for nonlinear least squares problems*, Comput.
 //! Optim. Appl. 54, 2013): the step in the nonlinear parameters comes from the QR of \[columns, derivative columns, torque\], after the columns are eliminated. One
 //! pass over the data an evaluation, one a derivative; linear parameters at their bound take no part in the projection.

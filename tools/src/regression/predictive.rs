@@ -1,4 +1,5 @@
-//! Blocks of the recordings, each predicted by a fit to the others: what is only luck or a few rows does not predict.
+//! Blocks of the recordings, each predicted by a fit to the others: what is only luck or a few rows does not predict. A block spans all recordings, and its rows are
+//! whitened one by one; [`heldout`](crate::regression::heldout) leaves out blocks of single recordings, from triangular factors, and does not filter their errors.
 
 use std::borrow::Cow;
 

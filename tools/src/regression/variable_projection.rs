@@ -9,7 +9,8 @@
 //! - the gear's own numbers beside a term that [follows](crate::model::Term::follows_base) them: friction in proportion to the torque, stiffness that falls with the
 //!   temperature, a clearance, a curve over the torque. The amplitude of that term is eliminated, the gear moves.
 //!
-//! The whole chain of the core judges every step; nothing is linearised but the step.
+//! The whole chain of the core judges every step; nothing is linearised but the step. Columns stay in memory, for the noise is estimated anew before each step; the
+//! [polish](crate::regression::polish) has the noise given, and keeps no rows.
 
 use gmhm::terms::Domain;
 use rayon::prelude::*;
@@ -78,8 +79,8 @@ pub enum Weights {
 }
 
 impl<'w, 's> VariableProjection<'w, 's> {
-    /// A fit of some parameters of a model from its values. Columns of a model fitted before stay what they were. What a step leaves may be 1.3 times
-    /// what there is at the start.
+    /// A fit of some parameters of a model, starting at its values. Parameters that `beside` has fitted keep the columns of that fit. A step is rejected if it leaves
+    /// more than 1.3 times the squares of the start, or of `beside` if those are larger.
     ///
     /// # Errors
     /// A model that cannot be evaluated.

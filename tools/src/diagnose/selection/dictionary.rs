@@ -138,9 +138,8 @@ impl Dictionary {
 
     /// The base model's columns, and each found term as a candidate; what the found terms explain is given back to the target.
     fn add_fitted(&mut self, fit: &Fitted, search: Search<'_>) {
-        let is_found = |parameter: &FreeParameter| matches!(parameter, FreeParameter::Term { term, .. } if *term >= search.base_terms);
         for (parameter, column) in fit.parameters.iter().zip(&fit.columns) {
-            if !is_found(parameter) {
+            if parameter.is_of_base(search.base_terms) {
                 self.base.push(self.columns.len());
                 self.columns.push(column.clone());
             }
