@@ -1,6 +1,7 @@
 //! The scorer, proved by detectors whose score is known beforehand.
 
 use std::collections::{BTreeMap, HashMap};
+use std::sync::LazyLock;
 
 use gmhm_tools::diagnose::diagnosis::{
     Diagnosis, Effect, Heldout, Location, Naming, Parameter, ParameterValue, Rms, Side, Unit,
@@ -20,10 +21,24 @@ fn nothing() -> Diagnosis {
     Diagnosis::nothing(Unit::NewtonMetre, 0.1, Rms::default(), Heldout::default())
 }
 
+type Keys = HashMap<u64, Key>;
+type Unseen = HashMap<u64, Vec<f64>>;
+
+/// The keys, and the torques of motions that nobody saw: every oracle reads the same.
+static ANSWERS: LazyLock<(Keys, Unseen)> = LazyLock::new(|| {
+    let (mut keys, mut unseen) = (HashMap::new(), HashMap::new());
+    for (index, spec) in mix::suite(SEED, CASES, &[]) {
+        let Case { recordings, unseen: hidden, key, .. } = case(case_seed(SEED, index as u64), &spec);
+        keys.insert(print(recordings[0].torque.as_ref().unwrap()), key);
+        hidden.into_iter().for_each(|u| drop(unseen.insert(mark(&u.recording), u.torque_nm)));
+    }
+    (keys, unseen)
+});
+
 /// Reads the keys. `bias` moves each parameter by that many standard deviations; `twist` renames what it found.
 struct Oracle {
-    keys: HashMap<u64, Key>,
-    unseen: HashMap<u64, Vec<f64>>,
+    keys: &'static Keys,
+    unseen: &'static Unseen,
     bias: f64,
     twist: fn(&str) -> String,
 }
@@ -38,12 +53,7 @@ fn mark(recording: &Recording) -> u64 {
 
 impl Oracle {
     fn new(bias: f64, twist: fn(&str) -> String) -> Self {
-        let (mut keys, mut unseen) = (HashMap::new(), HashMap::new());
-        for (index, spec) in mix::suite(SEED, CASES, &[]) {
-            let Case { recordings, unseen: hidden, key, .. } = case(case_seed(SEED, index as u64), &spec);
-            keys.insert(print(recordings[0].torque.as_ref().unwrap()), key);
-            hidden.into_iter().for_each(|u| drop(unseen.insert(mark(&u.recording), u.torque_nm)));
-        }
+        let (keys, unseen) = &*ANSWERS;
         Self { keys, unseen, bias, twist }
     }
 }

@@ -193,8 +193,8 @@ fn waves(angle: &[f64], orders: &[f64]) -> Vec<Vec<f64>> {
     orders.iter().flat_map(wave).collect()
 }
 
-/// Elements that slip beyond a radius: what any memory of reversals can be built from.
-fn stop_operators(x: &[f64], spans: &[std::ops::Range<usize>], radius: f64) -> Vec<f64> {
+/// An element that follows a motion until it slips at a radius: what any memory of reversals can be built from.
+pub fn stop_operator(x: &[f64], spans: &[std::ops::Range<usize>], radius: f64) -> Vec<f64> {
     let mut column = vec![0.0; x.len()];
     for span in spans {
         let mut force = 0.0_f64;
@@ -301,7 +301,7 @@ pub fn curves(dataset: &Dataset<'_>, see: &Coordinates, fit: &Fitted) -> Vec<Cur
         let rated = fit.model.gear.rated_deflection_rad.unwrap_or_else(|| largest(theta));
         let radii = [0.02, 0.04, 0.08, 0.14, 0.25, 0.4, 0.65];
         let mut columns: Vec<Vec<f64>> =
-            radii.iter().map(|r| stop_operators(theta, &dataset.spans, r * rated)).collect();
+            radii.iter().map(|r| stop_operator(theta, &dataset.spans, r * rated)).collect();
         let duration = width(&see.time);
         let mut tau = 0.5;
         while tau < 0.6 * duration {
@@ -312,7 +312,7 @@ pub fn curves(dataset: &Dataset<'_>, see: &Coordinates, fit: &Fitted) -> Vec<Cur
             let soft = 0.05 * largest(rate);
             let direction: Vec<f64> = rate.iter().map(|r| (r / soft).tanh()).collect();
             columns.extend(times(linear_splines(theta, &knots(theta, 7)), &direction));
-            let slip = stop_operators(theta, &dataset.spans, 0.1 * rated);
+            let slip = stop_operator(theta, &dataset.spans, 0.1 * rated);
             columns.push(slip.iter().zip(load).map(|(s, l)| s * l).collect());
         }
         add("reversal", columns, 0);

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 use std::ops::Range;
 
-use crate::diagnose::nonparametric::{Coordinates, knots, linear_splines};
+use crate::diagnose::nonparametric::{Coordinates, knots, linear_splines, stop_operator};
 use crate::kinds::free_coordinate::FreeCoordinate;
 use crate::numerics::extremes::{largest, range, width};
 
@@ -132,19 +132,6 @@ fn dahl(q: &[f64], spans: &[Range<usize>], radius: f64) -> Vec<f64> {
                 d = end + (d - end) * (-step.abs() / radius).exp();
             }
             column[row] = d;
-        }
-    }
-    column
-}
-
-/// An element that follows the deflection until it slips at a radius.
-pub fn stop_operator(x: &[f64], spans: &[Range<usize>], radius: f64) -> Vec<f64> {
-    let mut column = vec![0.0; x.len()];
-    for span in spans {
-        let mut force = 0.0_f64;
-        for row in span.start + 1..span.end {
-            force = (force + x[row] - x[row - 1]).clamp(-radius, radius);
-            column[row] = force;
         }
     }
     column
