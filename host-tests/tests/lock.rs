@@ -3,7 +3,7 @@
 use crate::common::drives;
 use crate::common::drives::{Bench, Told, answers, blank, store};
 use gmhm::link::lock::{Key, PROOF_BYTES};
-use gmhm::link::server::SESSION_MS;
+use gmhm::link::server::{SESSION_END_MS, SESSION_MS};
 use gmhm::link::{Answer, Identified, Receiver, Refusal, Request, Tag};
 use proptest::prelude::*;
 
@@ -105,7 +105,27 @@ fn a_recorded_session_cannot_be_played_back() {
     assert_eq!(drive.compensation.gain_ratio, 1.0);
 }
 
-/// A request that is held back passes in its turn while its session is open, however silent, and never afterwards.
+/// Silence ends a session, also for who knows its turn and its challenge.
+#[test]
+fn a_request_held_back_for_a_minute_is_refused() {
+    for (ms, passes) in [(SESSION_END_MS - 100, true), (SESSION_END_MS, false)] {
+        let (mut port, mut drive) = locked(1);
+        let Identified { session, challenge, .. } = identify(&mut port, &mut drive);
+        let request = gain(0.25).encode_proven(Tag { session, turn: 0 }, &KEY, &challenge.expect("locked"));
+        for _ in 0..ms / 100 {
+            port.elapse(100, &mut drive);
+        }
+        assert_eq!(refusal(&mut port, &mut drive, &request).is_none(), passes, "{ms}");
+        assert_eq!(drive.compensation.gain_ratio, if passes { 0.25 } else { 1.0 });
+        // Another session goes on from there.
+        port.elapse(SESSION_MS, &mut drive);
+        let Identified { session, challenge, .. } = identify(&mut port, &mut drive);
+        let request = gain(0.5).encode_proven(Tag { session, turn: 0 }, &KEY, &challenge.expect("locked"));
+        assert_eq!(refusal(&mut port, &mut drive, &request), None);
+    }
+}
+
+/// A request that is held back passes in its turn while its session is open, and never afterwards.
 #[test]
 fn a_late_request_is_refused_once_its_session_is_over() {
     for closes in [true, false] {

@@ -47,6 +47,8 @@ pub struct CompensatedState<
 
 /// The last good sample of a compensated gear.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct LastSample<S> {
     total: Total<S>,
     /// What the terms took off its deflection.

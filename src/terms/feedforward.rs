@@ -305,6 +305,8 @@ pub struct CompensatedFeedForwardState<
 
 /// What a feed-forward gave last of terms.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Shares<S> {
     last: Parts<S>,
     /// What the terms take off the deflection.

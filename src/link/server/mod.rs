@@ -27,6 +27,9 @@ pub const FADE_MS: u32 = 1_000;
 /// A session is its host's alone until the host has been silent for this long, ms.
 pub const SESSION_MS: u32 = 2_000;
 
+/// A session is over when its host has been silent for this long, ms: what was held back on the way is refused then.
+pub const SESSION_END_MS: u32 = 60_000;
+
 /// A block on its way.
 #[derive(Debug, Clone, Copy)]
 struct Staged {

@@ -4,7 +4,7 @@ use embedded_storage::nor_flash::NorFlash;
 
 use super::super::drive::{CompensationSetting, Drive};
 use super::super::refusal::{Refusal, Refused};
-use super::{FADE_MS, InForce, Server, Staged, refused_block};
+use super::{FADE_MS, InForce, SESSION_END_MS, Server, Staged, refused_block};
 use crate::block::{Identity, check_set_up, verify};
 use crate::store::{copy_bytes, is_newer};
 
@@ -77,7 +77,9 @@ impl<F: NorFlash, const ROOM: usize> Server<F, ROOM> {
         Ok(())
     }
 
-    /// Says that time has passed; call it some times a second. Without it no trial ends by itself, and any host may open a session at any time.
+    /// Says that time has passed; call it some times a second. Without it neither a trial nor a session ends by itself, and any host may open a session at any time.
+    ///
+    /// A session whose host is silent for [`SESSION_END_MS`](super::SESSION_END_MS) is over, as after [`Request::Close`](crate::link::Request::Close).
     ///
     /// A trial whose host is gone ([`TRIAL_MS`](super::TRIAL_MS) without a request) ends: the compensation is switched off where it is on, and [`FADE_MS`] later the stored block is
     /// in force again.
@@ -85,6 +87,9 @@ impl<F: NorFlash, const ROOM: usize> Server<F, ROOM> {
         let silent_ms = self.silent_ms.unwrap_or(0).saturating_add(ms);
         self.silent_ms = Some(silent_ms);
         self.session_silent_ms = self.session_silent_ms.saturating_add(ms);
+        if self.session_silent_ms >= SESSION_END_MS {
+            self.next_turn = None;
+        }
         if !self.is_on_trial() || silent_ms < self.reverts_after_ms {
             return;
         }
