@@ -126,6 +126,34 @@ fn what_went_through_an_outlier_is_uncertain_again() {
     }
 }
 
+/// Without a gate an absurd sample leaves no absurd memory in law `time`.
+#[test]
+fn an_absurd_sample_leaves_no_absurd_memory() {
+    type Step = fn(&Gear<f32>, &mut State<f32, N>, f32) -> Output<f32>;
+    let steps: [Step; 2] =
+        [|gear, state, theta| gear.step(state, theta), |gear, state, theta| gear.step_after(state, theta, 1e-3)];
+    for params in every_law().into_iter().filter(|params| params.memory().law == gmhm::Law::Time) {
+        let gear = Gear::<f32>::with_period(&params, 1e-3).expect("a period");
+        for (step, spike) in steps.iter().flat_map(|step| [0.99e5, -0.99e5].map(|spike| (step, spike))) {
+            let (mut struck, mut twin) = (gear.start::<N>(0.0), gear.start::<N>(0.0));
+            for k in 0..4000 {
+                let theta = (f64::from(k) * 0.01).sin() as f32 * A as f32;
+                if k == 1000 {
+                    step(&gear, &mut struck, spike * A as f32);
+                }
+                let [found, expected] = [(&mut struck), (&mut twin)].map(|state| step(&gear, state, theta).hysteresis);
+                // A stroke of 2.5 rated deflections, whose memory fades.
+                let most = if k < 1100 { 12.0 } else { 0.01 };
+                assert!(
+                    (found - expected).abs() < most,
+                    "{:?}, sample {k}: {found} N·m for {expected}",
+                    params.memory()
+                );
+            }
+        }
+    }
+}
+
 proptest! {
     #[test]
     fn any_samples_leave_a_gated_gear_within_its_spring(samples in proptest::collection::vec(any::<f32>(), 1..200)) {

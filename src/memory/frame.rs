@@ -6,6 +6,9 @@ use crate::scalar::Scalar;
 /// A sample beyond this many rated deflections makes the past uncertain: it may have been an outlier.
 pub const DOUBTED_BEYOND: f64 = 1.25;
 
+/// Law `time` counts a sample beyond this many rated deflections as one there. Fixed point refuses what lies further.
+pub(crate) const COUNTED_UP_TO: f64 = 2.5;
+
 /// Rated deflection and torque scale in input units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Frame<S> {
@@ -102,6 +105,12 @@ impl<S: Scalar> Frame<S> {
     #[inline]
     pub fn is_doubtful(&self, theta: S) -> bool {
         theta.abs() > self.deflection(S::from_f64(DOUBTED_BEYOND))
+    }
+
+    /// The deflection that a memory in time counts: no gear winds up by more than [`COUNTED_UP_TO`] rated deflections, and one bad sample must not fill the memory for long.
+    pub(crate) fn counted(&self, theta: S) -> S {
+        let most = self.deflection(S::from_f64(COUNTED_UP_TO));
+        theta.clamp(-most, most)
     }
 
     /// clamp(θ/A, −1, 1).

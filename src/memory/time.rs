@@ -5,7 +5,7 @@
 //! kernel deflection:  m ← E·m − α·Δ·[φ1·θ_{k−1} + φ2·(θ_k − θ_{k−1})]               φ1 = (1 − E)/x, φ2 = (1 − φ1)/x
 //! ```
 //!
-//! Exact for a deflection that is linear between samples, at any and at varying Δ.
+//! Exact for a deflection that is linear between samples, at any and at varying Δ. A sample beyond 2.5 A counts as one there: a gear does not come so far, and one bad sample must not fill the memory for long.
 //! 1 − E is kept instead of E, and what a sum rounds off is carried to the next sample: a slow memory (small βΔ) stays exact to a few units
 //! in the last place in `f32`.
 
@@ -237,7 +237,7 @@ impl<S: Float> Time<S> {
 impl<S: Float> VaryingPeriod<S> for Time<S> {
     #[inline]
     fn step_after<const N: usize>(&self, frame: &Frame<S>, state: &mut TimeState<S>, theta: S, period_s: S) {
-        Self::advance(frame, state, theta, &self.rates.over(period_s));
+        Self::advance(frame, state, frame.counted(theta), &self.rates.over(period_s));
         self.doubt(frame, state, theta);
     }
 }
@@ -248,12 +248,12 @@ impl<S: Scalar> MemoryLaw<S> for Time<S> {
     fn start<const N: usize>(&self, frame: &Frame<S>, theta: S) -> TimeState<S> {
         let [fixed, per_fraction] = self.bound;
         let uncertainty = fixed + per_fraction * frame.clamped_fraction(theta).abs();
-        TimeState { theta, memory: S::ZERO, carry: S::Carry::default(), uncertainty }
+        TimeState { theta: frame.counted(theta), memory: S::ZERO, carry: S::Carry::default(), uncertainty }
     }
 
     #[inline]
     fn step<const N: usize>(&self, frame: &Frame<S>, state: &mut TimeState<S>, theta: S) {
-        Self::advance(frame, state, theta, &self.step);
+        Self::advance(frame, state, frame.counted(theta), &self.step);
         self.doubt(frame, state, theta);
     }
 
