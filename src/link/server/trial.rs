@@ -79,7 +79,7 @@ impl<F: NorFlash, const ROOM: usize> Server<F, ROOM> {
 
     /// Says that time has passed; call it some times a second. Without it neither a trial nor a session ends by itself, and any host may open a session at any time.
     ///
-    /// A session whose host is silent for [`SESSION_END_MS`](super::SESSION_END_MS) is over, as after [`Request::Close`](crate::link::Request::Close).
+    /// A session whose host is silent for [`SESSION_END_MS`] is over, as after [`Request::Close`](crate::link::Request::Close).
     ///
     /// A trial whose host is gone ([`TRIAL_MS`](super::TRIAL_MS) without a request) ends: the compensation is switched off where it is on, and [`FADE_MS`] later the stored block is
     /// in force again.
