@@ -20,6 +20,10 @@ const LOUD: f64 = 4.0;
 const VERY_LOUD: f64 = 15.0;
 /// Above this ratio it refines no name either: every shape of a machine is some percent off, and the richer kind follows that.
 const TOO_LOUD_TO_REFINE: f64 = 50.0;
+/// Up to this ratio likelihood can refute a name: one effect of three times the noise, whose shape noise does not hide, is below it,
+const REFUTABLE: f64 = 20.0;
+/// of so many effects at most; with more, the shapes of one fill the gaps of another, and likelihood finds none of them.
+const MOST_REFUTABLE: usize = 2;
 /// Fewer names stand where they leave at most so many times the held-out squares that more names leave.
 const AS_GOOD: f64 = 1.05;
 /// Where likelihood sees nothing, free functions that predict this part are a mismatch; in slow noise they predict up to .45 by chance.
@@ -48,7 +52,7 @@ const STEPS: usize = 5;
 fn is_doubted(verdict: &DiagnosisVerdict, selection: &Selection, times: f64) -> bool {
     let withheld = |kind: &str| verdict.effects.iter().any(|e| e.closest.as_deref() == Some(kind));
     let approximate = selection.selected.iter().any(|s| Naming::of(s.fidelity) != Naming::Named);
-    let nameless = (times > AS_GOOD || approximate) && verdict.effects.iter().all(|e| e.name == UNKNOWN);
+    let nameless = (times > AS_GOOD || approximate) && is_nameless(verdict);
     let partial = times > MUCH_BETTER && selection.named() < MOST_OF_PREDICTABLE * selection.predictable();
     let refused = times > BETTER && selection.selected.iter().any(|s| withheld(s.kind));
     verdict.effects.iter().any(|e| e.name == UNKNOWN) && (nameless || partial || refused)
@@ -75,6 +79,11 @@ fn is_refined(name: &str) -> bool {
 fn with_finer(names: &BTreeSet<&str>) -> Vec<&'static str> {
     let is_finer = |kind: &dyn Kind| kind.refines().iter().chain(kind.contains()).any(|plain| names.contains(plain));
     kinds::ALL.iter().filter(|kind| names.contains(kind.name()) || is_finer(**kind)).map(|kind| kind.name()).collect()
+}
+
+/// Whether a verdict sees structure and gives it no name at all.
+fn is_nameless(verdict: &DiagnosisVerdict) -> bool {
+    verdict.mismatch && verdict.effects.iter().all(|e| e.name == UNKNOWN)
 }
 
 fn names(verdict: &DiagnosisVerdict) -> BTreeSet<&str> {
@@ -164,23 +173,31 @@ impl Dataset<'_> {
         let is_plain = joint.effects.len() < 2 && theirs < LARGE * self.mean_square_of_blocks(&joint.base);
         let is_clear = taken > VERY_LOUD || is_plain;
         let may_be_refined = taken < TOO_LOUD_TO_REFINE && joint.effects.iter().any(|e| is_refined(&e.name));
-        if is_clear && !may_be_refined {
+        let may_be_refuted = taken < REFUTABLE && joint.effects.len() <= MOST_REFUTABLE;
+        if is_clear && !may_be_refined && !may_be_refuted {
             return Ok((joint, search));
         }
         let all_named = |v: &DiagnosisVerdict| !v.effects.is_empty() && v.effects.iter().all(|e| e.name != UNKNOWN);
         let is_finer = |v: &DiagnosisVerdict, left: f64| {
             may_be_refined && all_named(v) && left <= AS_GOOD * theirs && refines(v, &joint)
         };
+        // A neighbour of the kind at work predicts nearly as much, but leaves what is seen against the noise.
+        let is_refuted =
+            |v: &DiagnosisVerdict, left: f64| may_be_refuted && is_nameless(v) && theirs > CLEARLY_BETTER * left;
         if is_clear {
-            // Whether a finer kind stands in the place of a plainer one takes no search among all kinds.
+            // Whether a finer kind stands in the place of a plainer one, and whether likelihood believes in either, takes no search among all kinds.
             let only = with_finer(&names(&joint));
             let (verdict, _) = self.found_in_means(model, Search { only: Some(&only), ..search })?;
-            if !is_finer(&verdict, self.mean_square_of_blocks(&verdict.extended)) {
+            let left = self.mean_square_of_blocks(&verdict.extended);
+            if !is_finer(&verdict, left) && !is_refuted(&verdict, left) {
                 return Ok((joint, search));
             }
         }
         let (verdict, by_likelihood) = self.found_in_means(model, search)?;
         let ours = self.mean_square_of_blocks(&verdict.extended);
+        if is_refuted(&verdict, ours) {
+            return Ok((verdict, by_likelihood));
+        }
         let finer = is_finer(&verdict, ours);
         let simpler = all_named(&verdict) && ours <= AS_GOOD * theirs && verdict.effects.len() < joint.effects.len();
         let replaced = finer || !is_clear && (simpler || ours < CLEARLY_BETTER * theirs);
