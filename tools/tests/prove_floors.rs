@@ -44,6 +44,19 @@ fn loud_case(seed: u64, index: usize) -> CaseScore {
     Sealed::new(seed, cases).run(&Diagnostician, &|_| ()).cases.remove(0)
 }
 
+/// Slip elements, twice, and an eccentricity: with their own kinds out of the library, presliding friction and gravity predict the recordings nearly as well.
+#[test]
+fn a_neighbour_that_likelihood_refutes_is_not_named() {
+    let hidden = [219, 549, 579];
+    let mut cases = mix::only(&["left-out"], 2034, 40, &[]);
+    cases.retain(|(index, _)| hidden.contains(index));
+    let report = Sealed::new(2034, cases).run(&Diagnostician, &|_| ());
+    assert_eq!(report.cases.len(), hidden.len());
+    for case in &report.cases {
+        assert!(case.mismatch && case.wrong_names.is_empty(), "{case:?}");
+    }
+}
+
 /// A detent over the deflection and damping, smooth at 250 Hz: an autoregression follows both and likelihood sees nothing, though they are half of what is left.
 #[test]
 fn structure_that_free_functions_predict_is_not_passed_over() {
