@@ -6,8 +6,8 @@ use crate::scalar::Scalar;
 /// A sample beyond this many rated deflections makes the past uncertain: it may have been an outlier.
 pub const DOUBTED_BEYOND: f64 = 1.25;
 
-/// Law `time` counts a sample beyond this many rated deflections as one there. Fixed point refuses what lies further.
-pub(crate) const COUNTED_UP_TO: f64 = 2.5;
+/// Law `time` counts a sample beyond this many rated deflections as one there. Fixed point refuses a sample before.
+pub(crate) const COUNTED_UP_TO: f64 = 10.0;
 
 /// Rated deflection and torque scale in input units.
 #[derive(Debug, Clone, Copy, PartialEq)]

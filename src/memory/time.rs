@@ -5,7 +5,7 @@
 //! kernel deflection:  m ← E·m − α·Δ·[φ1·θ_{k−1} + φ2·(θ_k − θ_{k−1})]               φ1 = (1 − E)/x, φ2 = (1 − φ1)/x
 //! ```
 //!
-//! Exact for a deflection that is linear between samples, at any and at varying Δ. A sample beyond 2.5 A counts as one there: a gear does not come so far, and one bad sample must not fill the memory for long.
+//! Exact for a deflection that is linear between samples, at any and at varying Δ. A sample beyond 10 A counts as one there: a gear does not come so far, and one bad sample must not fill the memory for long.
 //! 1 − E is kept instead of E, and what a sum rounds off is carried to the next sample: a slow memory (small βΔ) stays exact to a few units
 //! in the last place in `f32`.
 

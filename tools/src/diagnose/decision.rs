@@ -24,6 +24,8 @@ const TOO_LOUD_TO_REFINE: f64 = 50.0;
 const REFUTABLE: f64 = 20.0;
 /// of so many effects at most; with more, the shapes of one fill the gaps of another, and likelihood finds none of them.
 const MOST_REFUTABLE: usize = 2;
+/// and only where what stands in its place leaves no more of the held-out squares, but for this part.
+const NO_WORSE: f64 = 0.99;
 /// Fewer names stand where they leave at most so many times the held-out squares that more names leave.
 const AS_GOOD: f64 = 1.05;
 /// Where likelihood sees nothing, free functions that predict this part are a mismatch; in slow noise they predict up to .45 by chance.
@@ -182,8 +184,7 @@ impl Dataset<'_> {
             may_be_refined && all_named(v) && left <= AS_GOOD * theirs && refines(v, &joint)
         };
         // A neighbour of the kind at work predicts nearly as much, but leaves what is seen against the noise.
-        let is_refuted =
-            |v: &DiagnosisVerdict, left: f64| may_be_refuted && is_nameless(v) && theirs > CLEARLY_BETTER * left;
+        let is_refuted = |v: &DiagnosisVerdict, left: f64| may_be_refuted && is_nameless(v) && theirs > NO_WORSE * left;
         if is_clear {
             // Whether a finer kind stands in the place of a plainer one, and whether likelihood believes in either, takes no search among all kinds.
             let only = with_finer(&names(&joint));
