@@ -48,7 +48,7 @@ fn loud_case(seed: u64, index: usize) -> CaseScore {
 #[test]
 fn a_neighbour_that_likelihood_refutes_is_not_named() {
     let hidden = [219, 549, 579];
-    let mut cases = mix::only(&["left-out"], 2034, 40, &[]);
+    let mut cases = mix::only(&["left out"], 2034, 40, &[]);
     cases.retain(|(index, _)| hidden.contains(index));
     let report = Sealed::new(2034, cases).run(&Diagnostician, &|_| ());
     assert_eq!(report.cases.len(), hidden.len());
