@@ -98,7 +98,7 @@ fn a_block_with_more_terms_than_places_is_refused() {
         assert_eq!(code, if count < found.terms { PLACES } else { OK }, "{count}");
         let flags = gmhm_step(Some(&mut joint), Some(&at(0.1 * A))).flags;
         assert_eq!(flags, if count < found.terms { flag::NOT_LOADED } else { 0 });
-        // What is refused leaves what is in force.
+        // A refused block leaves the block in force as it was.
         assert_eq!(load(&mut joint, &block()), OK);
         let before = walk(&mut joint, 10);
         if count < found.terms {

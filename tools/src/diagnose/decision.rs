@@ -20,11 +20,11 @@ const LOUD: f64 = 4.0;
 const VERY_LOUD: f64 = 15.0;
 /// Above this ratio it refines no name either: every shape of a machine is some percent off, and the richer kind follows that.
 const TOO_LOUD_TO_REFINE: f64 = 50.0;
-/// Up to this ratio likelihood can refute a name: one effect of three times the noise, whose shape noise does not hide, is below it,
+/// Below this ratio likelihood can refute the names of a selection. An effect of three times the noise has a ratio near ten; noise does not hide its shape.
 const REFUTABLE: f64 = 20.0;
-/// of so many effects at most; with more, the shapes of one fill the gaps of another, and likelihood finds none of them.
+/// Likelihood refutes a selection of at most so many effects: where there are more, it often finds no name for any of them.
 const MOST_REFUTABLE: usize = 2;
-/// and only where what stands in its place leaves no more of the held-out squares, but for this part.
+/// Likelihood refutes names only where its own model is as good: the held-out squares that the selection leaves are more than this part of those that its model leaves.
 const NO_WORSE: f64 = 0.99;
 /// Fewer names stand where they leave at most so many times the held-out squares that more names leave.
 const AS_GOOD: f64 = 1.05;
@@ -183,7 +183,7 @@ impl Dataset<'_> {
         let is_finer = |v: &DiagnosisVerdict, left: f64| {
             may_be_refined && all_named(v) && left <= AS_GOOD * theirs && refines(v, &joint)
         };
-        // A neighbour of the kind at work predicts nearly as much, but leaves what is seen against the noise.
+        // A kind similar to the true one can predict almost as well; the difference then shows as structure in its residual.
         let is_refuted = |v: &DiagnosisVerdict, left: f64| may_be_refuted && is_nameless(v) && theirs > NO_WORSE * left;
         if is_clear {
             // Whether a finer kind stands in the place of a plainer one, and whether likelihood believes in either, takes no search among all kinds.
