@@ -4,7 +4,7 @@
 
 use std::mem::MaybeUninit;
 
-use crate::common::{A, PLACES, block_in_time, block_of, block_with, number, places, random, without};
+use crate::common::{A, LIMITS, PLACES, block_in_time, block_of, block_with, number, places, random, without};
 use gmhm::block::{Joint, PREPARED, TorqueUnit};
 use gmhm::terms::Need;
 use gmhm_c::{
@@ -14,13 +14,6 @@ use gmhm_c::{
 };
 
 const PERIOD_S: f32 = 1e-3;
-const LIMITS: LimitsC = LimitsC {
-    period_s: PERIOD_S,
-    ramp_s: 0.1,
-    offset_slew_rad_per_s: 0.05,
-    torque_slew_nm_per_s: 200.0,
-    largest_rate_rad_per_s: f32::INFINITY,
-};
 const DEMAND: DemandC = DemandC { torque_nm: 0.0, deflection_rad: 0.0, gain_ratio: 1.0, on: 1, along_measurement: 0 };
 
 fn feed_forward(block: &[u8]) -> Box<FeedForwardC> {

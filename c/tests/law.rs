@@ -2,7 +2,7 @@
 
 use std::mem::MaybeUninit;
 
-use crate::common::{A, number, random, strange};
+use crate::common::{A, LIMITS, number, random, strange};
 use gmhm::block::{BlockError, Header, Identity, Joint, Prepared, ScalarKind, Writer};
 use gmhm::feedforward::{Controls, Demand, FeedForward, Limits};
 use gmhm::memory::masing::Masing;
@@ -27,14 +27,6 @@ fn block(stiffness: f64) -> Vec<u8> {
     buffer.truncate(length);
     buffer
 }
-
-const LIMITS: LimitsC = LimitsC {
-    period_s: 1e-3,
-    ramp_s: 0.1,
-    offset_slew_rad_per_s: 0.05,
-    torque_slew_nm_per_s: 200.0,
-    largest_rate_rad_per_s: f32::INFINITY,
-};
 
 fn law(block: &[u8]) -> Box<Law> {
     let mut law = Box::new(MaybeUninit::uninit());

@@ -2,19 +2,11 @@
 
 use std::mem::MaybeUninit;
 
-use crate::common::{A, at, block, block_with, gmhm_invert, gmhm_step};
+use crate::common::{A, LIMITS, at, block, block_with, gmhm_invert, gmhm_step};
 use gmhm_c::{
-    BlockC, ContributionC, DemandC, FeedForwardC, Joint, LimitsC, OK, OutputC, PLACES, SampleC, SolutionC, TERM_WORDS,
-    TermC, flag, gmhm_feed_forward_init_with_terms, gmhm_feed_forward_load, gmhm_feed_forward_step, gmhm_init,
+    BlockC, ContributionC, DemandC, FeedForwardC, Joint, OK, OutputC, PLACES, SampleC, SolutionC, TERM_WORDS, TermC,
+    flag, gmhm_feed_forward_init_with_terms, gmhm_feed_forward_load, gmhm_feed_forward_step, gmhm_init,
     gmhm_init_with_terms, gmhm_load, gmhm_read_block,
-};
-
-const LIMITS: LimitsC = LimitsC {
-    period_s: 1e-3,
-    ramp_s: 0.1,
-    offset_slew_rad_per_s: 0.05,
-    torque_slew_nm_per_s: 200.0,
-    largest_rate_rad_per_s: f32::INFINITY,
 };
 
 /// Of the gear and of the joint, with and without a past, and a fault of the measurement.

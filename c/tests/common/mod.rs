@@ -7,7 +7,16 @@ use gmhm::block::{
 };
 use gmhm::terms::{Form, KeyInfo, Source, Value};
 use gmhm::{Elastic, Gear, Inverse, Law, Memory, Params};
-use gmhm_c::{Joint, OK, OutputC, PairC, SampleC, SolutionC, StatusC, TermC};
+use gmhm_c::{Joint, LimitsC, OK, OutputC, PairC, SampleC, SolutionC, StatusC, TermC};
+
+/// What a feed-forward may do, at 1 kHz.
+pub const LIMITS: LimitsC = LimitsC {
+    period_s: 1e-3,
+    ramp_s: 0.1,
+    offset_slew_rad_per_s: 0.05,
+    torque_slew_nm_per_s: 200.0,
+    largest_rate_rad_per_s: f32::INFINITY,
+};
 
 /// The functions of `gmhm.h`, their results as values.
 pub fn gmhm_step(joint: Option<&mut Joint>, sample: Option<&SampleC>) -> OutputC {
