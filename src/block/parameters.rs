@@ -278,11 +278,7 @@ impl<const K: usize> CheckedTerms<K> {
 
     /// Hands out the terms that a drive feeds forward, of the block that was loaded with these: for a program that has memory of its own for them.
     pub fn for_each_plant(&self, block: &Block<'_>, mut put: impl FnMut(Term<f32>)) {
-        for record in block.records() {
-            let is_plant = TermRecord::kind(&record).is_some_and(|info| info.side == Side::Plant);
-            if !is_plant {
-                continue;
-            }
+        for record in block.records().filter(Record::is_plant_term) {
             // All of them were accepted before.
             if let Some(Ok(Ok(term))) =
                 TermRecord::decode(&record).map(|record| record.map(|term| term.term(self.setting)))
