@@ -57,6 +57,21 @@ fn a_neighbour_that_likelihood_refutes_is_not_named() {
     }
 }
 
+/// A notch over the angle and a jerk, of no kind, and slip elements and a backlash with their own kinds out of the library: the kinds that predict best leave structure over a
+/// coordinate, and likelihood has no name.
+#[test]
+fn a_neighbour_that_leaves_structure_over_a_coordinate_is_not_named() {
+    for (block, hidden) in [("open world", [125, 238]), ("left out", [323, 519])] {
+        let mut cases = mix::only(&[block], 9501, 40, &[]);
+        cases.retain(|(index, _)| hidden.contains(index));
+        let report = Sealed::new(9501, cases).run(&Diagnostician, &|_| ());
+        assert_eq!(report.cases.len(), hidden.len());
+        for case in &report.cases {
+            assert!(case.mismatch && case.wrong_names.is_empty(), "{case:?}");
+        }
+    }
+}
+
 /// A detent over the deflection and damping, smooth at 250 Hz: an autoregression follows both and likelihood sees nothing, though they are half of what is left.
 #[test]
 fn structure_that_free_functions_predict_is_not_passed_over() {
