@@ -291,6 +291,11 @@ impl<S: Scalar, L: MemoryLaw<S>> Gear<S, L> {
         self.frame.torque(self.law.start_uncertainty(&self.frame, &state.memory, state.theta))
     }
 
+    /// [`start_uncertainty`](Self::start_uncertainty) of a start at θ = 0, the largest.
+    pub(crate) fn uncertainty_at_rest(&self) -> S {
+        self.frame.torque(self.law.uncertainty_at_rest(&self.frame))
+    }
+
     /// Pairs of turning points given up so far because the stack was full; law `masing`.
     pub fn merged_pairs<const N: usize>(&self, state: &State<S, N, L>) -> u32 {
         self.law.merged_pairs(&state.memory)

@@ -149,7 +149,7 @@ typedef struct gmhm_solution {
 typedef struct gmhm_status {
     uint32_t sequence;             /* of the block */
     uint32_t crc32;                /* of the block */
-    float period_s;                /* control period that it was made for; 0 where none was stated */
+    float period_s;                /* control period that it was made for; 0 where none was stated; that of the limits of a feed-forward */
     float rated_deflection_rad;
     float range_rad;               /* edge of the invertible range; 0 without inverse */
     float start_uncertainty_nm;    /* how far the hysteresis torque may be off because the past before the start is unknown */
@@ -420,7 +420,7 @@ void gmhm_law_clear_diagnostics(gmhm_law *law);
  *     gmhm_sample sample = { .temperature_c = housing, .velocity_rad_per_s = v, ... };   // what gmhm_feed_forward_needs asks for
  *     gmhm_feed_forward_step(&feed, &demand, &sample, &now);                             // each control period
  */
-#define GMHM_FEED_FORWARD_WORDS 74
+#define GMHM_FEED_FORWARD_WORDS 64
 
 typedef struct gmhm_feed_forward {
     uint64_t opaque[GMHM_FEED_FORWARD_WORDS];

@@ -1,6 +1,6 @@
 //! What a block says beside its numbers: identity, joint and unit.
 
-use gmhm::block::{Block, BlockError, Identity, JointRecord, TorqueUnit};
+use gmhm::block::{Block, Identity, JointRecord, TorqueUnit};
 use gmhm::{Gear, State};
 
 use crate::types::StatusC;
@@ -10,18 +10,13 @@ use crate::types::StatusC;
 pub(crate) struct Facts {
     sequence: u32,
     crc: u32,
-    period_s: f32,
     gear: Identity,
-    joint: JointRecord,
-    unit: TorqueUnit,
 }
 
 impl Facts {
-    pub(crate) fn of_block(block: &Block<'_>) -> Result<Self, BlockError> {
+    pub(crate) fn of_block(block: &Block<'_>) -> Self {
         let header = block.header();
-        let joint = JointRecord::of_block(block)?;
-        let (sequence, crc, period_s) = (header.sequence, block.crc(), header.period_s);
-        Ok(Self { sequence, crc, period_s, gear: header.identity, joint, unit: header.torque_unit })
+        Self { sequence: header.sequence, crc: block.crc(), gear: header.identity }
     }
 
     /// CRC-32 of the block.
@@ -29,31 +24,29 @@ impl Facts {
         self.crc
     }
 
-    /// Ratio, zero and side.
-    pub(crate) fn joint(&self) -> &JointRecord {
-        &self.joint
-    }
-
-    /// The control period that the block was made for.
-    pub(crate) fn period_s(&self) -> f32 {
-        self.period_s
-    }
-
-    /// The status of a gear, but for the edge of its inverse, what its terms need and the flags of the last step.
+    /// The status of a gear, but for period, joint and unit, the edge of its inverse, what its terms need and the flags of the last step.
     pub(crate) fn status<const N: usize>(&self, gear: &Gear<f32>, state: &State<f32, N>) -> StatusC {
         StatusC {
             sequence: self.sequence,
             crc32: self.crc,
-            period_s: self.period_s,
             rated_deflection_rad: gear.frame().rated(),
             start_uncertainty_nm: gear.start_uncertainty(state),
             merged_pairs: gear.merged_pairs(state),
             gear: label(&self.gear),
-            ratio: self.joint.ratio(),
-            deflection_zero_rad: self.joint.deflection_zero_rad(),
-            torque_on_motor_side: u32::from(self.joint.motor_side()),
-            torque_in_amperes: u32::from(self.unit == TorqueUnit::Ampere),
             ..StatusC::default()
+        }
+    }
+}
+
+impl StatusC {
+    /// The same with a joint and the unit of its torques.
+    pub(crate) fn in_joint(self, joint: &JointRecord, unit: TorqueUnit) -> Self {
+        Self {
+            ratio: joint.ratio(),
+            deflection_zero_rad: joint.deflection_zero_rad(),
+            torque_on_motor_side: u32::from(joint.motor_side()),
+            torque_in_amperes: u32::from(unit == TorqueUnit::Ampere),
+            ..self
         }
     }
 }

@@ -2,11 +2,11 @@
 
 use core::mem::MaybeUninit;
 
-use gmhm::block::{Block, BlockError, CheckedTerms, INVERSE, Prepared, verify_first};
+use gmhm::block::{Block, BlockError, CheckedTerms, INVERSE, JointRecord, Prepared, verify_first};
 use gmhm::diagnostics::Diagnostics;
 use gmhm::feedforward::{Contribution, FeedForward, FeedForwardError, FeedForwardState};
 use gmhm::memory::AnyLaw;
-use gmhm::terms::feedforward::{CompensatedFeedForwardPast, CompensatedFeedForwardView, Shares};
+use gmhm::terms::feedforward::{CompensatedFeedForwardPast, CompensatedFeedForwardView, Shares, Trial};
 
 use crate::facts::Facts;
 use crate::joint::DEPTH;
@@ -15,7 +15,7 @@ use crate::types::{ContributionC, DemandC, DiagnosticsC, LimitsC, SampleC, Statu
 use crate::{NO_INVERSE, NULL, OK, PERIOD, PLACES, VALUE, answer, bytes, code_of};
 
 /// 64-bit words of `gmhm_feed_forward`.
-pub const FEED_FORWARD_WORDS: usize = 74;
+pub const FEED_FORWARD_WORDS: usize = 64;
 
 const _: () = assert!(
     size_of::<FeedForwardC>() <= 8 * FEED_FORWARD_WORDS && align_of::<FeedForwardC>() <= align_of::<u64>(),
@@ -28,14 +28,16 @@ pub struct FeedForwardC {
     /// Begins with the first sample.
     state: Option<State>,
     terms: Terms,
-    flags: u32,
     diagnostics: Diagnostics,
 }
 
+/// What is in force; side and unit of the torque are those of the terms and newton metres.
 struct Force {
     feed_forward: FeedForward<f32>,
     period_s: f32,
     facts: Facts,
+    ratio: f32,
+    deflection_zero_rad: f32,
 }
 
 struct State {
@@ -57,9 +59,15 @@ fn check(block: &Block<'_>) -> Result<(Prepared<f32, AnyLaw<f32>>, CheckedTerms<
     Ok((prepared, terms))
 }
 
+/// Of the last step.
+fn flags(state: &FeedForwardState<f32, DEPTH>) -> u32 {
+    let last = state.contribution();
+    status_flags(last.refused, &state.gear().status()) | sum(&[(last.saturated, flag::SATURATED)])
+}
+
 impl FeedForwardC {
     fn empty(terms: Terms) -> Self {
-        Self { force: None, state: None, terms, flags: flag::NOT_LOADED, diagnostics: Diagnostics::default() }
+        Self { force: None, state: None, terms, diagnostics: Diagnostics::default() }
     }
 
     fn load(&mut self, block: &[u8], limits: &LimitsC) -> Result<(), u16> {
@@ -70,7 +78,7 @@ impl FeedForwardC {
         let checked = check(&block);
         self.diagnostics.see_load(checked.as_ref().map(|(prepared, _)| prepared.self_test));
         let (prepared, terms) = checked.map_err(|error| code_of(&error))?;
-        let facts = Facts::of_block(&block).map_err(|error| error.code())?;
+        let joint = JointRecord::of_block(&block).map_err(|error| error.code())?;
         let feed_forward = prepared.feed_forward(&limits.limits()).map_err(|error| match error {
             FeedForwardError::Period { .. } => PERIOD,
             _ => VALUE,
@@ -78,8 +86,9 @@ impl FeedForwardC {
         if !self.terms.have_room(&terms) {
             return Err(PLACES);
         }
-        self.adopt(Force { feed_forward, period_s: limits.period_s, facts }, &terms, &block);
-        self.flags = 0;
+        let (facts, ratio, deflection_zero_rad) = (Facts::of_block(&block), joint.ratio(), joint.deflection_zero_rad());
+        let force = Force { feed_forward, period_s: limits.period_s, facts, ratio, deflection_zero_rad };
+        self.adopt(force, &terms, &block);
         Ok(())
     }
 
@@ -89,8 +98,8 @@ impl FeedForwardC {
         let before = self.terms.load(terms, block);
         let (stack, terms, trial) = self.terms.all(before);
         if let (Some(State { feed_forward, shares }), Some(earlier)) = (&mut self.state, &self.force) {
-            let now = CompensatedFeedForwardView { feed_forward: &force.feed_forward, stack };
-            let mut past = CompensatedFeedForwardPast { feed_forward, terms, trial, shares };
+            let now = CompensatedFeedForwardView { base: &force.feed_forward, stack };
+            let mut past = CompensatedFeedForwardPast { feed_forward, terms, trial: Trial::in_places(trial), shares };
             now.take_over(&earlier.feed_forward, &mut past, before);
         }
         self.force = Some(force);
@@ -100,7 +109,7 @@ impl FeedForwardC {
         let Force { feed_forward, period_s, .. } = self.force.as_ref()?;
         let sample = sample.after(*period_s);
         let (stack, terms, trial) = self.terms.parts();
-        let view = CompensatedFeedForwardView { feed_forward, stack };
+        let view = CompensatedFeedForwardView { base: feed_forward, stack };
         let State { feed_forward: state, shares } = match &mut self.state {
             Some(state) => state,
             none => {
@@ -110,6 +119,7 @@ impl FeedForwardC {
         };
         let gear = feed_forward.inverse().gear();
         let before = gear.merged_pairs(state.gear());
+        let trial = Trial::in_places(trial);
         let mut past = CompensatedFeedForwardPast { feed_forward: state, terms, trial, shares };
         let now = view.step(&mut past, &demand.controls(), &demand.demand(), &sample);
         let (output, status) = (gear.output(state.gear()), state.gear().status());
@@ -120,8 +130,7 @@ impl FeedForwardC {
             joint_terms_nm: now.joint_torque,
             ..ContributionC::of(&now.base, &output)
         };
-        let flags = status_flags(now.refused, &status) | sum(&[(now.base.saturated, flag::SATURATED)]);
-        self.flags = flags;
+        let flags = flags(state);
         self.diagnostics.see_contribution(&Contribution { refused: now.refused, ..now.base }, &status);
         self.diagnostics.see_merged_pairs(before, gear.merged_pairs(state.gear()));
         Some((contribution, flags))
@@ -129,21 +138,25 @@ impl FeedForwardC {
 
     fn restart(&mut self, deflection_rad: f32) {
         if let (Some(force), Some(State { feed_forward, shares })) = (&self.force, &mut self.state) {
-            let view = CompensatedFeedForwardView { feed_forward: &force.feed_forward, stack: self.terms.view() };
+            let view = CompensatedFeedForwardView { base: &force.feed_forward, stack: self.terms.view() };
             view.restart(feed_forward, shares, deflection_rad);
         }
     }
 
     fn status(&self) -> Option<StatusC> {
-        let Force { feed_forward, facts, .. } = self.force.as_ref()?;
+        let Force { feed_forward, period_s, facts, ratio, deflection_zero_rad } = self.force.as_ref()?;
         let inverse = feed_forward.inverse();
         let gear = inverse.gear();
         let at_rest = gear.start::<DEPTH>(0.0);
         let state = self.state.as_ref().map_or(&at_rest, |state| state.feed_forward.gear());
         Some(StatusC {
+            period_s: *period_s,
             range_rad: inverse.range(),
             needs: need::bits(&self.terms.view()),
-            flags: self.flags,
+            flags: self.state.as_ref().map_or(0, |state| flags(&state.feed_forward)),
+            ratio: *ratio,
+            deflection_zero_rad: *deflection_zero_rad,
+            torque_on_motor_side: u32::from(self.terms.motor_side()),
             ..facts.status(gear, state)
         })
     }

@@ -2,7 +2,7 @@
 
 use core::mem::MaybeUninit;
 
-use gmhm::block::{Block, BlockError, Prepared, TorqueUnit, verify_first};
+use gmhm::block::{Block, BlockError, JointRecord, Prepared, TorqueUnit, verify_first};
 use gmhm::diagnostics::Diagnostics;
 use gmhm::memory::AnyLaw;
 use gmhm::{Gear, Inverse, State};
@@ -36,6 +36,9 @@ pub struct GearC {
 #[derive(Debug)]
 struct Force {
     facts: Facts,
+    period_s: f32,
+    joint: JointRecord,
+    unit: TorqueUnit,
     inverse: Inverse<f32>,
 }
 
@@ -62,12 +65,13 @@ impl GearC {
         let prepared = prepare(&block, unit);
         self.diagnostics.see_load(prepared.as_ref().map(|prepared| prepared.self_test));
         let prepared = prepared.map_err(|error| code_of(&error))?;
-        let facts = Facts::of_block(&block).map_err(|error| error.code())?;
+        let joint = JointRecord::of_block(&block).map_err(|error| error.code())?;
         let inverse = prepared.inverse;
         if let (Some(before), Some(state)) = (&self.force, &mut self.path) {
             inverse.gear().take_over(before.inverse.gear(), state);
         }
-        self.force = Some(Force { facts, inverse });
+        let (facts, period_s) = (Facts::of_block(&block), block.header().period_s);
+        self.force = Some(Force { facts, period_s, joint, unit, inverse });
         self.flags = 0;
         Ok(())
     }
@@ -118,11 +122,12 @@ impl GearC {
     }
 
     fn status(&self) -> Option<StatusC> {
-        let Force { facts, inverse } = self.force.as_ref()?;
+        let Force { facts, period_s, joint, unit, inverse } = self.force.as_ref()?;
         let gear = inverse.gear();
         let at_rest = gear.start::<DEPTH>(0.0);
         let state = self.path.as_ref().unwrap_or(&at_rest);
-        Some(StatusC { range_rad: inverse.range(), flags: self.flags, ..facts.status(gear, state) })
+        let status = facts.status(gear, state).in_joint(joint, *unit);
+        Some(StatusC { period_s: *period_s, range_rad: inverse.range(), flags: self.flags, ..status })
     }
 }
 

@@ -1,10 +1,11 @@
 //! One gear as C sees it: parameters in force and the path so far.
 
-use gmhm::block::{Block, BlockError, CheckedTerms, GEAR, Parameters, Prepared, TorqueUnit, verify_first};
+use gmhm::block::{Block, BlockError, CheckedTerms, GEAR, JointRecord, Parameters, Prepared, TorqueUnit, verify_first};
 use gmhm::diagnostics::{Diagnostics, SelfTest};
 use gmhm::memory::AnyLaw;
+use gmhm::terms::Sample;
 use gmhm::terms::compensated::{CompensatedPast, CompensatedView, LastSample, Total};
-use gmhm::terms::{Sample, feedforward};
+use gmhm::terms::feedforward::{CompensatedInverseView, Trial};
 use gmhm::{Gear, Inverse, Output, Solution, State};
 
 use crate::facts::Facts;
@@ -33,6 +34,9 @@ pub struct Joint {
 #[derive(Debug)]
 struct Force {
     facts: Facts,
+    period_s: f32,
+    joint: JointRecord,
+    unit: TorqueUnit,
     base: Base,
 }
 
@@ -51,7 +55,7 @@ impl core::fmt::Debug for Path {
 
 impl Force {
     fn sample(&self, sample: &SampleC) -> Sample<f32> {
-        sample.after(self.facts.period_s())
+        sample.after(self.period_s)
     }
 }
 
@@ -128,11 +132,12 @@ impl Joint {
         let loaded = set_up(&block, unit);
         self.diagnostics.see_load(loaded.as_ref().map(|loaded| loaded.self_test));
         let Loaded { base, terms, .. } = loaded.map_err(|error| code_of(&error))?;
-        let facts = Facts::of_block(&block).map_err(|error| error.code())?;
+        let joint = JointRecord::of_block(&block).map_err(|error| error.code())?;
         if !self.terms.have_room(&terms) {
             return Err(PLACES);
         }
-        self.adopt(Force { facts, base }, &terms, &block);
+        let (facts, period_s) = (Facts::of_block(&block), block.header().period_s);
+        self.adopt(Force { facts, period_s, joint, unit, base }, &terms, &block);
         self.flags = 0;
         Ok(())
     }
@@ -143,7 +148,7 @@ impl Joint {
         let before = self.terms.load(terms, block);
         let (stack, states, _) = self.terms.all(before);
         if let (Some(Path { gear, last }), Some(earlier)) = (&mut self.path, &self.force) {
-            let now = CompensatedView { gear: force.base.gear(), stack };
+            let now = CompensatedView { base: force.base.gear(), stack };
             now.take_over(earlier.base.gear(), &mut CompensatedPast { gear, terms: states, last }, before);
             if before == 0 {
                 *last = now.last_of(gear);
@@ -163,7 +168,7 @@ impl Joint {
         if self.path.is_none() {
             pair.restart();
         }
-        let Some(pair) = pair.of_block(&force.facts, force.base.gear().frame().rated()) else {
+        let Some(pair) = pair.of_block(force.facts.crc(), &force.joint, force.base.gear().frame().rated()) else {
             return OutputC { flags: flag::NO_ENCODERS, ..OutputC::default() };
         };
         let sample = pair.sample(motor, output, sample);
@@ -205,7 +210,7 @@ impl Joint {
         } else {
             let sample = force.sample(sample);
             let (stack, terms, _) = self.terms.parts();
-            let view = CompensatedView { gear: &gear, stack };
+            let view = CompensatedView { base: &gear, stack };
             match &mut self.path {
                 Some(Path { gear: state, last }) => {
                     let total = view.step(&mut CompensatedPast { gear: state, terms, last }, &sample);
@@ -245,7 +250,8 @@ impl Joint {
             (Some(path), Some(sample)) if !self.terms.is_empty() => {
                 let (stack, terms, trial) = self.terms.parts();
                 let sample = force.sample(sample);
-                let solved = feedforward::solve((inverse, stack), (&path.gear, terms), trial, torque_nm, &sample);
+                let view = CompensatedInverseView { base: inverse, stack };
+                let solved = view.solve((&path.gear, terms), Trial::in_places(trial), torque_nm, &sample);
                 self.diagnostics.see_solution(&solved.gear);
                 let solution = solution(&solved.gear, solved.converged);
                 return SolutionC { deflection_rad: solved.measured, ..solution };
@@ -258,15 +264,16 @@ impl Joint {
     }
 
     pub(crate) fn status(&self) -> StatusC {
-        let Some(Force { facts, base }) = &self.force else { return StatusC::not_loaded() };
+        let Some(Force { facts, period_s, joint, unit, base }) = &self.force else { return StatusC::not_loaded() };
         let gear = base.gear();
         let at_rest = gear.start::<DEPTH>(0.0);
         let state = self.path.as_ref().map_or(&at_rest, |path| &path.gear);
         StatusC {
+            period_s: *period_s,
             range_rad: base.inverse().map_or(0.0, Inverse::range),
             needs: need::bits(&self.terms.view()),
             flags: self.flags,
-            ..facts.status(gear, state)
+            ..facts.status(gear, state).in_joint(joint, *unit)
         }
     }
 }

@@ -5,7 +5,7 @@ use core::mem::MaybeUninit;
 use gmhm::block::{Block, JointRecord, ScalesRecord, TorqueUnit, verify_first};
 use gmhm::drive::{EncoderPair, Mounting, Reading};
 
-use crate::facts::{Facts, label};
+use crate::facts::label;
 use crate::types::{BlockC, EncodersC, SampleC, flag};
 use crate::{NULL, OK, VALUE, bytes};
 
@@ -74,10 +74,10 @@ pub struct PairC {
 
 impl PairC {
     /// Over ratio and zero of a block in force, now or since it was loaded.
-    pub(crate) fn of_block(&mut self, facts: &Facts, rated_deflection_rad: f32) -> Option<&mut Pair> {
-        if self.crc != facts.crc() {
-            self.crc = facts.crc();
-            self.pair = Pair::new(facts.joint(), rated_deflection_rad, &self.encoders);
+    pub(crate) fn of_block(&mut self, crc: u32, joint: &JointRecord, rated_deflection_rad: f32) -> Option<&mut Pair> {
+        if self.crc != crc {
+            self.crc = crc;
+            self.pair = Pair::new(joint, rated_deflection_rad, &self.encoders);
         }
         self.pair.as_mut()
     }

@@ -31,7 +31,9 @@ const _: () = assert!(
 pub struct TermC([MaybeUninit<u64>; TERM_WORDS]);
 
 /// The terms in force, in the program's memory.
+// The pointer takes no more alignment than the rest of a joint.
 #[derive(Debug)]
+#[repr(C, packed(4))]
 pub(crate) struct Terms {
     memory: Option<NonNull<TermC>>,
     places: u8,
@@ -58,6 +60,11 @@ impl Terms {
     /// Whether none is in force.
     pub(crate) fn is_empty(&self) -> bool {
         self.count == 0
+    }
+
+    /// Whether the torque of the block in force is taken on the motor side.
+    pub(crate) fn motor_side(&self) -> bool {
+        self.motor_side
     }
 
     /// Whether there is room for the terms of a block that a drive computes.

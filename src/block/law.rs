@@ -109,11 +109,11 @@ impl<S: Word + Float> BlockLaw<S> for Phase<S> {
 impl<S: Word> BlockLaw<S> for Time<S> {
     fn of_block(block: &Block<'_>) -> Result<Self, BlockError> {
         expect(block, &TIME)?;
-        let [kernel, gate, g0, g1, b0, b1, f0, f1, l0, l1, i0, i1, bound, growth] = block.words::<S, 14>(&TIME)?;
+        let [kernel, gate, g0, g1, b0, b1, f0, f1, l0, l1, i0, i1, bound, _] = block.words::<S, 14>(&TIME)?;
         let step = |words| S::gain_of_words(words).map(|(gain, _)| gain).ok_or(BlockError::Malformed(TIME.tag));
         let step = [step([f0, f1])?, step([l0, l1])?, step([i0, i1])?];
         let rates = Rates { kernel: kernel_of(kernel), gain: double([g0, g1]), beta_per_s: double([b0, b1]) };
-        let law = Self::of(rates, gate_of(gate), step, [bound, growth].map(number));
+        let law = Self::of(rates, gate_of(gate), step, number(bound));
         // A NaN compares false.
         Ok(if block.header().period_s > 0.0 { law } else { law.without_period() })
     }

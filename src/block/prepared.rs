@@ -164,13 +164,13 @@ impl<S: Word + Float> PreparedLaw<S> for Phase<S> {
 
 impl<S: Word> PreparedLaw<S> for Time<S> {
     fn of_prepared(block: &Block<'_>) -> Result<Inverse<S, Self>, BlockError> {
-        let [kernel, gate, _, _, _, _, f0, f1, l0, l1, i0, i1, bound @ ..] = words::<14>(block, TIME.tag)?;
+        let [kernel, gate, _, _, _, _, f0, f1, l0, l1, i0, i1, bound, _] = words::<14>(block, TIME.tag)?;
         let step = |words| S::gain_of_words(words).map(|(gain, _)| gain).ok_or(BlockError::Malformed(TIME.tag));
         let step = [step([f0, f1])?, step([l0, l1])?, step([i0, i1])?];
         let words = numbers::<S, GEAR_RECORD_WORDS>(block, PREPARED_GEAR.tag)?;
         let (gear, &[gain, beta_per_s], search) = between(&words).ok_or(BlockError::Malformed(PREPARED_GEAR.tag))?;
         let rates = Rates { kernel: kernel_of(kernel), gain, beta_per_s };
-        let law = Self::of_rates(rates, gate_of(gate), step, bound.map(number));
+        let law = Self::of_rates(rates, gate_of(gate), step, number(bound));
         // A NaN compares false.
         let law = if block.header().period_s > 0.0 { law } else { law.without_period() };
         Ok(Inverse::of_words(gear, law, search))

@@ -55,6 +55,7 @@
 //! # Ok::<(), Box<dyn core::error::Error>>(())
 //! ```
 
+mod bridge;
 mod motor;
 mod settings;
 
@@ -66,6 +67,7 @@ use crate::inverse::{Inverse, Invertible, Solution};
 use crate::memory::{AnyLaw, Frame, MemoryLaw};
 use crate::params::Params;
 use crate::scalar::{Float, Scalar};
+pub(crate) use bridge::Bridge;
 use settings::Steps;
 
 /// What the memory follows.
@@ -132,6 +134,8 @@ pub struct Contribution<S> {
     pub refused: bool,
     /// A slew limit holds the contribution back.
     pub slewing: bool,
+    /// What the memory followed for θ* and z.
+    pub source: Source,
 }
 
 /// The feed-forward of a gear; what it remembers is apart, so that one serves many joints.
@@ -139,10 +143,6 @@ pub struct Contribution<S> {
 pub struct FeedForward<S: Scalar, L = AnyLaw<S>> {
     inverse: Inverse<S, L>,
     steps: Steps<S>,
-    /// U_0 in output units.
-    unknown: S,
-    /// A over the torque scale, in input over output units.
-    compliance: S,
 }
 
 /// What the feed-forward of one joint remembers, with room for `N` turning points.
@@ -151,12 +151,8 @@ pub struct FeedForwardState<S: Scalar, const N: usize = 16, L: MemoryLaw<S> = An
     gear: State<S, N, L>,
     /// θ* and z before gain and limits.
     wanted: [S; 2],
-    source: Source,
-    /// What `wanted` lost when the source changed, and how much of it is still made up for.
-    gap: [S; 2],
-    bridge: S,
-    /// The memory is another than in the period before.
-    renewed: bool,
+    /// From another source or memory.
+    bridge: Bridge<S, [S; 2]>,
     contribution: Contribution<S>,
 }
 
@@ -177,11 +173,7 @@ impl<S: Scalar, L: Invertible<S>> FeedForward<S, L> {
     /// [`FeedForwardError`]: settings that cannot be, parameters without an inverse.
     pub fn of(params: &Params, law: L, settings: &Settings) -> Result<Self, FeedForwardError> {
         let steps = settings.steps(params, &Frame::new(params))?;
-        let inverse = Inverse::of(params, law, settings.period_s)?;
-        let gear = inverse.gear();
-        let unknown = gear.start_uncertainty(&gear.start::<4>(S::ZERO));
-        let compliance = if S::SI { gear.frame().rated().over(gear.frame().torque_scale()) } else { S::ONE };
-        Ok(Self { inverse, steps, unknown, compliance })
+        Ok(Self::with_steps(&Inverse::of(params, law, settings.period_s)?, steps))
     }
 
     /// The feed-forward of an inverse that is set up already, such as that of a prepared block: computed in the scalar alone, in a few instructions.
@@ -193,9 +185,12 @@ impl<S: Scalar, L: Invertible<S>> FeedForward<S, L> {
         S: Float,
     {
         let frame = inverse.gear().frame();
-        let steps = limits.steps(frame.rated(), frame.torque_scale())?;
-        let unknown = inverse.gear().start_uncertainty(&inverse.gear().start::<4>(S::ZERO));
-        Ok(Self { inverse: *inverse, steps, unknown, compliance: frame.rated().over(frame.torque_scale()) })
+        Ok(Self::with_steps(inverse, limits.steps(frame.rated(), frame.torque_scale())?))
+    }
+
+    /// The gate along the measurement is that of the gear.
+    fn with_steps(inverse: &Inverse<S, L>, (steps, largest): (Steps<S>, S)) -> Self {
+        Self { inverse: inverse.with_largest_step(largest), steps }
     }
 
     /// By how much the gain may change in a period.
@@ -214,10 +209,7 @@ impl<S: Scalar, L: Invertible<S>> FeedForward<S, L> {
         FeedForwardState {
             gear: self.inverse.gear().start(deflection),
             wanted: [S::ZERO; 2],
-            source: Source::default(),
-            gap: [S::ZERO; 2],
-            bridge: S::ZERO,
-            renewed: false,
+            bridge: Bridge::none(),
             contribution: Contribution::default(),
         }
     }
@@ -225,13 +217,13 @@ impl<S: Scalar, L: Invertible<S>> FeedForward<S, L> {
     /// Goes on with a state that the feed-forward `before` had: other parameters with the loop running. The contribution does not jump.
     pub fn take_over<const N: usize>(&self, before: &Self, state: &mut FeedForwardState<S, N, L>) {
         self.inverse.gear().take_over(before.inverse.gear(), &mut state.gear);
-        state.renewed = true;
+        state.bridge.begin(state.wanted);
     }
 
     /// Starts the memory anew at the measured deflection, its past unknown, with the loop running. The contribution does not jump.
     pub fn restart<const N: usize>(&self, state: &mut FeedForwardState<S, N, L>, deflection: S) {
         state.gear = self.inverse.gear().start(deflection);
-        state.renewed = true;
+        state.bridge.begin(state.wanted);
     }
 
     /// One control period.
@@ -246,22 +238,26 @@ impl<S: Scalar, L: Invertible<S>> FeedForward<S, L> {
         let (solution, now) = match controls.source {
             Source::Reference => self.inverse.commit(&mut state.gear, demand.torque),
             Source::Measurement => {
-                let now = gear.step_within(&mut state.gear, demand.deflection, self.steps.largest);
+                let now = gear.step(&mut state.gear, demand.deflection);
                 (self.inverse.peek(&state.gear, demand.torque), now)
             }
         };
         let certainty = self.certainty(&state.gear);
         let status = state.gear.status();
         let refused = solution.refused || status.refused || status.quarantined;
-        state.renewed |= status.restarted;
+        let last = state.contribution;
+        if status.restarted || !refused && controls.source != last.source {
+            state.bridge.begin(state.wanted);
+        }
         if !refused {
             let mut wanted = [solution.theta, now.hysteresis];
             if certainty < S::ONE {
                 self.doubt(&mut wanted, &solution, demand.torque, state.gear.theta(), S::ONE - certainty);
             }
-            state.want(controls.source, wanted, self.steps.gain, [self.inverse.range(), gear.frame().torque_scale()]);
+            // What is more is the demand's, which changed at the same time: it makes the step that it would make anyway, and no gap grows from switch to switch.
+            let most = [self.inverse.range(), gear.frame().torque_scale()];
+            state.wanted = state.bridge.follow(wanted, self.steps.gain, Some(most));
         }
-        let last = state.contribution;
         // A NaN compares false.
         let feeds = controls.on && !refused && controls.ratio > S::ZERO;
         let ratio = if feeds { controls.ratio.min(S::ONE) } else { S::ZERO };
@@ -274,6 +270,7 @@ impl<S: Scalar, L: Invertible<S>> FeedForward<S, L> {
             certainty,
             saturated: solution.saturated,
             refused,
+            source: if refused { last.source } else { controls.source },
             ..last
         };
         state.contribution = Contribution {
@@ -291,10 +288,11 @@ impl<S: Scalar, L: Invertible<S>> FeedForward<S, L> {
         if unknown <= S::ZERO {
             return S::ONE;
         }
-        if unknown >= self.unknown {
+        let at_rest = self.inverse.gear().uncertainty_at_rest();
+        if unknown >= at_rest {
             return S::ZERO;
         }
-        let share = unknown.over(self.unknown);
+        let share = unknown.over(at_rest);
         (S::ONE - share) * (S::ONE + share)
     }
 
@@ -309,7 +307,9 @@ impl<S: Scalar, L: Invertible<S>> FeedForward<S, L> {
         if !solution.saturated && stiffness >= S::HALF * S::HALF * S::HALF {
             let loop_torque = torque - frame.torque(gear.elastic().torque(u)) - single_valued(solution.theta);
             let range = self.inverse.range();
-            *offset = (*offset + doubt * (loop_torque * self.compliance).over(stiffness)).clamp(-range, range);
+            // A over the torque scale, in input over output units.
+            let compliance = if S::SI { frame.rated().over(frame.torque_scale()) } else { S::ONE };
+            *offset = (*offset + doubt * (loop_torque * compliance).over(stiffness)).clamp(-range, range);
         }
     }
 }
@@ -322,20 +322,6 @@ pub(crate) fn towards<S: Scalar>(from: S, to: S, step: S) -> S {
 }
 
 impl<S: Scalar, const N: usize, L: MemoryLaw<S>> FeedForwardState<S, N, L> {
-    /// Follows what is wanted; from another source or memory than before, the gap between the two fades away by `step` a period. What is more than
-    /// its `most` is the demand's, which changed at the same time: it makes the step that it would make anyway, and no gap grows from switch to switch.
-    #[inline]
-    fn want(&mut self, source: Source, wanted: [S; 2], step: S, most: [S; 2]) {
-        let gap = |of: usize| (self.wanted[of] - wanted[of]).clamp(-most[of], most[of]);
-        if source != self.source || self.renewed {
-            (self.source, self.gap, self.bridge) = (source, [gap(0), gap(1)], S::ONE);
-            self.renewed = false;
-        }
-        self.bridge = towards(self.bridge, S::ZERO, step);
-        let [offset, hysteresis] = self.gap.map(|gap| gap * self.bridge);
-        self.wanted = [wanted[0] + offset, wanted[1] + hysteresis];
-    }
-
     /// What was fed forward last.
     pub fn contribution(&self) -> &Contribution<S> {
         &self.contribution

@@ -78,7 +78,7 @@ impl<S: Scalar> Limits<S> {
     }
 
     /// As [`Settings::steps`], for a scalar in SI units.
-    pub(super) fn steps(&self, rated: S, torque_scale: S) -> Result<Steps<S>, FeedForwardError> {
+    pub(super) fn steps(&self, rated: S, torque_scale: S) -> Result<(Steps<S>, S), FeedForwardError> {
         let Self { period_s, ramp_s, offset_slew_rad_per_s, torque_slew_nm_per_s, largest_rate_rad_per_s } = *self;
         let finite = S::from_f64(S::LARGEST);
         for (setting, value, must_be_finite) in [
@@ -95,12 +95,12 @@ impl<S: Scalar> Limits<S> {
         }
         let four = S::TWO + S::TWO;
         let step = |step: S, measure: S| step.clamp(S::from_f64(S::EPSILON) * measure, four * measure);
-        Ok(Steps {
+        let steps = Steps {
             gain: step(period_s.over(ramp_s), S::ONE),
             offset: step(offset_slew_rad_per_s * period_s, rated),
             torque: step(torque_slew_nm_per_s * period_s, torque_scale),
-            largest: (largest_rate_rad_per_s * period_s).min(S::from_f64(2.0 * S::REFUSED_BEYOND) * rated),
-        })
+        };
+        Ok((steps, (largest_rate_rad_per_s * period_s).min(S::from_f64(2.0 * S::REFUSED_BEYOND) * rated)))
     }
 }
 
@@ -176,13 +176,15 @@ pub(super) struct Steps<S> {
     pub(super) gain: S,
     pub(super) offset: S,
     pub(super) torque: S,
-    /// Of the measured deflection.
-    pub(super) largest: S,
 }
 
 impl Settings {
-    /// A step that the scalar cannot tell from none counts as its spacing next to 1, that nothing stands still.
-    pub(super) fn steps<S: Scalar>(&self, params: &Params, frame: &Frame<S>) -> Result<Steps<S>, FeedForwardError> {
+    /// What each may change, and the largest step of the measured deflection. A step that the scalar cannot tell from none counts as its spacing next to 1, that nothing stands still.
+    pub(super) fn steps<S: Scalar>(
+        &self,
+        params: &Params,
+        frame: &Frame<S>,
+    ) -> Result<(Steps<S>, S), FeedForwardError> {
         let Self { period_s, ramp_s, offset_slew_rad_per_s, torque_slew_nm_per_s, largest_rate_rad_per_s } = *self;
         for (setting, value, most) in [
             ("period_s", period_s, f64::MAX),
@@ -202,12 +204,12 @@ impl Settings {
         let (a, scale) = (params.rated_deflection_rad(), params.torque_scale_nm());
         // Beyond ±4 of its measure no contribution can be.
         let step = |per_s: f64, measure: f64| S::from_f64((per_s * period_s / measure).clamp(S::EPSILON, 4.0));
-        Ok(Steps {
+        let steps = Steps {
             gain: step(1.0 / ramp_s, 1.0),
             offset: step(offset_slew_rad_per_s, a),
             torque: step(torque_slew_nm_per_s, scale),
-            // No gear is accepted as far apart as this.
-            largest: S::from_f64((largest_rate_rad_per_s * period_s / a).min(2.0 * S::REFUSED_BEYOND)),
-        })
+        };
+        // No gear is accepted as far apart as this.
+        Ok((steps, S::from_f64((largest_rate_rad_per_s * period_s / a).min(2.0 * S::REFUSED_BEYOND))))
     }
 }

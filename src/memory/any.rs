@@ -91,6 +91,14 @@ impl<S: Float> MemoryLaw<S> for AnyLaw<S> {
         dispatch!(self, state, S::ZERO, |law, state| law.start_uncertainty::<N>(frame, state, theta))
     }
 
+    fn uncertainty_at_rest(&self, frame: &Frame<S>) -> S {
+        match self {
+            Self::Masing(law) => law.uncertainty_at_rest(frame),
+            Self::Phase(law) => law.uncertainty_at_rest(frame),
+            Self::Time(law) => law.uncertainty_at_rest(frame),
+        }
+    }
+
     fn restart<const N: usize>(&self, frame: &Frame<S>, state: &mut AnyMemory<S, N>, theta: S) {
         dispatch!(self, state, (), |law, state| law.restart::<N>(frame, state, theta));
     }

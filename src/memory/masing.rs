@@ -97,12 +97,12 @@ pub struct Path<S, const N: usize> {
     /// 1 rising, −1 falling, 0 before the first movement.
     sign: S,
     branch: Branch<S>,
-    turning_points: Vec<TurningPoint<S>, N>,
+    turning_points: Vec<TurningPoint<S>, N, u16>,
     origin: S,
     /// How far it came before it turned: −θ falling, θ rising.
     farthest: [S; 2],
-    merging: bool,
-    merged_pairs: u32,
+    /// Twice the pairs given up so far, and 1 where the present loops still lack some.
+    merged: u32,
     fast_path: FastPath<S>,
 }
 
@@ -121,8 +121,7 @@ impl<S: Scalar, const N: usize> Path<S, N> {
             turning_points: Vec::new(),
             origin: theta,
             farthest: [-theta, theta],
-            merging: false,
-            merged_pairs: 0,
+            merged: 0,
             fast_path: FastPath::none(S::ONE),
         }
     }
@@ -144,12 +143,12 @@ impl<S: Scalar, const N: usize> Path<S, N> {
 
     /// Pairs of turning points given up so far because the stack was full.
     pub fn merged_pairs(&self) -> u32 {
-        self.merged_pairs
+        self.merged >> 1
     }
 
     /// Whether pairs were given up that the present loops still lack: η is then an approximation.
     pub fn is_merged(&self) -> bool {
-        self.merging
+        self.merged & 1 == 1
     }
 
     /// How far η may be off because the past is unknown: (1 − max/A)(1 + min/A) over the deflections seen since the start.
@@ -200,7 +199,7 @@ impl<S: Scalar, const N: usize> Path<S, N> {
         });
         if open == 0 {
             self.turning_points.clear();
-            self.merging = false;
+            self.merged &= !1;
         } else if open < loops {
             entry = target(open).copied().unwrap_or(entry);
             self.turning_points.truncate(odd + 2 * open);
@@ -215,7 +214,7 @@ impl<S: Scalar, const N: usize> Path<S, N> {
 
     /// The same turns in another frame: their angles stay, η is computed anew.
     fn anew(&self, frame: &Frame<S>, half_play: S) -> Self {
-        let mut path = Self { merged_pairs: self.merged_pairs, ..Self::start(self.origin) };
+        let mut path = Self { merged: self.merged & !1, ..Self::start(self.origin) };
         // The first turning point only mirrors the second.
         for point in self.turning_points.iter().skip(1) {
             path.step(frame, S::ZERO, point.theta);
@@ -267,8 +266,7 @@ impl<S: Scalar, const N: usize> Path<S, N> {
             self.push(TurningPoint { theta: self.origin + (self.origin - here.theta), eta: -here.eta });
         } else if self.turning_points.is_full() {
             self.turning_points.truncate(N - 2);
-            self.merging = true;
-            self.merged_pairs = self.merged_pairs.saturating_add(1);
+            self.merged = (self.merged | 1).saturating_add(2);
         }
         self.push(here);
     }
@@ -283,7 +281,7 @@ impl<S: Scalar, const N: usize> Path<S, N> {
     fn enter(&mut self, frame: &Frame<S>, half_play: S, entry: TurningPoint<S>) {
         let (branch, target) = if let Some(&[target, anchor]) = self.turning_points.last_chunk::<2>() {
             let branch = Branch::from(anchor, self.sign);
-            (if self.merging { branch.merged(frame, entry, target) } else { branch }, Some(target.theta))
+            (if self.is_merged() { branch.merged(frame, entry, target) } else { branch }, Some(target.theta))
         } else {
             (Branch::initial(self.origin, self.sign), None)
         };
@@ -360,6 +358,11 @@ impl<S: Scalar> MemoryLaw<S> for Masing<S> {
 
     fn start_uncertainty<const N: usize>(&self, frame: &Frame<S>, state: &Path<S, N>, _theta: S) -> S {
         self.h * state.start_uncertainty(frame)
+    }
+
+    fn uncertainty_at_rest(&self, frame: &Frame<S>) -> S {
+        let left = frame.fraction(frame.rated());
+        self.h * (left * left)
     }
 
     fn take_over<const N: usize>(

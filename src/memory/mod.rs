@@ -62,6 +62,9 @@ pub trait MemoryLaw<S: Scalar>: Copy + crate::sealed::Sealed {
     /// How far z/T_A may be off because the past before the start is unknown. After a sample that is [doubtful](Frame::is_doubtful) the past is unknown again.
     fn start_uncertainty<const N: usize>(&self, frame: &Frame<S>, state: &Self::State<N>, theta: S) -> S;
 
+    /// [`start_uncertainty`](Self::start_uncertainty) of a start at θ = 0, the largest.
+    fn uncertainty_at_rest(&self, frame: &Frame<S>) -> S;
+
     /// Makes a state that of an unknown past at a deflection, where it is.
     fn restart<const N: usize>(&self, frame: &Frame<S>, state: &mut Self::State<N>, theta: S) {
         *state = self.start(frame, theta);

@@ -177,4 +177,10 @@ impl<S: Float> MemoryLaw<S> for Phase<S> {
     fn start_uncertainty<const N: usize>(&self, _frame: &Frame<S>, state: &PhaseState<S>, _theta: S) -> S {
         if self.gate == Gate::Cycle { state.g * state.uncertainty } else { state.uncertainty }
     }
+
+    fn uncertainty_at_rest(&self, frame: &Frame<S>) -> S {
+        let g = frame.gate(S::ZERO);
+        let uncertainty = self.quadrature.abs() * g;
+        if self.gate == Gate::Cycle { g * uncertainty } else { uncertainty }
+    }
 }

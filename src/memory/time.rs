@@ -17,10 +17,13 @@ use crate::scalar::{Float, Scalar};
 /// The coefficients of law `time` at one sample period.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Time<S: Scalar> {
-    rates: Rates<S>,
+    /// [`Rates`], the kernel beside other small fields.
+    gain: S,
+    beta_per_s: S,
     step: TimeStep<S::Gain>,
-    /// The largest m/T_A that a past within ±A can leave, its part without and its part with abs(θ)/A.
-    bound: [S; 2],
+    /// The largest m/T_A that a past within ±A can leave; kernel `rate` as much again for abs(θ)/A.
+    bound: S,
+    kernel: Kernel,
     gate: Gate,
     has_period: bool,
 }
@@ -133,22 +136,32 @@ impl<S: Scalar> Time<S> {
         let TimeStep { forgotten, level, increment } = rates.over(period_s);
         let bound = match rates.kernel {
             // Without forgetting there is no bound: as good as unknown.
-            Kernel::Deflection => [(rates.gain / rates.beta_per_s).min(UNKNOWN), 0.0],
-            Kernel::Rate => [rates.gain, rates.gain],
+            Kernel::Deflection => (rates.gain / rates.beta_per_s).min(UNKNOWN),
+            Kernel::Rate => rates.gain,
         };
         let step = [forgotten, level, increment].map(S::gain_from_f64);
-        Self { has_period, ..Self::of(rates, params.memory().gate, step, bound.map(S::from_f64)) }
+        Self { has_period, ..Self::of(rates, params.memory().gate, step, S::from_f64(bound)) }
     }
 
     /// The law of its rates and of coefficients that are rounded already, at a period: what a step forgets, adds per level and per increment; the largest m.
-    pub(crate) fn of(rates: Rates<f64>, gate: Gate, step: [S::Gain; 3], bound: [S; 2]) -> Self {
+    pub(crate) fn of(rates: Rates<f64>, gate: Gate, step: [S::Gain; 3], bound: S) -> Self {
         Self::of_rates(rates.cast(), gate, step, bound)
     }
 
     /// [`of`](Self::of) with rates that are rounded already, too.
-    pub(crate) fn of_rates(rates: Rates<S>, gate: Gate, step: [S::Gain; 3], bound: [S; 2]) -> Self {
+    pub(crate) fn of_rates(rates: Rates<S>, gate: Gate, step: [S::Gain; 3], bound: S) -> Self {
         let [forgotten, level, increment] = step;
-        Self { rates, step: TimeStep { forgotten, level, increment }, bound, gate, has_period: true }
+        let Rates { kernel, gain, beta_per_s } = rates;
+        Self { gain, beta_per_s, step: TimeStep { forgotten, level, increment }, bound, kernel, gate, has_period: true }
+    }
+
+    /// The largest m/T_A that a past within ±A can leave, its part without and its part with abs(θ)/A.
+    fn bounds(&self) -> [S; 2] {
+        [self.bound, if self.kernel == Kernel::Rate { self.bound } else { S::ZERO }]
+    }
+
+    fn rates(&self) -> Rates<S> {
+        Rates { kernel: self.kernel, gain: self.gain, beta_per_s: self.beta_per_s }
     }
 
     /// The law without a sample period: a gear then refuses every sample that does not bring its own.
@@ -161,7 +174,7 @@ impl<S: Scalar> Time<S> {
     #[cfg(feature = "block")]
     pub(crate) fn coefficients(&self) -> ([S::Gain; 3], [S; 2]) {
         let TimeStep { forgotten, level, increment } = self.step;
-        ([forgotten, level, increment], self.bound)
+        ([forgotten, level, increment], self.bounds())
     }
 
     /// The next memory as a function of the next deflection.
@@ -184,12 +197,12 @@ impl<S: Scalar> Time<S> {
 
     /// αA/T_A: 1/s for kernel `deflection`, 1 for kernel `rate`.
     pub fn gain(&self) -> S {
-        self.rates.gain
+        self.gain
     }
 
     /// β, 1/s.
     pub fn beta_per_s(&self) -> S {
-        self.rates.beta_per_s
+        self.beta_per_s
     }
 
     /// The factor between memory and torque.
@@ -214,7 +227,7 @@ impl<S: Scalar> Time<S> {
     #[inline]
     fn doubt(&self, frame: &Frame<S>, state: &mut TimeState<S>, theta: S) {
         if frame.is_doubtful(theta) {
-            let [fixed, per_fraction] = self.bound;
+            let [fixed, per_fraction] = self.bounds();
             state.uncertainty = fixed + per_fraction;
         }
     }
@@ -230,14 +243,14 @@ const UNKNOWN: f64 = 4.0;
 impl<S: Float> Time<S> {
     /// [`ahead`](Self::ahead), `period_s` after the last sample.
     pub(crate) fn ahead_after(&self, frame: &Frame<S>, state: &TimeState<S>, period_s: S) -> Ahead<S> {
-        Self::ahead_by(frame, state, &self.rates.over(period_s))
+        Self::ahead_by(frame, state, &self.rates().over(period_s))
     }
 }
 
 impl<S: Float> VaryingPeriod<S> for Time<S> {
     #[inline]
     fn step_after<const N: usize>(&self, frame: &Frame<S>, state: &mut TimeState<S>, theta: S, period_s: S) {
-        Self::advance(frame, state, frame.counted(theta), &self.rates.over(period_s));
+        Self::advance(frame, state, frame.counted(theta), &self.rates().over(period_s));
         self.doubt(frame, state, theta);
     }
 }
@@ -246,7 +259,7 @@ impl<S: Scalar> MemoryLaw<S> for Time<S> {
     type State<const N: usize> = TimeState<S>;
 
     fn start<const N: usize>(&self, frame: &Frame<S>, theta: S) -> TimeState<S> {
-        let [fixed, per_fraction] = self.bound;
+        let [fixed, per_fraction] = self.bounds();
         let uncertainty = fixed + per_fraction * frame.clamped_fraction(theta).abs();
         TimeState { theta: frame.counted(theta), memory: S::ZERO, carry: S::Carry::default(), uncertainty }
     }
@@ -278,9 +291,9 @@ impl<S: Scalar> MemoryLaw<S> for Time<S> {
         state: &TimeState<S>,
         theta: S,
     ) -> TimeState<S> {
-        let (old, new) = (law.rates.gain, self.rates.gain);
+        let (old, new) = (law.gain, self.gain);
         // A memory that was none tells nothing of a strong one.
-        if law.rates.kernel != self.rates.kernel || old <= S::HALF * S::HALF * S::HALF * new {
+        if law.kernel != self.kernel || old <= S::HALF * S::HALF * S::HALF * new {
             return MemoryLaw::<S>::start::<N>(self, frame, theta);
         }
         // m is proportional to α.
@@ -299,5 +312,9 @@ impl<S: Scalar> MemoryLaw<S> for Time<S> {
 
     fn start_uncertainty<const N: usize>(&self, frame: &Frame<S>, state: &TimeState<S>, theta: S) -> S {
         self.gated(frame, state.uncertainty, theta)
+    }
+
+    fn uncertainty_at_rest(&self, frame: &Frame<S>) -> S {
+        self.gated(frame, self.bound, S::ZERO)
     }
 }

@@ -1,6 +1,7 @@
 //! Base model and terms together: the compensated gear, sample by sample.
 
-use super::{Sample, Stack, StackState, StackView, TermState};
+use super::view::View;
+use super::{Sample, Stack, StackState, TermState};
 use crate::gear::{Gear, Output, State};
 use crate::memory::{AnyLaw, VaryingPeriod};
 use crate::scalar::Float;
@@ -62,14 +63,8 @@ impl<S> LastSample<S> {
     }
 }
 
-/// A gear and its terms, wherever they lie: what [`Compensated`] does, for a program that has memory of its own for terms.
-#[derive(Debug, Clone, Copy)]
-pub struct CompensatedView<'a, S: Float, L = AnyLaw<S>> {
-    /// The base model.
-    pub gear: &'a Gear<S, L>,
-    /// The terms.
-    pub stack: StackView<'a, S>,
-}
+/// A gear and its terms, wherever they lie.
+pub type CompensatedView<'a, S, L = AnyLaw<S>> = View<'a, Gear<S, L>, S>;
 
 /// The past of a compensated gear, wherever it lies.
 pub struct CompensatedPast<'a, S: Float<Carry = S>, const N: usize, L: VaryingPeriod<S> = AnyLaw<S>> {
@@ -85,7 +80,7 @@ impl<S: Float<Carry = S>, L: VaryingPeriod<S>, const K: usize> Compensated<S, L,
     /// Gear and terms, wherever they lie.
     #[inline]
     pub fn view(&self) -> CompensatedView<'_, S, L> {
-        CompensatedView { gear: &self.gear, stack: self.stack.view() }
+        View { base: &self.gear, stack: self.stack.view() }
     }
 
     /// The state at the first sample, its past unknown: y = 0, m = 0, all terms at rest.
@@ -128,14 +123,14 @@ impl<S: Float<Carry = S>, L: VaryingPeriod<S>> CompensatedView<'_, S, L> {
 
     /// The start of terms at rest.
     fn begin<const N: usize>(&self, terms: &mut [TermState<S>], sample: &Sample<S>) -> (State<S, N, L>, LastSample<S>) {
-        let at_start = |theta| self.gear.output(&self.gear.start::<N>(theta)).torque;
-        let accepted = sample.is_finite() && self.gear.frame().accepts(sample.deflection);
+        let at_start = |theta| self.base.output(&self.base.start::<N>(theta)).torque;
+        let accepted = sample.is_finite() && self.base.frame().accepts(sample.deflection);
         let sample = if accepted { *sample } else { Sample::default() };
         let corrected = self.stack.correct(terms, &sample, &at_start);
-        let corrects = self.gear.frame().accepts(corrected);
+        let corrects = self.base.frame().accepts(corrected);
         let theta = if corrects { corrected } else { S::ZERO };
-        let gear = self.gear.start::<N>(theta);
-        let base = self.gear.output(&gear);
+        let gear = self.base.start::<N>(theta);
+        let base = self.base.output(&gear);
         let refused = !accepted || !corrects;
         let correction = sample.deflection - theta;
         let total = self.finish(terms, &sample, theta, base, Total { refused, ..Total::default() });
@@ -147,7 +142,7 @@ impl<S: Float<Carry = S>, L: VaryingPeriod<S>> CompensatedView<'_, S, L> {
     pub fn step<const N: usize>(&self, past: &mut CompensatedPast<'_, S, N, L>, sample: &Sample<S>) -> Total<S> {
         if self.advance(past, sample) {
             let CompensatedPast { gear, terms, last } = past;
-            let base = self.gear.output(gear);
+            let base = self.base.output(gear);
             last.total = self.finish(terms, sample, gear.theta(), base, last.total);
         }
         past.last.total
@@ -159,22 +154,22 @@ impl<S: Float<Carry = S>, L: VaryingPeriod<S>> CompensatedView<'_, S, L> {
         let CompensatedPast { gear, terms, last } = past;
         last.total.refused = true;
         let is_time = sample.period >= S::ZERO;
-        if !is_time || !sample.is_finite() || !self.gear.frame().accepts(sample.deflection) {
+        if !is_time || !sample.is_finite() || !self.base.frame().accepts(sample.deflection) {
             return false;
         }
         // A step of the encoders is one of the gear, but for what little the terms change in a period.
-        if !self.gear.admits_after(gear, sample.deflection - last.correction, sample.period) {
+        if !self.base.admits_after(gear, sample.deflection - last.correction, sample.period) {
             last.total.refused = gear.status().refused;
             return false;
         }
         let before = &**gear;
-        let transmitted = |theta| self.gear.peek_after(before, theta, sample.period);
+        let transmitted = |theta| self.base.peek_after(before, theta, sample.period);
         let theta = self.stack.correct(terms, sample, &transmitted);
         // Corrections of the deflection may overflow, too.
-        if !self.gear.frame().accepts(theta) {
+        if !self.base.frame().accepts(theta) {
             return false;
         }
-        self.gear.advance_after(gear, theta, sample.period);
+        self.base.advance_after(gear, theta, sample.period);
         last.correction = sample.deflection - theta;
         last.total.refused = false;
         true
@@ -187,14 +182,14 @@ impl<S: Float<Carry = S>, L: VaryingPeriod<S>> CompensatedView<'_, S, L> {
         past: &mut CompensatedPast<'_, S, N, L>,
         count: usize,
     ) {
-        self.gear.take_over(before, past.gear);
+        self.base.take_over(before, past.gear);
         self.stack.take_over(past.terms, count);
-        past.last.total.base = self.gear.output(past.gear);
+        past.last.total.base = self.base.output(past.gear);
     }
 
     /// The last sample of a gear that had no terms.
     pub fn last_of<const N: usize>(&self, gear: &State<S, N, L>) -> LastSample<S> {
-        let base = self.gear.output(gear);
+        let base = self.base.output(gear);
         let total = Total { torque: base.torque, base, deflection: gear.theta(), ..Total::default() };
         LastSample { total, correction: S::ZERO }
     }

@@ -17,6 +17,7 @@ mod read;
 mod registry;
 mod sample;
 mod stack;
+mod view;
 
 pub mod compensated;
 pub mod feedforward;
@@ -58,6 +59,7 @@ pub use registry::{Coordinate, Domain, Form, KeyInfo, KindInfo, Need, Range, Rol
 pub use sample::Sample;
 pub use stack::{Stack, StackState, StackView};
 pub use time_skew::Resampled;
+pub use view::View;
 
 use crate::scalar::Float;
 

@@ -98,7 +98,7 @@ impl<S: Scalar, const N: usize> Path<S, N> {
             };
             (branch, entered, full) = (self.branch, false, false);
         }
-        let (outer, origin, merging) = (outer.as_rchunks::<2>().1, self.origin, self.merging || full);
+        let (outer, origin, merging) = (outer.as_rchunks::<2>().1, self.origin, self.is_merged() || full);
         Ahead { branch, entry: here, target, outer, origin, sign, entered, merging }
     }
 }
@@ -108,7 +108,7 @@ impl<S: Scalar, const N: usize> Path<S, N> {
     /// from a turning point that was never merged. Such an arc stays a branch all over the range.
     #[inline]
     pub(crate) fn clear(&self, view: View<'_, S>) -> Option<(Arc<S>, S)> {
-        let goes_on = self.branch.bend == view.sign && !self.merging;
+        let goes_on = self.branch.bend == view.sign && !self.is_merged();
         goes_on.then(|| (Arc::of(view, &self.branch), view.u(self.fast_path.end(view.sign) - self.filtered)))
     }
 }
