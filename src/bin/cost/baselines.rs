@@ -9,6 +9,7 @@ use crate::report;
 const STIFFNESS: f32 = 2.3e4;
 
 /// Measures every model, the mean over a cycle.
+#[inline(never)]
 pub fn measure() {
     let path: [f32; 500] = core::array::from_fn(|k| {
         let up = if k < 250 { k } else { 500 - k };

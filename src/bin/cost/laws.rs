@@ -15,6 +15,7 @@ const PERIOD_S: f64 = 1e-4;
 
 /// Measures every law in `f32`.
 #[cfg(target_abi = "eabihf")]
+#[inline(never)]
 pub fn measure() {
     if masing::<f32>().and_then(|()| chosen()).and_then(|()| phase()).and_then(|()| time::<f32>()).is_none() {
         say!("0 1 parameters refused");
@@ -23,6 +24,7 @@ pub fn measure() {
 
 /// Measures the laws that fixed point has.
 #[cfg(not(target_abi = "eabihf"))]
+#[inline(never)]
 pub fn measure() {
     use gmhm::scalar::Fixed;
     if masing::<Fixed>().and_then(|()| time::<Fixed>()).is_none() {

@@ -15,6 +15,7 @@ const ELEMENTS: usize = 10;
 const TUNED_ERROR_NM: f32 = 1e-5;
 
 /// Measures every one.
+#[inline(never)]
 pub fn measure() {
     let Ok(params) = gears::published(Law::Masing, Kernel::Deflection, Gate::Cycle, 0.0) else {
         return say!("0 1 parameters refused");

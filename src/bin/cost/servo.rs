@@ -19,6 +19,7 @@ const PERIOD_S: f64 = 5e-4;
 const COUNTS: u32 = 1 << 20;
 
 /// Measures both along a swing of 100 periods.
+#[inline(never)]
 pub fn measure() {
     if feed_forward().and_then(|()| servo()).is_none() {
         say!("0 1 parameters refused");

@@ -17,6 +17,7 @@ const SAMPLES: usize = 50;
 type Joint = Compensated<f32, Masing<f32>, 1>;
 
 /// Measures every kind in every shape.
+#[inline(never)]
 pub fn measure() {
     let Ok(params) = gears::published(Law::Masing, Kernel::Deflection, Gate::Cycle, 0.0) else {
         return say!("0 1 parameters refused");
