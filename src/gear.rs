@@ -285,15 +285,22 @@ impl<S: Scalar, L: MemoryLaw<S>> Gear<S, L> {
         }
     }
 
-    /// The most that the hysteresis torque may be off because the path before the start is unknown, in output units. It shrinks as the
-    /// gear moves: in law `masing` it is zero once a tip of the rated cycle was reached, in the others it decays with the memory.
+    /// The most that the hysteresis torque may be off, in output units, because the path before the start is unknown, or the path during an outlier (a sample beyond
+    /// [`DOUBTED_BEYOND`](crate::memory::frame::DOUBTED_BEYOND)). It shrinks as the gear moves within ±A: in law `masing` it is zero once both tips of the rated cycle were reached, in the
+    /// others it decays with the memory. Law `time` at a constant period is to keep a ten-thousandth of its memory over a period.
     pub fn start_uncertainty<const N: usize>(&self, state: &State<S, N, L>) -> S {
         self.frame.torque(self.law.start_uncertainty(&self.frame, &state.memory, state.theta))
     }
 
-    /// [`start_uncertainty`](Self::start_uncertainty) of a start at θ = 0, the largest.
-    pub(crate) fn uncertainty_at_rest(&self) -> S {
-        self.frame.torque(self.law.uncertainty_at_rest(&self.frame))
+    /// Half of what the hysteresis torque may be apart after two pasts, in output units: what the strokes since the start have not explained. In law `masing` it is zero once a tip of the
+    /// rated cycle was reached; the torque of the model need not lie between the pasts ([`start_uncertainty`](Self::start_uncertainty) counts that).
+    pub fn start_spread<const N: usize>(&self, state: &State<S, N, L>) -> S {
+        self.frame.torque(self.law.start_spread(&self.frame, &state.memory, state.theta))
+    }
+
+    /// [`start_spread`](Self::start_spread) of a start at θ = 0, the largest.
+    pub(crate) fn largest_spread(&self) -> S {
+        self.frame.torque(self.law.largest_spread(&self.frame))
     }
 
     /// Pairs of turning points given up so far because the stack was full; law `masing`.

@@ -25,6 +25,7 @@ impl Facts {
     }
 
     /// The status of a gear, but for period, joint and unit, the edge of its inverse, what its terms need and the flags of the last step.
+    #[inline(always)]
     pub(crate) fn status<const N: usize>(&self, gear: &Gear<f32>, state: &State<f32, N>) -> StatusC {
         StatusC {
             sequence: self.sequence,
@@ -40,6 +41,7 @@ impl Facts {
 
 impl StatusC {
     /// The same with a joint and the unit of its torques.
+    #[inline(always)]
     pub(crate) fn in_joint(self, joint: &JointRecord, unit: TorqueUnit) -> Self {
         Self {
             ratio: joint.ratio(),
@@ -54,6 +56,8 @@ impl StatusC {
 /// An identity, ended by a zero.
 pub(crate) fn label(identity: &Identity) -> [u8; 20] {
     let mut label = [0; 20];
-    label.iter_mut().zip(identity.bytes()).for_each(|(to, byte)| *to = *byte);
+    if let Some(name) = label.first_chunk_mut() {
+        *name = *identity.bytes();
+    }
     label
 }

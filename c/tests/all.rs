@@ -11,5 +11,6 @@ mod host;
 mod law;
 mod link;
 mod other_block;
+mod outliers;
 mod pair;
 mod terms;

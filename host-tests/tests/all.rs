@@ -28,6 +28,7 @@ mod link_plausible;
 mod lock;
 mod lockstep;
 mod objects;
+mod outliers;
 mod pages;
 mod param_ranges;
 mod paths;

@@ -117,10 +117,12 @@ fn what_went_through_an_outlier_is_uncertain_again() {
         gear.step(&mut state, 0.3 * A);
         let after = gear.start_uncertainty(&state);
         assert!(after > known + 0.1, "{:?}: {known} N·m before, {after} N·m after", params.memory());
-        // A tip is a tip: once there again, law masing knows.
+        // A tip is a tip: behind both, law masing knows.
         if params.memory().law == gmhm::Law::Masing {
             assert_eq!(known, 0.0);
             gear.step(&mut state, A);
+            assert_eq!(gear.start_spread(&state), 0.0);
+            gear.step(&mut state, -A);
             assert_eq!(gear.start_uncertainty(&state), 0.0);
         }
     }

@@ -160,7 +160,7 @@ proptest! {
 
     #[test]
     fn the_true_past_lies_within_the_start_uncertainty(p in any_masing(), start in -0.99..0.99f64, rising in any::<bool>(), turns in corners(1.0, 0..12)) {
-        // Two pasts end at the start: the rising and the falling branch of the rated cycle. Their torques differ by twice the uncertainty.
+        // Two pasts end at the start: the rising and the falling branch of the rated cycle. Their torques differ by twice the spread, and the further of them from the model's by the uncertainty.
         let gear = Gear::<f64>::new(&p);
         let mut path = vec![start * A];
         path.extend(turns);
@@ -170,13 +170,17 @@ proptest! {
             whole.extend(&path);
             gear.output(&after(&gear, &whole)).torque
         };
-        let spread = (with_past([A, -A]) - with_past([-A, A])).abs() / 2.0;
-        let stated = gear.start_uncertainty(&nominal);
+        let pasts = [[A, -A], [-A, A]].map(with_past);
+        let (spread, stated) = ((pasts[0] - pasts[1]).abs() / 2.0, gear.start_spread(&nominal));
         prop_assert!((spread - stated).abs() < ROUNDING * p.torque_scale_nm(), "{spread} against {stated}");
+        let torque = gear.output(&nominal).torque;
+        let off = pasts.iter().fold(0.0_f64, |most, past| most.max((past - torque).abs()));
+        let bound = gear.start_uncertainty(&nominal);
+        prop_assert!((off - bound).abs() < ROUNDING * p.torque_scale_nm(), "{off} against {bound}");
         let tip = if rising { A } else { -A };
         let mut state = nominal;
         gear.step(&mut state, tip);
-        prop_assert_eq!(gear.start_uncertainty(&state), 0.0);
+        prop_assert_eq!(gear.start_spread(&state), 0.0);
     }
 
     #[test]

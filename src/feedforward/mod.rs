@@ -21,7 +21,7 @@
 //! **Other parameters, another start.** [`FeedForward::take_over`] and [`FeedForward::restart`] change them while the loop runs: the contribution goes on from where it is, what is
 //! between the two fades within [`Settings::ramp_s`] and the slew limits. Reversals keep their deflections, their torques are computed anew.
 //!
-//! **Start.** After power-up the loop y (z without its single-valued part z_s) is known within ±U only ([`Gear::start_uncertainty`](crate::Gear::start_uncertainty)),
+//! **Start.** After power-up the loop y (z without its single-valued part z_s) is known within ±U only ([`Gear::start_spread`](crate::Gear::start_spread)),
 //! U_0 = hA for a gear at θ = 0. It enters with the weight
 //!
 //! ```text
@@ -284,11 +284,11 @@ impl<S: Scalar, L: Invertible<S>> FeedForward<S, L> {
     /// w.
     #[inline]
     fn certainty<const N: usize>(&self, state: &State<S, N, L>) -> S {
-        let unknown = self.inverse.gear().start_uncertainty(state);
+        let unknown = self.inverse.gear().start_spread(state);
         if unknown <= S::ZERO {
             return S::ONE;
         }
-        let at_rest = self.inverse.gear().uncertainty_at_rest();
+        let at_rest = self.inverse.gear().largest_spread();
         if unknown >= at_rest {
             return S::ZERO;
         }

@@ -87,15 +87,19 @@ impl<S: Float> MemoryLaw<S> for AnyLaw<S> {
         }
     }
 
+    fn start_spread<const N: usize>(&self, frame: &Frame<S>, state: &AnyMemory<S, N>, theta: S) -> S {
+        dispatch!(self, state, S::ZERO, |law, state| law.start_spread::<N>(frame, state, theta))
+    }
+
     fn start_uncertainty<const N: usize>(&self, frame: &Frame<S>, state: &AnyMemory<S, N>, theta: S) -> S {
         dispatch!(self, state, S::ZERO, |law, state| law.start_uncertainty::<N>(frame, state, theta))
     }
 
-    fn uncertainty_at_rest(&self, frame: &Frame<S>) -> S {
+    fn largest_spread(&self, frame: &Frame<S>) -> S {
         match self {
-            Self::Masing(law) => law.uncertainty_at_rest(frame),
-            Self::Phase(law) => law.uncertainty_at_rest(frame),
-            Self::Time(law) => law.uncertainty_at_rest(frame),
+            Self::Masing(law) => law.largest_spread(frame),
+            Self::Phase(law) => law.largest_spread(frame),
+            Self::Time(law) => law.largest_spread(frame),
         }
     }
 

@@ -3,7 +3,7 @@
 use crate::params::Params;
 use crate::scalar::Scalar;
 
-/// A sample beyond this many rated deflections makes the past uncertain: it may have been an outlier.
+/// A sample beyond this many rated deflections makes the past uncertain: it may have been an outlier. In law `masing` the deflection after the play counts.
 pub const DOUBTED_BEYOND: f64 = 1.25;
 
 /// Law `time` counts a sample beyond this many rated deflections as one there. Fixed point refuses a sample before.
@@ -104,7 +104,13 @@ impl<S: Scalar> Frame<S> {
     /// Whether the sample lies so far out that it may have been an outlier: beyond [`DOUBTED_BEYOND`]. What is known of the past is then in doubt.
     #[inline]
     pub fn is_doubtful(&self, theta: S) -> bool {
-        theta.abs() > self.deflection(S::from_f64(DOUBTED_BEYOND))
+        theta.abs() > self.doubted()
+    }
+
+    /// [`DOUBTED_BEYOND`] as a deflection.
+    #[inline]
+    pub(crate) fn doubted(&self) -> S {
+        self.deflection(S::from_f64(DOUBTED_BEYOND))
     }
 
     /// The deflection that a memory in time counts: no gear winds up by more than [`COUNTED_UP_TO`] rated deflections, and one bad sample must not fill the memory for long.

@@ -22,6 +22,9 @@ use super::{Frame, MemoryLaw, VaryingPeriod};
 use crate::params::Params;
 use crate::scalar::{Float, Scalar};
 
+/// Units in the last place that η is right to.
+const ROUNDED: f64 = 16.0;
+
 /// A reversal of the deflection.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
@@ -151,14 +154,45 @@ impl<S: Scalar, const N: usize> Path<S, N> {
         self.merged & 1 == 1
     }
 
-    /// How far η may be off because the past is unknown: (1 − max/A)(1 + min/A) over the deflections seen since the start.
+    /// Half of what η may be apart after two pasts: (1 − max/A)(1 + min/A) over the deflections seen since the start.
     ///
     /// The past can only be one of those that end on one of the two rated branches through θ_0; between them lie the hysterons that
     /// switch outside [min, max]. Zero once a tip was reached.
-    pub fn start_uncertainty(&self, frame: &Frame<S>) -> S {
-        let left = |far: S| frame.fraction(frame.rated() - far).max(S::ZERO);
+    pub fn start_spread(&self, frame: &Frame<S>) -> S {
+        let [below, above] = self.unseen(frame);
+        below * above
+    }
+
+    /// How far η may be off because the past is unknown.
+    ///
+    /// At the last of the deflections min and max, the two pasts are as far apart as [`start_spread`](Self::start_spread) says to either side of (1 − max/A)(max − min)/A, max being the
+    /// last, or −(1 + min/A)(max − min)/A. What η is off there it stays off on all loops within. The play may hide as much of the path as its width.
+    pub fn start_uncertainty(&self, frame: &Frame<S>, half_play: S) -> S {
+        let play = frame.fraction(half_play + half_play);
+        let [below, above] = self.unseen(frame);
+        let width = S::TWO - below - above;
+        let Some((eta, is_largest)) = self.last_extreme().filter(|_| width >= play) else {
+            let u = frame.clamped_fraction(self.filtered);
+            return self.eta.abs() + (S::ONE - u) * (S::ONE + u) + play + play;
+        };
+        let (eta, beyond, before) = if is_largest { (eta, above, below) } else { (-eta, below, above) };
+        let (off, spread) = ((eta - beyond * (width - play)).abs(), beyond * (before + play));
+        // What rounding makes of nothing is nothing.
+        if off <= S::from_f64(ROUNDED * S::EPSILON) { spread } else { off + spread }
+    }
+
+    /// How much of ±A was not seen since the start, below and above, over A.
+    fn unseen(&self, frame: &Frame<S>) -> [S; 2] {
+        self.reach().map(|far| frame.fraction(frame.rated() - far).max(S::ZERO))
+    }
+
+    /// η where the path was last at its least or largest deflection since the start, and whether that was the largest; `None` where merging took it.
+    fn last_extreme(&self) -> Option<(S, bool)> {
         let [falling, rising] = self.reach();
-        left(rising) * left(falling)
+        let is_extreme = |point: &&TurningPoint<S>| point.theta == rising || -point.theta == falling;
+        let here = TurningPoint { theta: self.filtered, eta: self.eta };
+        let last = Some(&here).filter(is_extreme).or_else(|| self.turning_points.iter().rfind(is_extreme))?;
+        Some((last.eta, last.theta == rising))
     }
 
     /// −min and max of the deflections seen since the start.
@@ -253,9 +287,10 @@ impl<S: Scalar, const N: usize> Path<S, N> {
     fn turn(&mut self, frame: &Frame<S>, sign: S, here: TurningPoint<S>) {
         let first = self.sign == S::ZERO;
         self.sign = sign;
-        let far = &mut self.farthest[usize::from(sign < S::ZERO)];
-        *far = far.max(-here.theta.signed(sign));
-        if frame.is_doubtful(here.theta) {
+        let (far, way) = (&mut self.farthest[usize::from(sign < S::ZERO)], -here.theta.signed(sign));
+        *far = far.max(way);
+        // The other side is seen where the path comes back from it.
+        if way > frame.doubted() {
             // Only what comes from here on counts.
             self.farthest = [-frame.rated(); 2];
         }
@@ -356,11 +391,15 @@ impl<S: Scalar> MemoryLaw<S> for Masing<S> {
         -(self.e * frame.fraction(theta) * frame.gate(theta))
     }
 
-    fn start_uncertainty<const N: usize>(&self, frame: &Frame<S>, state: &Path<S, N>, _theta: S) -> S {
-        self.h * state.start_uncertainty(frame)
+    fn start_spread<const N: usize>(&self, frame: &Frame<S>, state: &Path<S, N>, _theta: S) -> S {
+        self.h * state.start_spread(frame)
     }
 
-    fn uncertainty_at_rest(&self, frame: &Frame<S>) -> S {
+    fn start_uncertainty<const N: usize>(&self, frame: &Frame<S>, state: &Path<S, N>, _theta: S) -> S {
+        self.h * state.start_uncertainty(frame, self.half_play)
+    }
+
+    fn largest_spread(&self, frame: &Frame<S>) -> S {
         let left = frame.fraction(frame.rated());
         self.h * (left * left)
     }

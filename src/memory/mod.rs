@@ -21,6 +21,9 @@ pub use frame::Frame;
 
 use crate::scalar::{Float, Scalar};
 
+/// Rated torques: the bound of a memory that never forgets.
+const UNKNOWN: f64 = 4.0;
+
 /// A law that can be stepped with a sample period of its own. Laws `masing` and `phase` know no time and ignore it.
 pub trait VaryingPeriod<S: Float>: MemoryLaw<S> {
     /// Moves to the next sample, `period_s` ≥ 0 after the last.
@@ -59,11 +62,14 @@ pub trait MemoryLaw<S: Scalar>: Copy + crate::sealed::Sealed {
         S::ZERO
     }
 
-    /// How far z/T_A may be off because the past before the start is unknown. After a sample that is [doubtful](Frame::is_doubtful) the past is unknown again.
-    fn start_uncertainty<const N: usize>(&self, frame: &Frame<S>, state: &Self::State<N>, theta: S) -> S;
+    /// Half of what z/T_A may be apart after two pasts before the start that differ. After a sample that is [doubtful](Frame::is_doubtful) the past is unknown again.
+    fn start_spread<const N: usize>(&self, frame: &Frame<S>, state: &Self::State<N>, theta: S) -> S;
 
-    /// [`start_uncertainty`](Self::start_uncertainty) of a start at θ = 0, the largest.
-    fn uncertainty_at_rest(&self, frame: &Frame<S>) -> S;
+    /// [`start_spread`](Self::start_spread) of a start at θ = 0, the largest.
+    fn largest_spread(&self, frame: &Frame<S>) -> S;
+
+    /// How far z/T_A may be off because the past is unknown: before the start, and before a sample that is [doubtful](Frame::is_doubtful). A bound, wherever z lies between the pasts.
+    fn start_uncertainty<const N: usize>(&self, frame: &Frame<S>, state: &Self::State<N>, theta: S) -> S;
 
     /// Makes a state that of an unknown past at a deflection, where it is.
     fn restart<const N: usize>(&self, frame: &Frame<S>, state: &mut Self::State<N>, theta: S) {

@@ -13,7 +13,7 @@
 //!
 //! Storing n instead of m keeps rounding relative to the transient: errors do not accumulate over samples.
 
-use super::{Frame, MemoryLaw, VaryingPeriod};
+use super::{Frame, MemoryLaw, UNKNOWN, VaryingPeriod};
 use crate::params::{Gate, Kernel, Params};
 use crate::scalar::{Float, Scalar};
 
@@ -81,6 +81,23 @@ impl<S: Scalar> Phase<S> {
 }
 
 impl<S: Float> Phase<S> {
+    /// The largest m/T_A that a past within ±A can leave: α·A/β for kernel `deflection`, 2·α·A for kernel `rate`; with little decay as good as unknown.
+    #[cold]
+    #[inline(never)]
+    fn largest_memory(&self) -> S {
+        let (s, q) = (self.in_phase, self.quadrature);
+        let largest = (s * s + q * q).over(s.abs());
+        // s is below zero for kernel `deflection`. Infinite or NaN without decay.
+        (if s > S::ZERO { largest + largest } else { largest }).min(S::from_f64(UNKNOWN))
+    }
+
+    /// Nothing of the past is known.
+    #[cold]
+    #[inline(never)]
+    fn doubt(&self, state: &mut PhaseState<S>) {
+        state.uncertainty = state.memory(self).abs() + self.largest_memory();
+    }
+
     /// Moves to a deflection, of which u = sin φ and g = cos φ are given.
     #[inline]
     fn advance(&self, state: &mut PhaseState<S>, theta: S, u: S, g: S) {
@@ -118,30 +135,26 @@ impl<S: Float> VaryingPeriod<S> for Phase<S> {}
 impl<S: Float> MemoryLaw<S> for Phase<S> {
     type State<const N: usize> = PhaseState<S>;
 
+    #[inline(always)]
     fn start<const N: usize>(&self, frame: &Frame<S>, theta: S) -> PhaseState<S> {
         let (u, g) = (frame.clamped_fraction(theta), frame.gate(theta));
-        PhaseState {
-            theta,
-            u,
-            g,
-            direction: S::ZERO,
-            transient: -(self.in_phase * u),
-            // On the rated cycle m is s·u ± q·g.
-            uncertainty: (self.in_phase * u).abs() + self.quadrature.abs() * g,
-        }
+        let transient = -(self.in_phase * u);
+        PhaseState { theta, u, g, direction: S::ZERO, transient, uncertainty: self.largest_memory() }
     }
 
     #[inline]
     fn step<const N: usize>(&self, frame: &Frame<S>, state: &mut PhaseState<S>, theta: S) {
+        let doubts = frame.is_doubtful(theta.abs().max(state.theta.abs()));
         self.advance(state, theta, frame.clamped_fraction(theta), frame.gate(theta));
-        if frame.is_doubtful(theta) {
-            state.uncertainty = self.in_phase.abs() + self.quadrature.abs();
+        if doubts {
+            self.doubt(state);
         }
     }
 
     #[inline]
     fn fast_path<const N: usize>(&self, frame: &Frame<S>, state: &mut PhaseState<S>, theta: S) -> bool {
-        let within = frame.in_range(theta);
+        // Beyond the tips the gate was closed.
+        let within = frame.in_range(theta) && state.g > S::ZERO;
         if within {
             self.advance(state, theta, frame.fraction(theta), frame.gate(theta));
         }
@@ -174,13 +187,16 @@ impl<S: Float> MemoryLaw<S> for Phase<S> {
         PhaseState { u, g, transient, uncertainty, ..*state }
     }
 
-    fn start_uncertainty<const N: usize>(&self, _frame: &Frame<S>, state: &PhaseState<S>, _theta: S) -> S {
+    fn start_uncertainty<const N: usize>(&self, frame: &Frame<S>, state: &PhaseState<S>, theta: S) -> S {
+        self.start_spread::<N>(frame, state, theta)
+    }
+
+    fn start_spread<const N: usize>(&self, _frame: &Frame<S>, state: &PhaseState<S>, _theta: S) -> S {
         if self.gate == Gate::Cycle { state.g * state.uncertainty } else { state.uncertainty }
     }
 
-    fn uncertainty_at_rest(&self, frame: &Frame<S>) -> S {
-        let g = frame.gate(S::ZERO);
-        let uncertainty = self.quadrature.abs() * g;
-        if self.gate == Gate::Cycle { g * uncertainty } else { uncertainty }
+    fn largest_spread(&self, frame: &Frame<S>) -> S {
+        // The gate as rounding leaves it; it is 1.
+        frame.gate(S::ZERO) * self.largest_memory()
     }
 }

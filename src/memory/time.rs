@@ -9,7 +9,7 @@
 //! 1 − E is kept instead of E, and what a sum rounds off is carried to the next sample: a slow memory (small βΔ) stays exact to a few units
 //! in the last place in `f32`.
 
-use super::{Frame, MemoryLaw, VaryingPeriod};
+use super::{Frame, MemoryLaw, UNKNOWN, VaryingPeriod};
 use crate::gear::LONGEST_PERIOD_S;
 use crate::params::{Gate, Kernel, Params};
 use crate::scalar::{Float, Scalar};
@@ -224,11 +224,29 @@ impl<S: Scalar> Time<S> {
         state.theta = theta;
     }
 
-    #[inline]
-    fn doubt(&self, frame: &Frame<S>, state: &mut TimeState<S>, theta: S) {
-        if frame.is_doubtful(theta) {
-            let [fixed, per_fraction] = self.bounds();
-            state.uncertainty = fixed + per_fraction;
+    /// How far m may be off at a sample behind which nothing of the past is known. What a doubtful one brings comes with the step that leaves it, and is less by what that step forgets then.
+    #[cold]
+    #[inline(never)]
+    fn unsure(&self, frame: &Frame<S>, memory: S, theta: S) -> S {
+        let [fixed, per_fraction] = self.bounds();
+        let u = frame.fraction(theta).abs();
+        let unsure = memory.abs() + fixed + per_fraction * u.min(S::ONE);
+        if !frame.is_doubtful(theta) {
+            return unsure;
+        }
+        let TimeStep { forgotten, .. } = self.step;
+        let kept = S::ONE.fade(forgotten);
+        let stroke = if self.kernel == Kernel::Rate { self.bound } else { self.bound - self.bound.fade(forgotten) };
+        unsure + ((u + S::ONE) * stroke).over(kept.max(S::from_f64(LEAST_KEPT)))
+    }
+
+    /// Steps to a sample that may be doubtful, or from one.
+    fn advance_in_doubt(&self, frame: &Frame<S>, state: &mut TimeState<S>, theta: S, step: &TimeStep<S::Gain>) {
+        let doubts = frame.is_doubtful(theta.abs().max(state.theta.abs()));
+        let theta = frame.counted(theta);
+        Self::advance(frame, state, theta, step);
+        if doubts {
+            state.uncertainty = self.unsure(frame, state.memory, theta);
         }
     }
 
@@ -237,8 +255,8 @@ impl<S: Scalar> Time<S> {
     }
 }
 
-/// Rated torques: the bound of a memory that never forgets.
-const UNKNOWN: f64 = 4.0;
+/// A memory that keeps less over a sample period is none.
+const LEAST_KEPT: f64 = 1e-4;
 
 impl<S: Float> Time<S> {
     /// [`ahead`](Self::ahead), `period_s` after the last sample.
@@ -250,8 +268,7 @@ impl<S: Float> Time<S> {
 impl<S: Float> VaryingPeriod<S> for Time<S> {
     #[inline]
     fn step_after<const N: usize>(&self, frame: &Frame<S>, state: &mut TimeState<S>, theta: S, period_s: S) {
-        Self::advance(frame, state, frame.counted(theta), &self.rates().over(period_s));
-        self.doubt(frame, state, theta);
+        self.advance_in_doubt(frame, state, theta, &self.rates().over(period_s));
     }
 }
 
@@ -259,15 +276,14 @@ impl<S: Scalar> MemoryLaw<S> for Time<S> {
     type State<const N: usize> = TimeState<S>;
 
     fn start<const N: usize>(&self, frame: &Frame<S>, theta: S) -> TimeState<S> {
-        let [fixed, per_fraction] = self.bounds();
-        let uncertainty = fixed + per_fraction * frame.clamped_fraction(theta).abs();
-        TimeState { theta: frame.counted(theta), memory: S::ZERO, carry: S::Carry::default(), uncertainty }
+        let theta = frame.counted(theta);
+        let uncertainty = self.unsure(frame, S::ZERO, theta);
+        TimeState { theta, memory: S::ZERO, carry: S::Carry::default(), uncertainty }
     }
 
     #[inline]
     fn step<const N: usize>(&self, frame: &Frame<S>, state: &mut TimeState<S>, theta: S) {
-        Self::advance(frame, state, frame.counted(theta), &self.step);
-        self.doubt(frame, state, theta);
+        self.advance_in_doubt(frame, state, theta, &self.step);
     }
 
     #[inline]
@@ -310,11 +326,17 @@ impl<S: Scalar> MemoryLaw<S> for Time<S> {
         self.has_period
     }
 
-    fn start_uncertainty<const N: usize>(&self, frame: &Frame<S>, state: &TimeState<S>, theta: S) -> S {
+    fn start_spread<const N: usize>(&self, frame: &Frame<S>, state: &TimeState<S>, theta: S) -> S {
         self.gated(frame, state.uncertainty, theta)
     }
 
-    fn uncertainty_at_rest(&self, frame: &Frame<S>) -> S {
+    fn start_uncertainty<const N: usize>(&self, frame: &Frame<S>, state: &TimeState<S>, theta: S) -> S {
+        let [fixed, per_fraction] = self.bounds();
+        let most = state.memory.abs() + fixed + per_fraction * frame.clamped_fraction(theta).abs();
+        self.gated(frame, state.uncertainty.min(most), theta)
+    }
+
+    fn largest_spread(&self, frame: &Frame<S>) -> S {
         self.gated(frame, self.bound, S::ZERO)
     }
 }

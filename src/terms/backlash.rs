@@ -41,7 +41,7 @@ impl<S: Float> Physics<S> for Backlash<S> {
         needs: &[Need::Deflection],
         keys: &[SHAPE, HALF_GAP],
         hides_behind: "soft_windup, coulomb_friction",
-        instructions: 320,
+        instructions: 319,
     };
     type State = BacklashState<S>;
 

@@ -129,7 +129,11 @@ pub fn places() -> *mut TermC {
 }
 
 pub fn joint() -> Box<Joint> {
-    let (mut joint, block) = (Box::new(MaybeUninit::uninit()), block());
+    joint_of(&block())
+}
+
+pub fn joint_of(block: &[u8]) -> Box<Joint> {
+    let mut joint = Box::new(MaybeUninit::uninit());
     // SAFETY: the block outlives the call, the places the joint.
     let code =
         unsafe { gmhm_c::gmhm_init_with_terms(Some(&mut joint), places(), PLACES, block.as_ptr(), block.len() as u32) };

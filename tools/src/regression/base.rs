@@ -254,7 +254,7 @@ impl Evaluate for IntegralPath {
             };
             // A memory left by the past decays as its bound does: the bound is the column of the start.
             let start = match &self.state {
-                Some(state) if !self.known_start => self.gear.start_uncertainty(state),
+                Some(state) if !self.known_start => self.gear.start_spread(state),
                 _ => 0.0,
             };
             columns.set(row, &[out.hysteresis, start]);

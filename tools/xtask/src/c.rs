@@ -25,10 +25,10 @@ const CODE_LIMIT: u64 = 146_000;
 const LAW_CODE_LIMIT: u64 = 12_000;
 
 /// The same of `gmhm_feed_forward`.
-const FEED_FORWARD_CODE_LIMIT: u64 = 73_500;
+const FEED_FORWARD_CODE_LIMIT: u64 = 74_500;
 
 /// The same of `gmhm_joint`, but for `gmhm_load_any`, which computes in double precision.
-const JOINT_CODE_LIMIT: u64 = 87_000;
+const JOINT_CODE_LIMIT: u64 = 87_500;
 
 /// The same of `gmhm_gear`.
 const GEAR_CODE_LIMIT: u64 = 24_000;

@@ -22,7 +22,7 @@ pub fn check(shell: &Shell, calls: &[Call], overwrite: bool) -> Result<()> {
             *most = most.max(call.instructions);
         }
     }
-    for path in shell.read_dir(KINDS)? {
+    for path in shell.read_dir(KINDS)?.into_iter().filter(|path| path.is_file()) {
         let text = shell.read_file(&path)?;
         let Some(line) = text.lines().find(|line| line.starts_with(FIELD)) else { continue };
         let kind = path.file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
