@@ -1,4 +1,4 @@
-//! What an outlier leaves in the memory of a joint is never more than the uncertainty in its status.
+//! After an outlier the hysteresis torque of a joint is off by at most the uncertainty in its status.
 
 use crate::common::{A, at, block, block_in_time, gmhm_get_status, gmhm_step, joint_of};
 use gmhm_c::Joint;

@@ -1,4 +1,4 @@
-//! What an outlier leaves in the memory is never more than the uncertainty that the gear states.
+//! After an outlier the hysteresis torque is off by at most the uncertainty that the gear states.
 
 use crate::common::{A, every_law, masing};
 use gmhm::memory::MemoryLaw;

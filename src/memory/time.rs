@@ -224,7 +224,8 @@ impl<S: Scalar> Time<S> {
         state.theta = theta;
     }
 
-    /// How far m may be off at a sample behind which nothing of the past is known. What a doubtful one brings comes with the step that leaves it, and is less by what that step forgets then.
+    /// A bound of the error of m at a sample before which nothing is known. That of a doubtful sample includes the stroke back from it, over what the next step keeps: that step
+    /// reduces the bound by what it forgets.
     #[cold]
     #[inline(never)]
     fn unsure(&self, frame: &Frame<S>, memory: S, theta: S) -> S {

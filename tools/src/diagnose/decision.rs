@@ -72,11 +72,6 @@ fn is_doubted(verdict: &DiagnosisVerdict, selection: &Selection, times: f64) -> 
     verdict.effects.iter().any(|e| e.name == UNKNOWN) && (nameless || partial || refused)
 }
 
-/// Whether a model has a gear to follow.
-fn is_gear(model: &Model) -> bool {
-    model.memory.is_some() || model.elastic.is_some()
-}
-
 /// Makes a curve add nothing.
 fn flatten(curve: &mut Term) {
     if let Some(TermValue::List(values)) = curve.values.get_mut("values_nm") {
@@ -178,7 +173,7 @@ impl Dataset<'_> {
         search: Search<'_>,
     ) -> Result<bool, DiagnoseError> {
         let is_far = self.scatter(&found.base.residual) > FAR_FROM_MACHINE.powi(2) * self.scatter(&self.target);
-        if !is_gear(model) || is_far || found.effects.len() > MOST_REFUTABLE_OF_GEAR {
+        if !model.has_gear() || is_far || found.effects.len() > MOST_REFUTABLE_OF_GEAR {
             return Ok(false);
         }
         let extended = &found.extended.model;
@@ -193,7 +188,7 @@ impl Dataset<'_> {
         model: &Model,
         search: Search<'r>,
     ) -> Result<(DiagnosisVerdict, Search<'r>), DiagnoseError> {
-        if self.stride > 1 && !is_gear(model) {
+        if self.stride > 1 && !model.has_gear() {
             self.with_mean_signals().found(model, search)
         } else {
             self.found(model, search)
@@ -215,8 +210,8 @@ impl Dataset<'_> {
         let is_plain = joint.effects.len() < 2 && theirs < LARGE * self.mean_square_of_blocks(&joint.base);
         let is_clear = taken > VERY_LOUD || is_plain;
         let may_be_refined = taken < TOO_LOUD_TO_REFINE && joint.effects.iter().any(|e| is_refined(&e.name));
-        let (few, few_of_gear) = (MOST_REFUTABLE, if is_gear(model) { MOST_REFUTABLE_OF_GEAR } else { 0 });
-        let may_be_refuted = taken < REFUTABLE && joint.effects.len() <= few.max(few_of_gear);
+        let most = if model.has_gear() { MOST_REFUTABLE_OF_GEAR } else { MOST_REFUTABLE };
+        let may_be_refuted = taken < REFUTABLE && joint.effects.len() <= most;
         if is_clear && !may_be_refined && !may_be_refuted {
             return Ok((joint, search));
         }
@@ -225,11 +220,20 @@ impl Dataset<'_> {
             may_be_refined && all_named(v) && left <= AS_GOOD * theirs && refines(v, &joint)
         };
         // A kind similar to the true one can predict almost as well; the difference then shows as structure in its residual.
-        let is_refuted = |v: &DiagnosisVerdict, left: f64| -> Result<bool, DiagnoseError> {
-            let share =
-                if slip_elements(&joint).count() == joint.effects.len() { NO_WORSE_OF_ELEMENTS } else { NO_WORSE };
-            let no_worse = joint.effects.len() <= few && theirs > share * left;
-            Ok(may_be_refuted && is_nameless(v) && (no_worse || self.leaves_structure(model, &joint, search)?))
+        let mut leaves_structure = None;
+        let mut is_refuted = |v: &DiagnosisVerdict, left: f64| -> Result<bool, DiagnoseError> {
+            if !may_be_refuted || !is_nameless(v) {
+                return Ok(false);
+            }
+            let are_elements = slip_elements(&joint).count() == joint.effects.len();
+            let share = if are_elements { NO_WORSE_OF_ELEMENTS } else { NO_WORSE };
+            if joint.effects.len() <= MOST_REFUTABLE && theirs > share * left {
+                return Ok(true);
+            }
+            if leaves_structure.is_none() {
+                leaves_structure = Some(self.leaves_structure(model, &joint, search)?);
+            }
+            Ok(leaves_structure == Some(true))
         };
         if is_clear {
             // Whether a finer kind stands in the place of a plainer one, and whether likelihood believes in either, takes no search among all kinds.

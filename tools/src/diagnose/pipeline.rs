@@ -220,12 +220,11 @@ fn prepared(model: &Model, recordings: &[Recording], options: &Options) -> Resul
         (model.elastic, model.memory, model.terms) = (None, None, Vec::new());
         model.gear.base = Base::Simulation;
     }
-    let is_gear = model.elastic.is_some() || model.memory.is_some();
     // Another simulator may stand in for a gear on a bench. The two encoders of a joint differ by more than its deflection.
     let is_bench = |r: &Recording| r.deflection_rad.is_some() && r.theta_out_rad.is_none();
     let is_of_gear = options.rated_deflection_rad.is_some() || recordings.iter().all(is_bench);
     let is_simulated_gear = model.is_simulation() && is_of_gear;
-    if !is_gear && !is_simulated_gear {
+    if !model.has_gear() && !is_simulated_gear {
         return Ok(model);
     }
     let zero = model.gear.deflection_zero_rad;

@@ -111,6 +111,11 @@ impl Model {
         self.terms.iter().any(|term| term.kind == kind)
     }
 
+    /// Whether the base is a gear that follows the deflection.
+    pub fn has_gear(&self) -> bool {
+        self.elastic.is_some() || self.memory.is_some()
+    }
+
     /// Whether the terms are added to another simulator's torque.
     pub fn is_simulation(&self) -> bool {
         self.gear.base == Base::Simulation
