@@ -1,7 +1,7 @@
 //! `gmhm drive`: watch, try, keep, take back.
 
 use crate::common::two_blocks;
-use crate::served::{Joint, ON, blank, serve};
+use crate::served::{Joint, ON, blank, faulty, serve};
 use gmhm::link::CompensationSetting;
 
 #[test]
@@ -63,6 +63,42 @@ fn what_a_drive_measures_is_read() {
     assert_eq!(moments.len(), 4);
     assert!(moments.iter().all(|moment| moment["ticks"] == 77 && moment["torque_model_nm"] == -1.5));
     assert!(moments[3]["time_s"].as_f64().is_some_and(|time| time >= 0.15));
+}
+
+#[test]
+fn faults_are_counted_until_they_are_cleared() {
+    let dir = two_blocks();
+    let served = serve(Joint { diagnostics: faulty(), ..Joint::default() }, blank(), 4, None);
+    let to = format!("drive --to tcp:{}", served.address);
+    let json = |file: &str| -> serde_json::Value { serde_json::from_str(&dir.read(file)).expect("JSON") };
+
+    let told = dir.succeed(&format!("{to} live --seconds 0.1 --json live.json")).stdout;
+    let counted = "refused 3, out of range 4, quarantined 5, restarted 6, saturated 7, merged 8; last saturated";
+    assert!(told.trim_end().ends_with(counted), "{told}");
+    let joint = serde_json::json!({
+        "samples_refused": 3, "samples_out_of_range": 4, "samples_quarantined": 5, "new_starts": 6,
+        "torques_saturated": 7, "turning_points_merged": 8, "last_fault": "saturated", "self_test": "passed"
+    });
+    assert_eq!(json("live.json")[0]["diagnostics"], joint);
+
+    let told = dir.succeed(&format!("{to} diagnostics --clear --json before.json")).stdout;
+    for line in ["samples quarantined     5", "torques saturated       7", "last fault              saturated"] {
+        assert!(told.contains(line), "{told}");
+    }
+    let before = json("before.json");
+    for (name, value) in joint.as_object().expect("an object") {
+        assert_eq!(&before[name], value, "{name}");
+    }
+    assert!(before["frames"].as_u64() > Some(1) && before["bound_while_enabled"].as_f64().is_some(), "{before}");
+
+    dir.succeed(&format!("{to} diagnostics --json after.json"));
+    let after = json("after.json");
+    assert_eq!((&after["torques_saturated"], &after["last_fault"]), (&0.into(), &"none".into()));
+    // The end of the session that cleared them, and the question.
+    assert_eq!((&after["frames"], &after["self_test"]), (&2.into(), &"passed".into()));
+    let told = dir.succeed(&format!("{to} live --seconds 0.1")).stdout;
+    assert!(told.trim_end().ends_with("out of range"), "{told}");
+    served.end();
 }
 
 #[test]

@@ -7,7 +7,7 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use crate::common::{WorkDir, two_blocks};
-use crate::served::{Joint, blank, serve};
+use crate::served::{Joint, blank, faulty, serve};
 use gmhm::link::CompensationSetting;
 use serialport::{SerialPort, TTYPort};
 
@@ -168,6 +168,20 @@ fn keys_switch_the_compensation_and_try_parameters() {
     let (joint, _) = served.end();
     assert_eq!(joint.parameters.map(|parameters| parameters.header.sequence), Some(1));
     assert!(!joint.compensation.on && (joint.compensation.gain_ratio - 0.6).abs() < 1e-6);
+}
+
+#[test]
+fn counters_are_shown_and_cleared() {
+    let dir = two_blocks();
+    let served = serve(Joint { diagnostics: faulty(), ..Joint::default() }, blank(), 1, None);
+    let mut terminal = Terminal::start(&dir, &format!("drive --to tcp:{} live", served.address));
+    let shown =
+        ["refused      3", "out of range 4", "quarantined  5", "restarted    6", "saturated    7", "merged       8"];
+    terminal.press("", &shown);
+    terminal.press("", &["last fault   saturated"]);
+    terminal.press("c", &["counters cleared", "merged       0", "last fault   none"]);
+    assert!(terminal.end("q"));
+    served.end();
 }
 
 #[test]

@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use super::Session;
 use super::common::{self, json, positive};
-use super::drive_state::{Moment, State, compensation, counters};
+use super::drive_state::{Counted, Moment, State, compensation};
 use super::failure::Failure;
 use super::live::Screen;
 use super::progress::Progress;
@@ -97,6 +97,9 @@ enum Action {
         /// Reset the counters afterwards
         #[arg(long)]
         clear: bool,
+        /// Where to write the same as JSON
+        #[arg(long, value_name = "F.json")]
+        json: Option<PathBuf>,
     },
     /// Show the result of the drive's adaptation: old and new coefficients with standard deviations
     ///
@@ -139,7 +142,9 @@ fn positive_or_infinite(text: &str) -> Result<f32, String> {
 impl DriveArgs {
     pub(super) fn run(&self, session: &Session) -> Result<(), Failure> {
         match &self.action {
-            Action::Status { json } | Action::Live { json, .. } => json.as_deref().map_or(Ok(()), Outputs::check)?,
+            Action::Status { json } | Action::Live { json, .. } | Action::Diagnostics { json, .. } => {
+                json.as_deref().map_or(Ok(()), Outputs::check)?
+            }
             Action::Read { output } => Outputs::check(output)?,
             Action::Adaptation { json, output, .. } => {
                 for path in [json, output].into_iter().flatten() {
@@ -214,8 +219,10 @@ impl DriveArgs {
                 drive.tell(&Request::Bound { share: *share })?;
                 self.say(&format!("on an enabled drive, torques may differ by {share} of the rated one"), session)
             }
-            Action::Diagnostics { clear } => {
-                session.say(format_args!("{}", counters(&drive.diagnostics()?)))?;
+            Action::Diagnostics { clear, json } => {
+                let counted = Counted::of(&drive.diagnostics()?);
+                session.say(format_args!("{}", counted.text()))?;
+                write_json(json.as_deref(), &counted)?;
                 if *clear {
                     drive.identify()?;
                     drive.tell(&Request::ClearDiagnostics)?;
@@ -300,7 +307,7 @@ fn live(drive: &mut Client, seconds: f64, every: f64, json: Option<&Path>, sessi
     let mut moments = Vec::new();
     let began = Instant::now();
     loop {
-        let moment = Moment::of(began.elapsed().as_secs_f64(), &drive.live()?);
+        let moment = Moment::of(began.elapsed().as_secs_f64(), &drive.live()?, &drive.diagnostics()?.joint);
         session.say(format_args!("{}\n", moment.text()))?;
         moments.push(moment);
         let next = every * moments.len() as f64;

@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
+use gmhm::diagnostics::Diagnostics;
 use gmhm::link::{Identified, Live, Origin, Request, Status};
 use ratatui::crossterm::event::{self, Event, KeyCode, KeyEvent, KeyModifiers};
 use ratatui::layout::{Constraint, Layout, Rect};
@@ -12,20 +13,21 @@ use ratatui::text::Line;
 use ratatui::widgets::{Axis, Block, Chart, Dataset, GraphType, LegendPosition, Paragraph};
 use ratatui::{DefaultTerminal, Frame};
 
+use super::drive_state::{Counters, flags};
 use super::failure::Failure;
 use crate::device::{Client, DeviceError, Target, trial};
 use crate::number::number;
 
 /// Between two questions to the drive.
 const EVERY: Duration = Duration::from_millis(50);
-/// Questions between two of its status.
+/// Questions between two of its status and its counters.
 const STATUS_EVERY: u32 = 10;
 /// What the plot shows, s.
 const WINDOW_S: f64 = 20.0;
 /// A press of + or − changes the gain by this.
 const GAIN_STEP: f32 = 0.1;
 
-const KEYS: &str = "o on/off   + − gain   t try   r revert   q quit";
+const KEYS: &str = "o on/off   + − gain   t try   r revert   c clear counters   q quit";
 
 /// A drive on a screen.
 pub(super) struct Screen<'d> {
@@ -36,6 +38,7 @@ pub(super) struct Screen<'d> {
     identified: Identified,
     status: Status,
     live: Live,
+    diagnostics: Diagnostics,
     began: Instant,
     /// Time, torque, hysteresis torque and contribution.
     history: VecDeque<(f64, [f64; 3])>,
@@ -49,9 +52,9 @@ impl<'d> Screen<'d> {
     /// [`DeviceError`]: the drive does not answer.
     pub fn new(drive: &'d mut Client, to: &'d Target, block: Option<Vec<u8>>) -> Result<Self, DeviceError> {
         let (identified, status) = (drive.identify()?, drive.status()?);
-        let live = drive.live()?;
+        let (live, diagnostics) = (drive.live()?, drive.diagnostics()?.joint);
         let (began, history) = (Instant::now(), VecDeque::new());
-        Ok(Self { drive, to, block, identified, status, live, began, history, message: String::new() })
+        Ok(Self { drive, to, block, identified, status, live, diagnostics, began, history, message: String::new() })
     }
 
     /// Shows the drive until a key ends it.
@@ -88,6 +91,7 @@ impl<'d> Screen<'d> {
         self.live = self.drive.live()?;
         if turn.is_multiple_of(STATUS_EVERY) {
             self.status = self.drive.status()?;
+            self.diagnostics = self.drive.diagnostics()?.joint;
         }
         let time = self.began.elapsed().as_secs_f64();
         let Live { torque_nm, hysteresis_nm, contribution_nm, .. } = self.live;
@@ -115,6 +119,7 @@ impl<'d> Screen<'d> {
                 None => Ok("no block to try: start with --block params.bin".to_owned()),
             },
             KeyCode::Char('r') => trial::revert(self.drive).map(|()| "trial ended".to_owned()),
+            KeyCode::Char('c') => self.drive.tell(&Request::ClearDiagnostics).map(|()| "counters cleared".to_owned()),
             _ => return Ok(()),
         };
         self.message = match done {
@@ -123,6 +128,7 @@ impl<'d> Screen<'d> {
             Ok(message) => message,
         };
         self.status = self.drive.status()?;
+        self.diagnostics = self.drive.diagnostics()?.joint;
         Ok(())
     }
 
@@ -141,19 +147,19 @@ impl<'d> Screen<'d> {
 
     /// The values, one a line.
     fn lines(&self) -> Vec<Line<'static>> {
-        let Self { live, status, .. } = self;
+        let Self { live, status, diagnostics, .. } = self;
         let in_force = match status.origin {
             Origin::Nowhere => "nothing".to_owned(),
             Origin::Stored => format!("stored, sequence {}", status.sequence),
             Origin::Trial => format!("on trial, sequence {}", status.sequence),
         };
         let short = |x: f32| number(f64::from(x), 4);
-        let flags = match (live.out_of_range, live.refused) {
-            (false, false) => "none",
-            (true, false) => "out of range",
-            (false, true) => "refused",
-            (true, true) => "out of range, refused",
+        let flags = match flags(live.out_of_range, live.refused) {
+            "" => "none",
+            flags => flags,
         };
+        let counters = Counters::of(diagnostics);
+        let line = |name: &str, value: &str| Line::from(format!(" {name:<13}{value}"));
         let pairs = [
             ("torque", format!("{} N·m", short(live.torque_nm))),
             ("hysteresis", format!("{} N·m", short(live.hysteresis_nm))),
@@ -167,7 +173,13 @@ impl<'d> Screen<'d> {
             ("ticks", live.ticks.to_string()),
             ("loop cost", live.loop_cost.to_string()),
         ];
-        pairs.map(|(name, value)| Line::from(format!(" {name:<13}{value}"))).into()
+        let values = pairs.iter().map(|(name, value)| line(name, value));
+        let counted = counters.short().map(|(name, count)| line(name, &count.to_string()));
+        values
+            .chain([Line::from(" Faults since cleared").dim()])
+            .chain(counted)
+            .chain([line("last fault", counters.last_fault())])
+            .collect()
     }
 
     fn draw_plot(&self, frame: &mut Frame<'_>, area: Rect) {

@@ -6,6 +6,7 @@ use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 
 use gmhm::block::{Block, BlockError, Identity, Parameters, ScalarKind, TorqueUnit};
+use gmhm::diagnostics::{Diagnostics, Fault, SelfTest};
 use gmhm::link::{CompensationSetting, Drive, Live, Port};
 use gmhm::store::{RamFlash, Store};
 
@@ -18,6 +19,7 @@ pub struct Joint {
     pub gear: Identity,
     pub enabled: bool,
     pub compensation: CompensationSetting,
+    pub diagnostics: Diagnostics,
 }
 
 impl Drive for Joint {
@@ -41,6 +43,12 @@ impl Drive for Joint {
     fn set_compensation(&mut self, compensation: CompensationSetting) {
         self.compensation = compensation;
     }
+    fn diagnostics(&self) -> Diagnostics {
+        self.diagnostics
+    }
+    fn clear_diagnostics(&mut self) {
+        self.diagnostics.clear();
+    }
     fn live(&self) -> Live {
         Live {
             deflection_rad: 2.5e-4,
@@ -50,6 +58,20 @@ impl Drive for Joint {
             ticks: 77,
             ..Live::default()
         }
+    }
+}
+
+/// Each counter at a number of its own.
+pub fn faulty() -> Diagnostics {
+    Diagnostics {
+        refused: 3,
+        out_of_range: 4,
+        quarantined: 5,
+        restarted: 6,
+        saturated: 7,
+        merged_pairs: 8,
+        last: Fault::Saturated,
+        self_test: SelfTest::Passed,
     }
 }
 

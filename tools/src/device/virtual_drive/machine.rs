@@ -136,6 +136,7 @@ impl Machine {
         for _ in 0..(periods as u32).min(MOST_PERIODS) {
             self.ticks = self.ticks.wrapping_add(1);
             let sample = sample(self.ticks, running.scales.rated_deflection_rad);
+            let merged = running.gear.gear.merged_pairs(running.state.gear());
             let began = Instant::now();
             running.gear.step(&mut running.state, &sample);
             let warm = (self.ticks as f32 * PERIOD_S as f32 / self.warms_s).min(1.0);
@@ -145,6 +146,7 @@ impl Machine {
                 running.gear = next;
             }
             self.diagnostics.see_sample(&running.state.gear().status());
+            self.diagnostics.see_merged_pairs(merged, running.gear.gear.merged_pairs(running.state.gear()));
             self.loop_cost = u32::try_from(began.elapsed().as_nanos()).unwrap_or(u32::MAX);
         }
     }
