@@ -38,7 +38,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let controls = Controls { on: true, source: Source::Reference, ratio: 1.0 };
     for tick in 1..=1000 {
         let demand = Demand { torque: 0.02 * tick as f32, deflection: 0.0 };
-        feed_forward.step(&mut joint, &controls, &demand);
+        let _ = feed_forward.step(&mut joint, &controls, &demand);
     }
     println!("after 1 s: offset {:.4} mrad, gain {:.2}", 1e3 * joint.contribution().offset, joint.contribution().gain);
     Ok(())

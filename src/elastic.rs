@@ -62,6 +62,7 @@ pub struct Polynomial<S> {
 impl<S: Scalar> Polynomial<S> {
     /// The polynomial at u, by Horner's rule: within 3 units in the last place of the largest term.
     #[inline(always)]
+    #[must_use]
     pub fn torque(&self, u: S) -> S {
         let square = u * u;
         u * (self.k1 + square * (self.k3 + square * self.k5))
@@ -69,6 +70,7 @@ impl<S: Scalar> Polynomial<S> {
 
     /// u, u³, u⁵: the columns that k1, k3, k5 multiply.
     #[inline]
+    #[must_use]
     pub fn columns(u: S) -> [S; 3] {
         let square = u * u;
         [u, u * square, u * (square * square)]
@@ -76,6 +78,7 @@ impl<S: Scalar> Polynomial<S> {
 
     /// Its derivative at u.
     #[inline]
+    #[must_use]
     pub fn stiffness(&self, u: S) -> S {
         let square = u * u;
         let (three, five) = (S::TWO + S::ONE, S::TWO + S::TWO + S::ONE);
@@ -83,6 +86,7 @@ impl<S: Scalar> Polynomial<S> {
     }
 
     /// Rounded to another scalar.
+    #[must_use]
     pub fn cast<R: Scalar>(&self) -> Polynomial<R> {
         Polynomial {
             k1: R::from_f64(self.k1.to_f64()),
@@ -112,6 +116,7 @@ pub struct ElasticTorque<S> {
 
 impl<S: Scalar> ElasticTorque<S> {
     /// The torque that a polynomial gives within its range. Computed from the coefficients as they are rounded: the same on host and drive.
+    #[must_use]
     pub fn new(polynomial: Polynomial<S>) -> Self {
         let Polynomial { k1, k3, k5 } = polynomial;
         let exact = Polynomial { k1: k1.to_f64(), k3: k3.to_f64(), k5: k5.to_f64() };
@@ -139,28 +144,33 @@ impl<S: Scalar> ElasticTorque<S> {
 
     /// The polynomial, which holds up to ±κ.
     #[inline]
+    #[must_use]
     pub fn polynomial(&self) -> &Polynomial<S> {
         &self.polynomial
     }
 
     /// κ.
     #[inline]
+    #[must_use]
     pub fn knee(&self) -> S {
         self.knee
     }
 
     /// f(κA) over T_A, where the tangent begins.
+    #[must_use]
     pub fn knee_torque(&self) -> S {
         self.knee_torque
     }
 
     /// The slope of the tangent, over A and T_A.
+    #[must_use]
     pub fn knee_stiffness(&self) -> S {
         self.knee_stiffness
     }
 
     /// f at any u.
     #[inline(always)]
+    #[must_use]
     pub fn torque(&self, u: S) -> S {
         let size = u.abs();
         if size <= self.knee {
@@ -172,6 +182,7 @@ impl<S: Scalar> ElasticTorque<S> {
 
     /// f′ at any u.
     #[inline]
+    #[must_use]
     pub fn stiffness(&self, u: S) -> S {
         if u.abs() <= self.knee { self.polynomial.stiffness(u) } else { self.knee_stiffness }
     }

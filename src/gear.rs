@@ -131,6 +131,7 @@ impl<S: Float> Gear<S> {
 
 impl<S: Scalar, L: MemoryLaw<S>> Gear<S, L> {
     /// The gear of these parameters with a law of one's own choice, such as [`Masing::new(&params)`](crate::memory::masing::Masing::new).
+    #[must_use]
     pub fn with_law(params: &Params, law: L) -> Self {
         let elastic = params.elastic().normalised(params.rated_deflection_rad(), params.torque_scale_nm()).cast();
         Self::of(Frame::new(params), ElasticTorque::new(elastic), law)
@@ -143,6 +144,7 @@ impl<S: Scalar, L: MemoryLaw<S>> Gear<S, L> {
     }
 
     /// The largest step between two samples, as [`with_largest_step`](Self::with_largest_step) or the record `largest_step` of a block has set it; the largest number where neither has.
+    #[must_use]
     pub fn largest_step(&self) -> S {
         self.largest_step
     }
@@ -159,6 +161,7 @@ impl<S: Scalar, L: MemoryLaw<S>> Gear<S, L> {
 
     /// The state of a gear whose past is unknown, at the deflection θ_0: y = 0 and m = 0 (MODEL.md sections 3 and 4). A θ_0 that is no deflection
     /// counts as 0 and is flagged.
+    #[must_use]
     pub fn start<const N: usize>(&self, theta_0: S) -> State<S, N, L> {
         let refused = !self.frame.accepts(theta_0);
         let theta = if refused { S::ZERO } else { theta_0 };
@@ -274,6 +277,7 @@ impl<S: Scalar, L: MemoryLaw<S>> Gear<S, L> {
 
     /// The torques at the state's last good sample.
     #[inline]
+    #[must_use]
     pub fn output<const N: usize>(&self, state: &State<S, N, L>) -> Output<S> {
         let elastic = self.elastic.torque(self.frame.fraction(state.theta));
         let hysteresis = self.law.torque(&self.frame, &state.memory, state.theta);
@@ -288,12 +292,14 @@ impl<S: Scalar, L: MemoryLaw<S>> Gear<S, L> {
     /// The most that the hysteresis torque may be off, in output units, because the path before the start is unknown, or the path during an outlier (a sample beyond
     /// [`DOUBTED_BEYOND`](crate::memory::frame::DOUBTED_BEYOND)). It shrinks as the gear moves within ±A: in law `masing` it is zero once both tips of the rated cycle were reached, in the
     /// others it decays with the memory. Law `time` at a constant period is to keep a ten-thousandth of its memory over a period.
+    #[must_use]
     pub fn start_uncertainty<const N: usize>(&self, state: &State<S, N, L>) -> S {
         self.frame.torque(self.law.start_uncertainty(&self.frame, &state.memory, state.theta))
     }
 
     /// Half of what the hysteresis torque may be apart after two pasts, in output units: what the strokes since the start have not explained. In law `masing` it is zero once a tip of the
     /// rated cycle was reached; the torque of the model need not lie between the pasts ([`start_uncertainty`](Self::start_uncertainty) counts that).
+    #[must_use]
     pub fn start_spread<const N: usize>(&self, state: &State<S, N, L>) -> S {
         self.frame.torque(self.law.start_spread(&self.frame, &state.memory, state.theta))
     }
@@ -304,21 +310,25 @@ impl<S: Scalar, L: MemoryLaw<S>> Gear<S, L> {
     }
 
     /// Pairs of turning points given up so far because the stack was full; law `masing`.
+    #[must_use]
     pub fn merged_pairs<const N: usize>(&self, state: &State<S, N, L>) -> u32 {
         self.law.merged_pairs(&state.memory)
     }
 
     /// The elastic part.
+    #[must_use]
     pub fn elastic(&self) -> &ElasticTorque<S> {
         &self.elastic
     }
 
     /// The memory law.
+    #[must_use]
     pub fn law(&self) -> &L {
         &self.law
     }
 
     /// Rated deflection and torque scale.
+    #[must_use]
     pub fn frame(&self) -> &Frame<S> {
         &self.frame
     }
@@ -352,6 +362,7 @@ impl<S: Float, L: VaryingPeriod<S>> Gear<S, L> {
     }
 
     /// The torque that [`step_after`](Self::step_after) would return; the state stays as it is.
+    #[must_use]
     pub fn peek_after<const N: usize>(&self, state: &State<S, N, L>, theta: S, period_s: S) -> S {
         if !self.accepts_after(theta, period_s) {
             return self.output(state).torque;
@@ -374,16 +385,19 @@ fn is_period<S: Float>(period_s: S) -> bool {
 
 impl<S: Scalar, const N: usize, L: MemoryLaw<S>> State<S, N, L> {
     /// The last good deflection, input units.
+    #[must_use]
     pub fn theta(&self) -> S {
         self.theta
     }
 
     /// What the last sample was.
+    #[must_use]
     pub fn status(&self) -> Status {
         self.status
     }
 
     /// What the law remembers.
+    #[must_use]
     pub fn memory(&self) -> &L::State<N> {
         &self.memory
     }

@@ -16,6 +16,8 @@ use crate::terms::{KeyInfo, Range};
 
 /// A section of a model file.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct SectionInfo {
     /// Its name.
     pub name: &'static str,

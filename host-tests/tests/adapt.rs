@@ -110,7 +110,7 @@ fn what_is_not_excited_teaches_nothing() {
             let t = k as f32 * 1e-3;
             let (u, off) = if t < 60.0 { (0.95 * (4.0 * t).sin(), 0.0) } else { of(t - 60.0) };
             let torque = 1.02 * gear.step(&mut path, a * u).torque + off;
-            adaptation.period(&mut state, &path, torque);
+            let _ = adaptation.period(&mut state, &path, torque);
             if k == 90_000 {
                 learnt = Some((state.estimate(), state.variances()));
             }
@@ -315,7 +315,7 @@ fn any_period_will_do() {
         for k in 0..(120.0 / period_s) as u32 {
             let t = f64::from(k) * period_s;
             let torque = 0.95 * gear.step(&mut path, a * 0.9 * (2.0 * t).sin() as f32).torque;
-            adaptation.period(&mut state, &path, torque);
+            let _ = adaptation.period(&mut state, &path, torque);
         }
         let change: f32 = state.in_force()[..3].iter().sum();
         assert!((change + 0.05).abs() < 5e-3, "{period_s} s: {change}");
@@ -340,7 +340,7 @@ fn a_gear_far_from_its_block_has_no_spikes() {
             // Strokes with rests at their ends.
             let deflection = a * 0.9 * (3.0 * (speed * f64::from(k) * period_s).sin()).clamp(-1.0, 1.0) as f32;
             let torque = 0.85 * gear.step(&mut path, deflection).torque;
-            adaptation.period(&mut state, &path, torque + spread * ((noise >> 8) as f32 / 16_777_216.0 - 0.5));
+            let _ = adaptation.period(&mut state, &path, torque + spread * ((noise >> 8) as f32 / 16_777_216.0 - 0.5));
         }
         assert!(state.is_taken_over(), "{period_s} s");
         assert!(!state.warnings().has(Warning::Spikes), "{period_s} s: {:?}", state.warnings());

@@ -103,7 +103,7 @@ fn adapt<S: Float>(motion: Motion, drift: f64, mut learn: impl FnMut([f64; 5], f
         let stretches = state.stretches();
         variance = if state.variance() > S::ZERO { state.variance().to_f64() } else { variance };
         let taken = state.takes_samples();
-        adaptation.period(&mut state, &path, says);
+        let _ = adaptation.period(&mut state, &path, says);
         if state.stretches() > stretches {
             // v is learnt from what the stretch told, after it.
             for row in &triangle(&rows)[2..] {

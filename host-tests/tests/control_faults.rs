@@ -67,7 +67,7 @@ fn a_refused_period_fades_and_leaves_a_cascade_as_it_was() {
     for bad in [(f32::NAN, 0.0), (f32::INFINITY, 0.0), (0.01, f32::NAN), (0.01, f32::NEG_INFINITY)] {
         let mut state = CascadeState::default();
         for k in 0..100 {
-            cascade.step(&mut state, 0.01 + 1e-5 * k as f32, 0.5);
+            let _ = cascade.step(&mut state, 0.01 + 1e-5 * k as f32, 0.5);
         }
         let before = state;
         let last = cascade.step(&mut state, 0.011, 0.5);
@@ -92,7 +92,7 @@ fn an_absurd_error_leaves_no_trace() {
     let cascade = Cascade::<f32>::new(&gains()).expect("gains");
     let mut state = CascadeState::default();
     for _ in 0..100 {
-        cascade.step(&mut state, 0.01, 0.1);
+        let _ = cascade.step(&mut state, 0.01, 0.1);
     }
     let mut twin = state;
     for absurd in [1e30, -1e9, 1e4] {
@@ -112,10 +112,16 @@ fn a_motor_turn_that_was_lost_is_found() {
         // The motor runs 0.3 turns a period: some missed readings are more than half a turn.
         let (motor, output) = counts(0.003 * TAU * f64::from(k), 0.2 * A);
         if k % 40 < 3 && k > 10 {
-            servo.period(&mut state, &controls, &Reference::default(), motor.wrapping_add(COUNTS / 3) % COUNTS, output);
+            let _ = servo.period(
+                &mut state,
+                &controls,
+                &Reference::default(),
+                motor.wrapping_add(COUNTS / 3) % COUNTS,
+                output,
+            );
             continue;
         }
-        servo.period(&mut state, &controls, &Reference::default(), motor, output);
+        let _ = servo.period(&mut state, &controls, &Reference::default(), motor, output);
         assert!((f64::from(state.seen().deflection) - 0.2 * A).abs() < 0.1 * A, "{k}: {}", state.seen().deflection);
     }
 }

@@ -37,7 +37,7 @@ fn settled<S: Float>(feed_forward: &FeedForward<S>, controls: &Controls<S>) -> F
     for deflection in [A, -A, 0.0].map(S::from_f64) {
         let side = if deflection == S::ZERO { 0.0 } else { 1e3 };
         let torque = S::from_f64(side * deflection.to_f64().signum());
-        feed_forward.step(&mut state, controls, &Demand { torque, deflection });
+        let _ = feed_forward.step(&mut state, controls, &Demand { torque, deflection });
     }
     state
 }
@@ -194,7 +194,7 @@ fn a_start_gives_the_single_valued_deflection_and_the_rest_as_the_past_gets_know
         let u = state.gear().theta() / A;
         assert!((certainty - (1.0 - (1.0 - u).powi(2))).abs() < 1e-9, "{certainty} at {u}");
     }
-    feed_forward.step(&mut state, &whole(Source::Reference), &Demand { torque: 100.0, deflection: 0.0 });
+    let _ = feed_forward.step(&mut state, &whole(Source::Reference), &Demand { torque: 100.0, deflection: 0.0 });
     assert_eq!(state.contribution().certainty, 1.0);
     // It stays so.
     assert_eq!(feed_forward.step(&mut state, &whole(Source::Reference), &Demand::default()).certainty, 1.0);
@@ -278,7 +278,7 @@ fn what_is_no_number_holds_the_contribution_and_fades_it() {
         let is = feed_forward.step(&mut state, &controls, &Demand { torque: 12.0, deflection: 4e-4 });
         assert!(!is.refused && (is.offset - good.offset).abs() < 1e-9);
         // One bad period costs one step of the ramp, and one good period brings it back.
-        feed_forward.step(&mut state, &controls, &Demand { torque: f32::NAN, deflection: 4e-4 });
+        let _ = feed_forward.step(&mut state, &controls, &Demand { torque: f32::NAN, deflection: 4e-4 });
         let is = feed_forward.step(&mut state, &controls, &Demand { torque: 12.0, deflection: 4e-4 });
         assert!(!is.refused && (is.offset - good.offset).abs() < 1e-9);
         // A ratio that is none switches off.

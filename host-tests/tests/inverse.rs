@@ -348,7 +348,7 @@ fn peek_tells_what_commit_does_and_moves_nothing() {
             let torque = 0.2 * params.torque_scale_nm() as f32 * (0.37 * k as f32).sin();
             let before = format!("{state:?}");
             let peeked = inverse.peek(&state, torque);
-            inverse.peek(&state, -torque);
+            let _ = inverse.peek(&state, -torque);
             assert_eq!(format!("{state:?}"), before, "{}", name(&params));
             let (solution, output) = inverse.commit(&mut state, torque);
             assert_eq!((solution, output), (peeked, inverse.gear().output(&state)));

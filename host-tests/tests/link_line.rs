@@ -190,17 +190,16 @@ proptest! {
             stack_depth: e as u16,
             challenge: on.then_some([number; 16]),
         };
-        let status = Status {
-            origin: [Origin::Nowhere, Origin::Stored, Origin::Trial][c as usize % 3],
-            sequence: d,
-            crc: e,
-            length: f,
-            stored_sequence: g,
-            boot_error: h as u16,
-            enabled: flags[1],
-            compensating: flags[2],
-            gain_ratio: finite(c),
-        };
+        let mut status = Status::default();
+        status.origin = [Origin::Nowhere, Origin::Stored, Origin::Trial][c as usize % 3];
+        status.sequence = d;
+        status.crc = e;
+        status.length = f;
+        status.stored_sequence = g;
+        status.boot_error = h as u16;
+        status.enabled = flags[1];
+        status.compensating = flags[2];
+        status.gain_ratio = finite(c);
         let live = Live {
             deflection_rad: finite(c),
             torque_nm: finite(d),

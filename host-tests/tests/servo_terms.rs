@@ -347,7 +347,7 @@ fn what_is_fed_forward_fades_while_a_sensor_says_nothing() {
     for (temperature, expected) in [(20.0, FRICTION_NM), (f32::NAN, 0.0), (20.0, FRICTION_NM)] {
         for _ in 0..(RAMP_S / PERIOD_S) as u32 + 2 {
             let sample = Sample { temperature, ..good };
-            servo.period(&mut state, &on(Follows::Reference), &Reference::default(), &sample, motor, output);
+            let _ = servo.period(&mut state, &on(Follows::Reference), &Reference::default(), &sample, motor, output);
             let now = state.compensation();
             assert_eq!(now.refused, temperature.is_nan());
             assert!((now.joint_torque - last).abs() <= 1.01 * FRICTION_NM * (PERIOD_S / RAMP_S) as f32, "{now:?}");

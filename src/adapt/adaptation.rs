@@ -108,6 +108,7 @@ impl<S: Float> Adaptation<S> {
     }
 
     /// Nothing learnt yet: the block is in force.
+    #[must_use]
     pub fn start(&self) -> AdaptationState<S> {
         AdaptationState {
             sums: [S::ZERO; ROWS],
@@ -138,6 +139,7 @@ impl<S: Float> Adaptation<S> {
 
     /// The inverse in force, from that of the block: computed in the scalar alone ([`Inverse::changed`]), where [`params`](Self::params) compute in `f64`. `None`: its
     /// torque need not rise about θ = 0.
+    #[must_use]
     pub fn inverse(&self, state: &AdaptationState<S>, block: &Inverse<S, Masing<S>>) -> Option<Inverse<S, Masing<S>>> {
         block.changed(&state.in_force())
     }
@@ -151,6 +153,7 @@ impl<S: Float> Adaptation<S> {
     }
 
     /// Changes of the normalised coefficients of the shadow, bounds kept.
+    #[must_use]
     pub fn shadow_change(&self, state: &AdaptationState<S>) -> Coefficients<S> {
         reversed(state.trial.shadow)
     }

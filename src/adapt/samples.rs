@@ -20,6 +20,7 @@ impl<S: Float> Adaptation<S> {
     /// One control period: the gear after its step along the measured deflection, and the torque at the same time, N·m, terms taken off. Says what becomes of the parameters in force; the
     /// caller then changes them by [`take_over`](crate::feedforward::FeedForward::take_over).
     #[inline]
+    #[must_use]
     pub fn period<L: LoopPath<S>, const N: usize>(
         &self,
         state: &mut AdaptationState<S>,

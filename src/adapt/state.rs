@@ -42,36 +42,43 @@ pub struct AdaptationState<S> {
 
 impl<S: Float> AdaptationState<S> {
     /// Changes of the normalised coefficients in force, zero while the block is.
+    #[must_use]
     pub fn in_force(&self) -> Coefficients<S> {
         reversed(self.trial.in_force)
     }
 
     /// Whether adapted parameters are in force.
+    #[must_use]
     pub fn is_taken_over(&self) -> bool {
         self.trial.in_force.iter().any(|change| *change != S::ZERO)
     }
 
     /// The estimated changes of the normalised coefficients, bounds not applied.
+    #[must_use]
     pub fn estimate(&self) -> Coefficients<S> {
         reversed(self.estimate.value)
     }
 
     /// Variances of the [estimate](Self::estimate).
+    #[must_use]
     pub fn variances(&self) -> Coefficients<S> {
         reversed(core::array::from_fn(|number| self.estimate.variance(number)))
     }
 
     /// What is latched.
+    #[must_use]
     pub fn warnings(&self) -> Warnings {
         self.warnings
     }
 
     /// Whether the next period takes its sample: not while a block or a stretch is worked on. Periods longer than 1 ms may do both.
+    #[must_use]
     pub fn takes_samples(&self) -> bool {
         self.work == 0
     }
 
     /// Stretches that were fit to be learnt from.
+    #[must_use]
     pub fn stretches(&self) -> u32 {
         self.noise.stretches
     }
@@ -82,6 +89,7 @@ impl<S: Float> AdaptationState<S> {
     }
 
     /// Variance of the rows that are learnt from, of T_A².
+    #[must_use]
     pub fn variance(&self) -> S {
         self.noise.variance
     }

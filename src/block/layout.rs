@@ -16,6 +16,8 @@ pub const TERM_TAGS: RangeInclusive<u16> = FIRST_TERM..=FIRST_TERM + 0xFF;
 
 /// How a field is stored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Coding {
     /// A word of the block's scalar.
     Scalar,
@@ -37,6 +39,8 @@ impl Coding {
 
 /// A field of a record.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct FieldInfo {
     /// Name, unit, range and words.
     pub key: KeyInfo,
@@ -46,6 +50,8 @@ pub struct FieldInfo {
 
 /// A record of fixed layout.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct RecordInfo {
     /// Its tag.
     pub tag: u16,

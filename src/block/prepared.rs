@@ -303,6 +303,7 @@ impl<S: Word, L: PreparedLaw<S>> Prepared<S, L> {
     }
 
     /// The gear.
+    #[must_use]
     pub fn gear(&self) -> &Gear<S, L> {
         self.inverse.gear()
     }

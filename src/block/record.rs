@@ -121,6 +121,8 @@ impl<'a> Block<'a> {
 
 /// A record: its tag and the bytes of its words.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Record<'a> {
     /// Its tag.
     pub tag: u16,

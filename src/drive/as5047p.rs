@@ -29,6 +29,7 @@ pub struct As5047p<D> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum As5047pError<E> {
     /// The bus.
     Bus(E),
@@ -69,11 +70,13 @@ impl<D: SpiDevice> As5047p<D> {
     pub const COUNTS_PER_TURN: u32 = 1 << 14;
 
     /// The encoder on a device that is set to mode 1, most significant bit first.
+    #[must_use]
     pub const fn new(device: D) -> Self {
         Self { device }
     }
 
     /// Gives the device back.
+    #[must_use]
     pub fn release(self) -> D {
         self.device
     }

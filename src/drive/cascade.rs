@@ -139,6 +139,7 @@ impl<S: Float> Cascade<S> {
 
     /// One period: the position error, rad, and the feed-forward torque, N·m, to the torque, N·m, always within the limit.
     #[inline]
+    #[must_use]
     pub fn step(&self, state: &mut CascadeState<S>, error: S, feed_forward: S) -> S {
         let change = error - state.error;
         let follows = change.abs() <= self.largest_change && !state.refused && !state.bridges;
@@ -170,6 +171,7 @@ impl<S: Float> Cascade<S> {
     /// One period without input: the state stays, the last torque fades.
     #[cold]
     #[inline(never)]
+    #[must_use]
     pub fn refuse(&self, state: &mut CascadeState<S>) -> S {
         state.refused = true;
         state.torque = towards(state.torque.clamp(-self.limit, self.limit), S::ZERO, self.fade);
@@ -179,6 +181,7 @@ impl<S: Float> Cascade<S> {
 
 impl<S: Float> CascadeState<S> {
     /// Whether the last period was refused.
+    #[must_use]
     pub fn is_refused(&self) -> bool {
         self.refused
     }

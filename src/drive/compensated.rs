@@ -148,6 +148,7 @@ impl<S: Float<Carry = S> + FromCounts, L: Invertible<S>, const K: usize> Compens
     }
 
     /// The state at power-up, from the raw counts of motor and output, standing at a position of the output in reference counts.
+    #[must_use]
     pub fn start<const N: usize>(
         &self,
         motor: u32,
@@ -182,6 +183,7 @@ impl<S: Float<Carry = S> + FromCounts, L: Invertible<S>, const K: usize> Compens
 
     /// One period, as [`Servo::period`](super::Servo::period), with what the terms need in the sample.
     #[inline]
+    #[must_use]
     pub fn period<const N: usize>(
         &self,
         state: &mut CompensatedServoState<S, N, L, K>,
@@ -217,16 +219,19 @@ impl<S: Float<Carry = S> + FromCounts, const N: usize, L: MemoryLaw<S>, const K:
     CompensatedServoState<S, N, L, K>
 {
     /// What the encoders said last.
+    #[must_use]
     pub fn seen(&self) -> &Reading<S> {
         &self.position.seen
     }
 
     /// Whether the last period had no input to work on: it was not finite, or the counts were misread.
+    #[must_use]
     pub fn is_refused(&self) -> bool {
         self.position.cascade.is_refused()
     }
 
     /// What is fed forward of gear and terms.
+    #[must_use]
     pub fn compensation(&self) -> &Compensation<S> {
         self.feed_forward.last()
     }

@@ -49,6 +49,7 @@ pub type TickResult<M, O, T, S> =
 
 impl<M: Encoder, O: Encoder, T: TorqueSink<S>, S: FromCounts> Joint<M, O, T, S> {
     /// A joint whose encoders have not been read yet.
+    #[must_use]
     pub const fn new(motor: M, output: O, sink: T, pair: EncoderPair<S>) -> Self {
         Self { motor, output, sink, pair, last: None }
     }
@@ -83,6 +84,7 @@ impl<M: Encoder, O: Encoder, T: TorqueSink<S>, S: FromCounts> Joint<M, O, T, S> 
     }
 
     /// The encoders' common measure.
+    #[must_use]
     pub const fn pair(&self) -> &EncoderPair<S> {
         &self.pair
     }

@@ -12,6 +12,8 @@ use crate::params::{Memory, ParamError, Params};
 
 /// What the drive is to control.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Start {
     /// What the drive knows of the gear, which follows law `masing`.
     pub params: Params,
@@ -23,6 +25,8 @@ pub struct Start {
 
 /// One control period.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Period {
     /// What is asked for.
     pub reference: Reference<f32>,
@@ -44,6 +48,7 @@ const NUMBERS: usize = 8 + 6 + 1;
 
 impl Start {
     /// Its body.
+    #[must_use]
     pub fn encode(&self) -> Body {
         let Self { params, setup, controls } = self;
         let (elastic, memory, gains, encoders) = (params.elastic(), params.memory(), setup.gains, setup.encoders);
@@ -129,6 +134,7 @@ impl Start {
 
 impl Period {
     /// Its body.
+    #[must_use]
     pub fn encode(&self) -> Body {
         let Reference { counts, torque, feed_forward } = self.reference;
         let words = [torque.to_bits(), feed_forward.to_bits(), self.motor, self.output];
@@ -148,6 +154,7 @@ impl Period {
 
 impl Drive {
     /// The body that answers a request; `None` where there is nothing to answer.
+    #[must_use]
     pub fn answer(&mut self, request: &[u8]) -> Option<Body> {
         let mut words = Words(request);
         let [kind] = words.take()?;

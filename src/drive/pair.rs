@@ -168,6 +168,8 @@ struct Shaft<S: FromCounts> {
 
 /// Where one shaft has come to, in the sense of the model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Place {
     /// Counts over all its turns.
     pub counts: i64,
@@ -179,6 +181,8 @@ pub struct Place {
 
 /// What both encoders say.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Reading<S> {
     /// θ: rad for floats, a fraction of the rated deflection for fixed point.
     pub deflection: S,
@@ -245,6 +249,7 @@ impl<S: FromCounts> EncoderPair<S> {
     }
 
     /// The first reading: the motor is taken to be in the turn that makes the deflection least.
+    #[must_use]
     pub fn start(&self, motor: u32, output: u32) -> Reading<S> {
         let (motor, output) = (self.motor.start(motor), self.output.start(output));
         self.in_nearest_turn(motor, output)
@@ -262,6 +267,7 @@ impl<S: FromCounts> EncoderPair<S> {
 
     /// The next reading. Either shaft may have moved by less than half a turn of its own; beyond [`MISREAD_BEYOND`] rated deflections the motor's turn is found anew.
     #[inline]
+    #[must_use]
     pub fn follow(&self, last: &Reading<S>, motor: u32, output: u32) -> Reading<S> {
         let (motor, output) = (self.motor.follow(&last.motor, motor), self.output.follow(&last.output, output));
         if self.within(motor.counts, output.counts).unsigned_abs() > self.largest {
@@ -272,6 +278,7 @@ impl<S: FromCounts> EncoderPair<S> {
 
     /// The deflection at counts over all turns: rad for floats, a fraction of the rated deflection for fixed point; saturates.
     #[inline]
+    #[must_use]
     pub fn deflection(&self, motor_counts: i64, output_counts: i64) -> S {
         S::from_counts(self.within(motor_counts, output_counts), self.deflection)
     }
@@ -306,18 +313,21 @@ impl<S: FromCounts> EncoderPair<S> {
 impl<S: FromCounts + Float> EncoderPair<S> {
     /// q_m within one turn, rad, for terms that depend on it.
     #[inline]
+    #[must_use]
     pub fn motor_angle(&self, reading: &Reading<S>) -> S {
         S::from_counts(reading.motor.within_turn, self.motor.angle)
     }
 
     /// q_o within one turn, rad.
     #[inline]
+    #[must_use]
     pub fn output_angle(&self, reading: &Reading<S>) -> S {
         S::from_counts(reading.output.within_turn, self.output.angle)
     }
 
     /// The mean of q̇_o over the last period, rad/s.
     #[inline]
+    #[must_use]
     pub fn output_velocity(&self, reading: &Reading<S>, rate_hz: S) -> S {
         S::from_counts(reading.output.change, self.output.angle) * rate_hz
     }

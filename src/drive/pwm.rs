@@ -17,6 +17,7 @@ pub struct CentredPwm<C, S: FromCounts> {
 impl<C: SetDutyCycle, S: FromCounts> CentredPwm<C, S> {
     /// A channel whose whole swing to either side is `full_scale` > 0: N·m for floats, a fraction of the rated torque for fixed point. A full scale that is no
     /// torque makes every command none.
+    #[must_use]
     pub fn new(channel: C, full_scale: f64) -> Self {
         let centre = channel.max_duty_cycle() / 2;
         let scale = Extended::of_double(full_scale).filter(|scale| *scale > Extended::ZERO);
@@ -27,6 +28,7 @@ impl<C: SetDutyCycle, S: FromCounts> CentredPwm<C, S> {
     }
 
     /// Gives the channel back.
+    #[must_use]
     pub fn free(self) -> C {
         self.channel
     }

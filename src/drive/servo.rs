@@ -123,6 +123,7 @@ impl<S: Float<Carry = S> + FromCounts, L: Invertible<S>> Servo<S, L> {
     }
 
     /// The state at power-up, from the raw counts of motor and output, standing at a position of the output in reference counts.
+    #[must_use]
     pub fn start<const N: usize>(&self, motor: u32, output: u32, counts: i64) -> ServoState<S, N, L> {
         let position = self.position.start(motor, output, counts);
         ServoState { feed_forward: self.feed_forward.start(position.seen.deflection), position }
@@ -148,6 +149,7 @@ impl<S: Float<Carry = S> + FromCounts, L: Invertible<S>> Servo<S, L> {
     /// Input that is none is refused: [`FeedForward`] and [`Cascade`](super::Cascade) say how each goes on. Counts that give a deflection beyond [`MISREAD_BEYOND`](super::pair::MISREAD_BEYOND) rated ones, in
     /// whatever turn the motor is, were misread: the period that would work on them is one without input.
     #[inline]
+    #[must_use]
     pub fn period<const N: usize>(
         &self,
         state: &mut ServoState<S, N, L>,
@@ -165,16 +167,19 @@ impl<S: Float<Carry = S> + FromCounts, L: Invertible<S>> Servo<S, L> {
 
 impl<S: Float<Carry = S> + FromCounts, const N: usize, L: MemoryLaw<S>> ServoState<S, N, L> {
     /// What the encoders said last.
+    #[must_use]
     pub fn seen(&self) -> &Reading<S> {
         &self.position.seen
     }
 
     /// Whether the last period had no input to work on: it was not finite, or the counts were misread.
+    #[must_use]
     pub fn is_refused(&self) -> bool {
         self.position.cascade.is_refused()
     }
 
     /// What the gear's feed-forward adds.
+    #[must_use]
     pub fn contribution(&self) -> &Contribution<S> {
         self.feed_forward.contribution()
     }

@@ -200,11 +200,13 @@ impl<S: Scalar, L: Invertible<S>> FeedForward<S, L> {
     }
 
     /// The inverse that it rests on.
+    #[must_use]
     pub fn inverse(&self) -> &Inverse<S, L> {
         &self.inverse
     }
 
     /// The state at power-up: off, the gear at the measured deflection, its past unknown.
+    #[must_use]
     pub fn start<const N: usize>(&self, deflection: S) -> FeedForwardState<S, N, L> {
         FeedForwardState {
             gear: self.inverse.gear().start(deflection),
@@ -228,6 +230,7 @@ impl<S: Scalar, L: Invertible<S>> FeedForward<S, L> {
 
     /// One control period.
     #[inline]
+    #[must_use]
     pub fn step<const N: usize>(
         &self,
         state: &mut FeedForwardState<S, N, L>,
@@ -323,11 +326,13 @@ pub(crate) fn towards<S: Scalar>(from: S, to: S, step: S) -> S {
 
 impl<S: Scalar, const N: usize, L: MemoryLaw<S>> FeedForwardState<S, N, L> {
     /// What was fed forward last.
+    #[must_use]
     pub fn contribution(&self) -> &Contribution<S> {
         &self.contribution
     }
 
     /// The gear as the feed-forward believes it to be.
+    #[must_use]
     pub fn gear(&self) -> &State<S, N, L> {
         &self.gear
     }

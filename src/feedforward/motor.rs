@@ -89,6 +89,7 @@ impl<S: FromCounts> MotorSide<S> {
 
     /// N·(q_o* + θ*) in parts: the reference of the output in its counts over all turns, and the [offset](super::Contribution::offset).
     #[inline]
+    #[must_use]
     pub fn position(&self, reference: i64, offset: S) -> i64 {
         let size = reference.unsigned_abs();
         let (whole, rest) = (size / self.reference_counts, size % self.reference_counts);
@@ -99,12 +100,14 @@ impl<S: FromCounts> MotorSide<S> {
 
     /// N·θ* in parts.
     #[inline]
+    #[must_use]
     pub fn offset(&self, offset: S) -> i64 {
         i64::from(offset.to_counts(self.per_deflection))
     }
 
     /// A [position](Self::position) less the measured one, as the motor's angle: rad for floats, turns for fixed point; saturates.
     #[inline]
+    #[must_use]
     pub fn error(&self, position: i64, measured: &Place) -> S {
         let parts = position.wrapping_sub(measured.counts.wrapping_mul(PARTS));
         S::from_counts(parts.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32, self.angle)
@@ -115,6 +118,7 @@ impl<S: FromCounts<Factor = S> + Float> MotorSide<S> {
     /// N·(q̇_o* + θ̇*): the motor's velocity, rad/s, from the output's, rad/s, the [change](super::Contribution::change) of the offset and the rate
     /// of the control periods, Hz.
     #[inline]
+    #[must_use]
     pub fn velocity(&self, reference: S, change: S, rate_hz: S) -> S {
         self.ratio * (reference + change * rate_hz)
     }

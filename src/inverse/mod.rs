@@ -247,16 +247,19 @@ impl<S: Scalar, L: Invertible<S>> Inverse<S, L> {
     }
 
     /// The gear that is inverted.
+    #[must_use]
     pub fn gear(&self) -> &Gear<S, L> {
         &self.gear
     }
 
     /// The edge rA of the invertible range ±rA, input units.
+    #[must_use]
     pub fn range(&self) -> S {
         self.gear.frame().deflection(self.solver.reach)
     }
 
     /// What the search goes by.
+    #[must_use]
     pub fn search_numbers(&self) -> SearchNumbers<S> {
         let Solver { spring, limits, least_slope, reach, inner_reach, inner_half_tangent } = self.solver;
         let Limits { tolerance, last_step, last_chord, last_width } = limits;
@@ -279,6 +282,7 @@ impl<S: Scalar, L: Invertible<S>> Inverse<S, L> {
     }
 
     /// The state of a gear whose past is unknown (y = 0, m = 0) under a torque, and how it was found.
+    #[must_use]
     pub fn start<const N: usize>(&self, torque: S) -> (State<S, N, L>, Solution<S>) {
         let solution = if self.is_torque(torque) {
             self.gear.law().solve_start(&self.task(torque))
@@ -290,6 +294,7 @@ impl<S: Scalar, L: Invertible<S>> Inverse<S, L> {
 
     /// The deflection at which the next sample gives a torque, output units. The state stays as it is.
     #[inline]
+    #[must_use]
     pub fn peek<const N: usize>(&self, state: &State<S, N, L>, torque: S) -> Solution<S> {
         let theta = state.theta();
         if !self.is_torque(torque) {
@@ -329,6 +334,7 @@ impl<S: Float, L: InvertibleAfter<S>> Inverse<S, L> {
     /// [`peek`](Self::peek) for a sample `period_s` after the last. A period below zero, NaN or beyond the longest that the range was computed for
     /// is refused in law `time`.
     #[inline]
+    #[must_use]
     pub fn peek_after<const N: usize>(&self, state: &State<S, N, L>, torque: S, period_s: S) -> Solution<S> {
         let theta = state.theta();
         if !self.is_period(period_s) || !self.is_torque(torque) {

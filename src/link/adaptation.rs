@@ -29,6 +29,7 @@ pub struct Adapted {
 #[cfg(feature = "adapt")]
 impl Adapted {
     /// What a joint has learnt.
+    #[must_use]
     pub fn of<S: Float>(adaptation: &Adaptation<S>, state: &AdaptationState<S>) -> Self {
         let single = |of: S| of.to_f64() as f32;
         Self {

@@ -25,6 +25,7 @@ impl Body {
     }
 
     /// These bytes; `None` where there are more than [`MOST_BODY`].
+    #[must_use]
     pub fn from_slice(bytes: &[u8]) -> Option<Self> {
         Vec::from_slice(bytes).ok().map(Self)
     }
@@ -109,6 +110,7 @@ impl Receiver {
     }
 
     /// Takes the next byte; a body where it ends a frame whose CRC-32 is right.
+    #[must_use]
     pub fn feed(&mut self, byte: u8) -> Option<&[u8]> {
         match self.state.feed(byte) {
             Ok(DecodeResult::DataStart) => {

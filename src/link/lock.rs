@@ -18,7 +18,7 @@ pub use super::message::PROOF_BYTES;
 /// Bytes of a key.
 pub const KEY_BYTES: usize = 32;
 
-/// A key, the same in drive and host.
+/// A key, the same in drive and host. It is a secret: neither logged nor serialised.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct Key(pub [u8; KEY_BYTES]);
 

@@ -27,6 +27,7 @@ mod hysteresis;
 #[cfg(feature = "lock")]
 pub mod lock;
 pub mod message;
+mod object;
 pub mod objects;
 pub mod port;
 mod rating;

@@ -18,6 +18,7 @@ pub struct Port<F, const ROOM: usize> {
 
 impl<F: NorFlash, const ROOM: usize> Port<F, ROOM> {
     /// A port where nothing is in force yet. `nonce` should differ from one power-up to the next: it is what tells sessions apart.
+    #[must_use]
     pub fn new(store: Store<F>, nonce: u32) -> Self {
         Self { receiver: Receiver::new(), server: Server::new(store, nonce) }
     }
@@ -64,11 +65,13 @@ impl<F: NorFlash, const ROOM: usize> Port<F, ROOM> {
     }
 
     /// [`Server::boot_error`].
+    #[must_use]
     pub fn boot_error(&self) -> u16 {
         self.server.boot_error()
     }
 
     /// The store again.
+    #[must_use]
     pub fn into_store(self) -> Store<F> {
         self.server.into_store()
     }

@@ -45,6 +45,7 @@ impl SdoServer {
     }
 
     /// Answers a frame of the client; `None` for an abort, which is not answered.
+    #[must_use]
     pub fn answer<F: NorFlash, const ROOM: usize>(
         &mut self,
         frame: &CanData,

@@ -55,33 +55,39 @@ impl<S: Float> ClosedForm<S> {
     }
 
     /// θ(t) = A sin ωt, rad.
+    #[must_use]
     pub fn deflection(&self, t_s: S) -> S {
         self.rated_deflection * (self.omega * t_s).sin()
     }
 
     /// m(t), N·m.
+    #[must_use]
     pub fn memory(&self, t_s: S) -> S {
         let phase = self.omega * t_s;
         self.cosine * phase.cos() + self.sine * phase.sin() - self.transient * (-(self.beta * t_s)).exp()
     }
 
     /// z(t) = abs(cos ωt)·m(t), N·m.
+    #[must_use]
     pub fn hysteresis(&self, t_s: S) -> S {
         (self.omega * t_s).cos().abs() * self.memory(t_s)
     }
 
     /// f(θ(t)), N·m.
+    #[must_use]
     pub fn elastic(&self, t_s: S) -> S {
         self.elastic_at(self.deflection(t_s))
     }
 
     /// T(t) = f(θ(t)) + z(t), N·m.
+    #[must_use]
     pub fn torque(&self, t_s: S) -> S {
         self.elastic(t_s) + self.hysteresis(t_s)
     }
 
     /// t±(θ) in s: when the deflection (abs(θ) ≤ A, else the tip) passes on the given branch. Branch 0 is the first rise from θ = 0 to A, branch 1 the fall to −A,
     /// branch 2 the rise to A, and so on.
+    #[must_use]
     pub fn time(&self, theta_rad: S, branch: u16) -> S {
         let u = theta_rad.over(self.rated_deflection).clamp(-S::ONE, S::ONE);
         let half_turns = S::from_f64(f64::from(branch) * core::f64::consts::PI);
@@ -90,6 +96,7 @@ impl<S: Float> ClosedForm<S> {
     }
 
     /// T(θ) on the given branch (see [`time`](Self::time)), N·m.
+    #[must_use]
     pub fn torque_on_branch(&self, theta_rad: S, branch: u16) -> S {
         self.elastic_at(theta_rad) + self.hysteresis(self.time(theta_rad, branch))
     }

@@ -50,46 +50,54 @@ impl<S: Scalar> Frame<S> {
 
     /// A in input units.
     #[inline]
+    #[must_use]
     pub fn rated(&self) -> S {
         self.rated
     }
 
     /// 1/A in input units.
+    #[must_use]
     pub fn inverse_rated(&self) -> S {
         self.inverse_rated
     }
 
     /// The largest deflection that is accepted, input units.
+    #[must_use]
     pub fn limit(&self) -> S {
         self.limit
     }
 
     /// A deflection, or a difference of two, over A.
     #[inline]
+    #[must_use]
     pub fn fraction(&self, theta: S) -> S {
         theta.normalise(self.inverse_rated)
     }
 
     /// A fraction of A as a deflection in input units.
     #[inline]
+    #[must_use]
     pub fn deflection(&self, u: S) -> S {
         u.denormalise(self.rated)
     }
 
     /// A normalised torque in output units.
     #[inline]
+    #[must_use]
     pub fn torque(&self, tau: S) -> S {
         tau.denormalise(self.torque_scale)
     }
 
     /// A torque in output units, normalised.
     #[inline]
+    #[must_use]
     pub fn torque_scale(&self) -> S {
         self.torque_scale
     }
 
     /// Whether a sample can be a deflection at all: finite and below [`REFUSED_BEYOND`](Scalar::REFUSED_BEYOND).
     #[inline]
+    #[must_use]
     pub fn accepts(&self, theta: S) -> bool {
         // A NaN compares false.
         theta.abs() <= self.limit
@@ -97,12 +105,14 @@ impl<S: Scalar> Frame<S> {
 
     /// Whether the sample lies within ±A, where the model is calibrated.
     #[inline]
+    #[must_use]
     pub fn in_range(&self, theta: S) -> bool {
         theta.abs() <= self.rated
     }
 
     /// Whether the sample lies so far out that it may have been an outlier: beyond [`DOUBTED_BEYOND`]. What is known of the past is then in doubt.
     #[inline]
+    #[must_use]
     pub fn is_doubtful(&self, theta: S) -> bool {
         theta.abs() > self.doubted()
     }
@@ -121,6 +131,7 @@ impl<S: Scalar> Frame<S> {
 
     /// clamp(θ/A, −1, 1).
     #[inline]
+    #[must_use]
     pub fn clamped_fraction(&self, theta: S) -> S {
         self.fraction(theta).clamp(-S::ONE, S::ONE)
     }
@@ -129,6 +140,7 @@ impl<S: Scalar> Frame<S> {
     ///
     /// A ∓ θ is exact near the tips, so the error stays at 3 units in the last place everywhere.
     #[inline(always)]
+    #[must_use]
     pub fn gate(&self, theta: S) -> S {
         if !S::SI {
             // The spring shares the square.

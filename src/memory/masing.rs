@@ -114,6 +114,7 @@ impl<S: Scalar, const N: usize> Path<S, N> {
         assert!(N >= 4 && N.is_multiple_of(2), "the stack of turning points needs an even capacity of 4 or more");
 
     /// An unknown past at the deflection θ_0: η = 0.
+    #[must_use]
     pub fn start(theta: S) -> Self {
         let () = Self::ENOUGH_ROOM;
         Self {
@@ -130,26 +131,31 @@ impl<S: Scalar, const N: usize> Path<S, N> {
     }
 
     /// η at the last sample, within ±1 once both tips were reached.
+    #[must_use]
     pub fn eta(&self) -> S {
         self.eta
     }
 
     /// The deflection after the play, input units.
+    #[must_use]
     pub fn filtered(&self) -> S {
         self.filtered
     }
 
     /// The turning points, outermost first. On the initial curve there are none.
+    #[must_use]
     pub fn turning_points(&self) -> &[TurningPoint<S>] {
         &self.turning_points
     }
 
     /// Pairs of turning points given up so far because the stack was full.
+    #[must_use]
     pub fn merged_pairs(&self) -> u32 {
         self.merged >> 1
     }
 
     /// Whether pairs were given up that the present loops still lack: η is then an approximation.
+    #[must_use]
     pub fn is_merged(&self) -> bool {
         self.merged & 1 == 1
     }
@@ -158,6 +164,7 @@ impl<S: Scalar, const N: usize> Path<S, N> {
     ///
     /// The past can only be one of those that end on one of the two rated branches through θ_0; between them lie the hysterons that
     /// switch outside [min, max]. Zero once a tip was reached.
+    #[must_use]
     pub fn start_spread(&self, frame: &Frame<S>) -> S {
         let [below, above] = self.unseen(frame);
         below * above
@@ -167,6 +174,7 @@ impl<S: Scalar, const N: usize> Path<S, N> {
     ///
     /// At the last of the deflections min and max, the two pasts are as far apart as [`start_spread`](Self::start_spread) says to either side of (1 − max/A)(max − min)/A, max being the
     /// last, or −(1 + min/A)(max − min)/A. What η is off there it stays off on all loops within. The play may hide as much of the path as its width.
+    #[must_use]
     pub fn start_uncertainty(&self, frame: &Frame<S>, half_play: S) -> S {
         let play = frame.fraction(half_play + half_play);
         let [below, above] = self.unseen(frame);
@@ -260,6 +268,7 @@ impl<S: Scalar, const N: usize> Path<S, N> {
     }
 
     /// η at the next deflection, without moving there.
+    #[must_use]
     pub fn peek(&self, frame: &Frame<S>, half_play: S, theta: S) -> S {
         let Some((theta, sign)) = self.moved(half_play, theta) else { return self.eta };
         if self.sign == S::ZERO {
@@ -335,6 +344,8 @@ impl<S: Scalar, const N: usize> Path<S, N> {
 
 /// The coefficients of law `masing`.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Masing<S> {
     /// eA/T_A.
     pub e: S,
@@ -435,6 +446,7 @@ impl<S: Scalar> LoopPath<S> for Masing<S> {
 impl<S: Scalar> Masing<S> {
     /// −u·g and η at the deflection that a path was last moved to: what [`e`](Self::e) and [`h`](Self::h) multiply in z/T_A.
     #[inline]
+    #[must_use]
     pub fn columns<const N: usize>(frame: &Frame<S>, path: &Path<S, N>, theta: S) -> [S; 2] {
         let of_e = Self { e: S::ONE, h: S::ZERO, half_play: S::ZERO };
         [of_e.single_valued(frame, theta), path.eta()]

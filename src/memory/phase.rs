@@ -19,6 +19,8 @@ use crate::scalar::{Float, Scalar};
 
 /// The coefficients of law `phase`.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Phase<S> {
     /// What d·g is multiplied by in the steady state, over T_A.
     pub quadrature: S,

@@ -67,6 +67,7 @@ pub(crate) struct Ahead<S> {
 
 impl<S: Scalar> TimeState<S> {
     /// m/T_A.
+    #[must_use]
     pub fn memory(&self) -> S {
         self.memory
     }
@@ -129,6 +130,7 @@ impl<S: Float> Rates<S> {
 impl<S: Scalar> Time<S> {
     /// The coefficients of a gear at the sample period Δ > 0 (s), whatever the law that its parameters name. With another period, or one beyond
     /// [`LONGEST_PERIOD_S`], the law has none: a gear then refuses every sample that does not bring its own.
+    #[must_use]
     pub fn new(params: &Params, period_s: f64) -> Self {
         let rates = Rates::new(params);
         let has_period = period_s > 0.0 && period_s <= LONGEST_PERIOD_S;
@@ -196,11 +198,13 @@ impl<S: Scalar> Time<S> {
     }
 
     /// αA/T_A: 1/s for kernel `deflection`, 1 for kernel `rate`.
+    #[must_use]
     pub fn gain(&self) -> S {
         self.gain
     }
 
     /// β, 1/s.
+    #[must_use]
     pub fn beta_per_s(&self) -> S {
         self.beta_per_s
     }

@@ -130,6 +130,7 @@ impl<F: NorFlash> Store<F> {
     }
 
     /// The most bytes of a block that either slot holds.
+    #[must_use]
     pub fn room(&self) -> u32 {
         self.slots.iter().map(|place| place.end.saturating_sub(place.start)).min().unwrap_or(0)
     }
@@ -289,6 +290,7 @@ impl<F: NorFlash> Store<F> {
     }
 
     /// The flash again.
+    #[must_use]
     pub fn into_flash(self) -> F {
         self.flash
     }

@@ -58,6 +58,7 @@ pub struct LastSample<S> {
 
 impl<S> LastSample<S> {
     /// The torques there.
+    #[must_use]
     pub fn total(&self) -> &Total<S> {
         &self.total
     }
@@ -79,11 +80,13 @@ pub struct CompensatedPast<'a, S: Float<Carry = S>, const N: usize, L: VaryingPe
 impl<S: Float<Carry = S>, L: VaryingPeriod<S>, const K: usize> Compensated<S, L, K> {
     /// Gear and terms, wherever they lie.
     #[inline]
+    #[must_use]
     pub fn view(&self) -> CompensatedView<'_, S, L> {
         View { base: &self.gear, stack: self.stack.view() }
     }
 
     /// The state at the first sample, its past unknown: y = 0, m = 0, all terms at rest.
+    #[must_use]
     pub fn start<const N: usize>(&self, sample: &Sample<S>) -> CompensatedState<S, N, L, K> {
         let mut stack = self.stack.start();
         let (gear, last) = self.view().begin(stack.states_mut(), sample);
@@ -104,6 +107,7 @@ impl<S: Float<Carry = S>, L: VaryingPeriod<S>, const K: usize> Compensated<S, L,
     }
 
     /// Goes on from the past of a gear that had no terms: they start at rest.
+    #[must_use]
     pub fn resume<const N: usize>(&self, gear: State<S, N, L>) -> CompensatedState<S, N, L, K> {
         let last = self.view().last_of(&gear);
         CompensatedState { gear, stack: self.stack.start(), last }
@@ -188,6 +192,7 @@ impl<S: Float<Carry = S>, L: VaryingPeriod<S>> CompensatedView<'_, S, L> {
     }
 
     /// The last sample of a gear that had no terms.
+    #[must_use]
     pub fn last_of<const N: usize>(&self, gear: &State<S, N, L>) -> LastSample<S> {
         let base = self.base.output(gear);
         let total = Total { torque: base.torque, base, deflection: gear.theta(), ..Total::default() };
@@ -213,11 +218,13 @@ impl<S: Float<Carry = S>, L: VaryingPeriod<S>> CompensatedView<'_, S, L> {
 
 impl<S: Float<Carry = S>, const N: usize, L: VaryingPeriod<S>, const K: usize> CompensatedState<S, N, L, K> {
     /// The torques at the last good sample.
+    #[must_use]
     pub fn last(&self) -> &Total<S> {
         &self.last.total
     }
 
     /// The base model's past.
+    #[must_use]
     pub fn gear(&self) -> &State<S, N, L> {
         &self.gear
     }

@@ -100,6 +100,7 @@ macro_rules! kinds {
             }
 
             /// Its kind's entry in the registry.
+            #[must_use]
             pub fn info(&self) -> &'static KindInfo {
                 match self {
                     $(Self::$kind(_) => const { &<$module::$kind<S> as Physics<S>>::INFO },)*
@@ -108,6 +109,7 @@ macro_rules! kinds {
 
             /// What it acts on: [`info`](Self::info) without the words, which a drive need not hold.
             #[inline]
+            #[must_use]
             pub fn domain(&self) -> Domain {
                 match self {
                     $(Self::$kind(_) => const { <$module::$kind<S> as Physics<S>>::INFO.domain },)*
@@ -116,6 +118,7 @@ macro_rules! kinds {
 
             /// Whether a drive feeds it forward; as [`domain`](Self::domain), without the words.
             #[inline]
+            #[must_use]
             pub fn side(&self) -> Side {
                 match self {
                     $(Self::$kind(_) => const { <$module::$kind<S> as Physics<S>>::INFO.side },)*
@@ -123,6 +126,7 @@ macro_rules! kinds {
             }
 
             /// Signals that its kind asks for; as [`domain`](Self::domain), without the words.
+            #[must_use]
             pub fn needs(&self) -> &'static [Need] {
                 match self {
                     $(Self::$kind(_) => const { <$module::$kind<S> as Physics<S>>::INFO.needs },)*
@@ -131,6 +135,7 @@ macro_rules! kinds {
 
             /// Whether its torque is one of the gear itself: it follows the deflection or its rate.
             #[inline]
+            #[must_use]
             pub fn is_of_gear(&self) -> bool {
                 match self {
                     $(Self::$kind(_) => const { <$module::$kind<S> as Physics<S>>::INFO.is_of_gear() },)*
@@ -138,6 +143,7 @@ macro_rules! kinds {
             }
 
             /// What it remembers before the first sample.
+            #[must_use]
             pub fn start(&self) -> TermState<S> {
                 match self {
                     $(Self::$kind(_) => TermState::$kind(Default::default()),)*
@@ -145,6 +151,7 @@ macro_rules! kinds {
             }
 
             /// Signals that its choices ask for, beside those of its kind.
+            #[must_use]
             pub fn needs_besides(&self) -> &'static [Need] {
                 match self {
                     $(Self::$kind(term) => term.needs_besides(),)*
@@ -152,6 +159,7 @@ macro_rules! kinds {
             }
 
             /// Whether it depends on the torque that the gear transmits, or on the gear's parameters.
+            #[must_use]
             pub fn follows_base(&self) -> bool {
                 match self {
                     $(Self::$kind(term) => term.follows_base(),)*
@@ -160,6 +168,7 @@ macro_rules! kinds {
 
             /// θ_measured − θ as far as the sample alone tells it, rad.
             #[inline]
+            #[must_use]
             pub fn deflection_error(&self, sample: &Sample<S>) -> S {
                 match self {
                     $(Self::$kind(term) => term.deflection_error(sample),)*
@@ -168,6 +177,7 @@ macro_rules! kinds {
 
             /// The factor on all friction.
             #[inline]
+            #[must_use]
             pub fn friction_factor(&self, sample: &Sample<S>) -> S {
                 match self {
                     $(Self::$kind(term) => term.friction_factor(sample),)*
@@ -175,6 +185,7 @@ macro_rules! kinds {
             }
 
             /// By how much the recorded torque is late, s.
+            #[must_use]
             pub fn delay(&self) -> S {
                 match self {
                     $(Self::$kind(term) => term.delay(),)*

@@ -9,6 +9,8 @@ use crate::scalar::Float;
 
 /// What a key of a term holds.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub enum Value<'a, S> {
     /// A number.
     Number(S),
@@ -154,6 +156,7 @@ pub struct Reader<'a, S> {
 
 impl<'a, S: Float> Reader<'a, S> {
     /// A reader of the values of one term.
+    #[must_use]
     pub fn new(source: &'a dyn Source<S>, setting: Setting<S>) -> Self {
         Self { source, setting }
     }
@@ -179,7 +182,7 @@ impl<'a, S: Float> Reader<'a, S> {
     }
 
     /// A list of at least one number.
-    pub fn list<const N: usize>(&self, key: &'static KeyInfo) -> Result<Vec<S, N>, TermError> {
+    pub(crate) fn list<const N: usize>(&self, key: &'static KeyInfo) -> Result<Vec<S, N>, TermError> {
         let Some(value) = self.source.get(key) else { return Err(TermError::Missing { key: key.name }) };
         let Value::List(items) = value else { return Err(TermError::WrongForm { key: key.name, form: key.form }) };
         if items.is_empty() {
@@ -194,7 +197,7 @@ impl<'a, S: Float> Reader<'a, S> {
     }
 
     /// A list as long as another of the same term.
-    pub fn list_like<const N: usize>(
+    pub(crate) fn list_like<const N: usize>(
         &self,
         key: &'static KeyInfo,
         other: &Vec<S, N>,

@@ -36,6 +36,8 @@ pub enum Domain {
 
 /// What the structure of a residual may depend on (MODEL.md section 7).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Coordinate {
     /// q_m.
     MotorAngle,
@@ -202,6 +204,8 @@ impl Range {
 
 /// What a key is to an estimator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Role {
     /// The torque (or the deflection that the term takes out) is proportional to it, or a sum over such keys.
     Linear,
@@ -213,6 +217,8 @@ pub enum Role {
 
 /// A key of a term.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct KeyInfo {
     /// Its name in model files, with its unit.
     pub name: &'static str,
@@ -346,6 +352,8 @@ impl KeyInfo {
 
 /// A kind of term.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct KindInfo {
     /// Its name in model files.
     pub name: &'static str,

@@ -40,6 +40,7 @@ pub struct Sample<S> {
 
 impl<S: Float> Sample<S> {
     /// Neither NaN nor infinite anywhere.
+    #[must_use]
     pub fn is_finite(&self) -> bool {
         let Self { time, period, motor_angle, output_angle, deflection, deflection_rate, .. } = *self;
         let Self { velocity, acceleration, temperature, base_torque, base_torque_rate, .. } = *self;
@@ -51,6 +52,7 @@ impl<S: Float> Sample<S> {
     }
 
     /// The value of a coordinate; 0 for the travel since a reversal, which is no matter of one sample.
+    #[must_use]
     pub fn coordinate(&self, coordinate: Coordinate) -> S {
         match coordinate {
             Coordinate::MotorAngle => self.motor_angle,

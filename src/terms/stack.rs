@@ -43,16 +43,19 @@ pub struct StackState<S: Float<Carry = S>, const K: usize = 8> {
 
 impl<S: Float<Carry = S>, const K: usize> Stack<S, K> {
     /// No terms yet, for a gear.
+    #[must_use]
     pub fn of_gear(setting: Setting<S>) -> Self {
         Self { terms: Vec::new(), setting, base: Base::Gear }
     }
 
     /// No terms yet, for a joint without motor-side angle: T_base is gravity and inertia.
+    #[must_use]
     pub fn of_joint(setting: Setting<S>) -> Self {
         Self { terms: Vec::new(), setting: Setting { c1: S::ZERO, ..setting }, base: Base::Joint }
     }
 
     /// No terms yet, for what another simulator's torque leaves: T_base is that torque, with gravity and inertia of the terms.
+    #[must_use]
     pub fn of_simulation(setting: Setting<S>) -> Self {
         Self { terms: Vec::new(), setting: Setting { c1: S::ZERO, ..setting }, base: Base::Simulation }
     }
@@ -96,37 +99,44 @@ impl<S: Float<Carry = S>, const K: usize> Stack<S, K> {
     }
 
     /// The terms.
+    #[must_use]
     pub fn terms(&self) -> &[Term<S>] {
         &self.terms
     }
 
     /// The terms, wherever they lie.
     #[inline]
+    #[must_use]
     pub fn view(&self) -> StackView<'_, S> {
         StackView { terms: &self.terms, sigma: self.setting.sigma, base: self.base }
     }
 
     /// Whether T_base is that of a gear.
+    #[must_use]
     pub fn has_gear(&self) -> bool {
         self.base == Base::Gear
     }
 
     /// Whether T_base is that of another simulator.
+    #[must_use]
     pub fn has_simulation(&self) -> bool {
         self.base == Base::Simulation
     }
 
     /// σ, c1 and A.
+    #[must_use]
     pub fn setting(&self) -> Setting<S> {
         self.setting
     }
 
     /// Whether some term cannot do without a signal.
+    #[must_use]
     pub fn needs(&self, need: Need) -> bool {
         self.view().needs(need)
     }
 
     /// What the terms remember before the first sample.
+    #[must_use]
     pub fn start(&self) -> StackState<S, K> {
         let mut states = Vec::new();
         for term in &self.terms {
@@ -164,6 +174,7 @@ impl<S: Float<Carry = S>, const K: usize> Stack<S, K> {
     }
 
     /// By how much the recorded torque is late, s.
+    #[must_use]
     pub fn delay(&self) -> S {
         self.terms.iter().fold(S::ZERO, |sum, term| sum + term.delay())
     }
@@ -183,21 +194,25 @@ impl<S: Float<Carry = S>, const K: usize> StackState<S, K> {
 
 impl<'a, S: Float<Carry = S>> StackView<'a, S> {
     /// Terms of a gear whose torque is taken on the side σ.
+    #[must_use]
     pub fn of_gear(terms: &'a [Term<S>], sigma: S) -> Self {
         Self { terms, sigma, base: Base::Gear }
     }
 
     /// The terms.
+    #[must_use]
     pub fn terms(&self) -> &'a [Term<S>] {
         self.terms
     }
 
     /// σ.
+    #[must_use]
     pub fn sigma(&self) -> S {
         self.sigma
     }
 
     /// Whether some term cannot do without a signal.
+    #[must_use]
     pub fn needs(&self, need: Need) -> bool {
         self.terms.iter().any(|term| term.needs().contains(&need) || term.needs_besides().contains(&need))
     }

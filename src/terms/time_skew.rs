@@ -47,6 +47,7 @@ pub struct Resampled<'a, S> {
 
 impl<'a, S: Float> Resampled<'a, S> {
     /// A signal of samples at increasing times.
+    #[must_use]
     pub fn new(time: &'a [S], values: &'a [S]) -> Self {
         Self { time, values, near: 0 }
     }

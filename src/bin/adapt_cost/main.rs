@@ -50,7 +50,7 @@ fn measure() -> Option<()> {
     });
     let mut period = |state: &mut _, number: u32| {
         let out = gear.step(&mut path, sine[number as usize % 200]);
-        adaptation.period(state, &path, 0.97 * out.torque);
+        let _ = adaptation.period(state, &path, 0.97 * out.torque);
         path.clone()
     };
     // Along several stretches; the work of a stretch follows its end, so the next one ends as many periods later.

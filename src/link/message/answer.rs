@@ -10,6 +10,8 @@ use crate::diagnostics::{Diagnostics, Fault, SelfTest};
 
 /// What a drive answers.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub enum Answer<'a> {
     /// To [`Request::Identify`](super::Request::Identify).
     Identified(Identified),
@@ -43,6 +45,7 @@ pub enum Answer<'a> {
 
 impl<'a> Answer<'a> {
     /// The frame of an answer to a request.
+    #[must_use]
     pub fn encode(&self, command: u8, tag: Tag) -> Frame {
         let mut encoder = Encoder::new(command | ANSWER, tag);
         match *self {

@@ -9,6 +9,7 @@ use crate::diagnostics::Diagnostics;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum Origin {
     /// There are none.
     #[default]
@@ -17,6 +18,18 @@ pub enum Origin {
     Stored,
     /// They are on trial.
     Trial,
+}
+
+impl Origin {
+    /// Its name.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Nowhere => "nowhere",
+            Self::Stored => "stored",
+            Self::Trial => "trial",
+        }
+    }
 }
 
 /// Who a drive is.
@@ -44,6 +57,7 @@ pub struct Identified {
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub struct Status {
     /// Where it comes from.
     pub origin: Origin,

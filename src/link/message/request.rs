@@ -7,6 +7,8 @@ use super::{ANSWER, PROOF_BYTES, PROVEN, Tag, VERSION};
 
 /// What a host asks of a drive.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub enum Request<'a> {
     /// Who are you? Opens a session; what was staged is forgotten.
     Identify,
@@ -175,6 +177,8 @@ impl<'a> Request<'a> {
 
 /// A request as it comes to a drive.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Asked<'a> {
     /// The number of its command.
     pub command: u8,

@@ -81,6 +81,7 @@ pub struct Server<F, const ROOM: usize> {
 
 impl<F: NorFlash, const ROOM: usize> Server<F, ROOM> {
     /// Nothing is in force yet. `nonce` should differ from one power-up to the next: it is what tells sessions apart.
+    #[must_use]
     pub fn new(store: Store<F>, nonce: u32) -> Self {
         Self {
             store,
@@ -126,16 +127,19 @@ impl<F: NorFlash, const ROOM: usize> Server<F, ROOM> {
     }
 
     /// Why the newest stored block could not be loaded at boot: [`BlockError::code`], or 0.
+    #[must_use]
     pub fn boot_error(&self) -> u16 {
         self.boot_error
     }
 
     /// The store again.
+    #[must_use]
     pub fn into_store(self) -> Store<F> {
         self.store
     }
 
     /// Answers a request of a session, or what was none. The answer to [`Request::Read`] lies in `bytes`. The counters of the line are for the line to fill in.
+    #[must_use]
     pub fn answer<'b>(
         &mut self,
         asked: &Asked<'_>,

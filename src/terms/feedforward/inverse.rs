@@ -77,11 +77,13 @@ pub(super) fn begin<S: Float<Carry = S>, L: MemoryLaw<S>, const N: usize>(
 impl<S: Float<Carry = S>, L: Invertible<S>, const K: usize> CompensatedInverse<S, L, K> {
     /// Inverse and terms, wherever they lie.
     #[inline]
+    #[must_use]
     pub fn view(&self) -> CompensatedInverseView<'_, S, L> {
         View { base: &self.inverse, stack: self.stack.view() }
     }
 
     /// The state at a first sample, its deflection that of the encoders, its past unknown. A sample that is none counts as one of zeros.
+    #[must_use]
     pub fn start<const N: usize>(&self, sample: &Sample<S>) -> CompensatedInverseState<S, N, L, K> {
         let mut stack = self.stack.start();
         let (gear, last) = begin(self.inverse.gear(), self.stack.view(), stack.states_mut(), sample);
@@ -123,6 +125,7 @@ impl<S: Float<Carry = S>, const N: usize, L: Invertible<S> + VaryingPeriod<S>, c
 {
     /// The deflection of the encoders at which the next sample of gear and terms gives a torque, at the speeds, angles and temperature of a sample; its deflection is not read, and
     /// nothing moves. A torque or a sample that is refused gives the present deflection of the gear.
+    #[must_use]
     pub fn solve(
         &self,
         inverse: &Inverse<S, L>,
@@ -138,6 +141,7 @@ impl<S: Float<Carry = S>, const N: usize, L: Invertible<S> + VaryingPeriod<S>, c
 
 impl<S: Float<Carry = S>, L: Invertible<S>> CompensatedInverseView<'_, S, L> {
     /// As [`CompensatedState::solve`], from a gear's past and what the terms remember.
+    #[must_use]
     pub fn solve<const N: usize>(
         &self,
         (gear, terms): (&State<S, N, L>, &[TermState<S>]),

@@ -93,11 +93,13 @@ pub struct Compensation<S> {
 
 impl<S: Float<Carry = S>, L: Invertible<S>, const K: usize> CompensatedFeedForward<S, L, K> {
     /// With the plant terms of a stack; faults of the measurement are left out.
+    #[must_use]
     pub fn new(feed_forward: FeedForward<S, L>, stack: &Stack<S, K>) -> Self {
         Self { feed_forward, stack: stack.plant() }
     }
 
     /// The state at power-up: off, the gear where the encoders of the first sample show it, its past unknown. A sample that is none counts as one of zeros.
+    #[must_use]
     pub fn start<const N: usize>(&self, sample: &Sample<S>) -> CompensatedFeedForwardState<S, N, L, K> {
         let mut terms = self.stack.start();
         let (feed_forward, shares) = self.view().begin(terms.states_mut(), sample);
@@ -106,6 +108,7 @@ impl<S: Float<Carry = S>, L: Invertible<S>, const K: usize> CompensatedFeedForwa
 
     /// Feed-forward and terms, wherever they lie.
     #[inline]
+    #[must_use]
     pub fn view(&self) -> CompensatedFeedForwardView<'_, S, L> {
         View { base: &self.feed_forward, stack: self.stack.view() }
     }
@@ -128,6 +131,7 @@ impl<S: Float<Carry = S>, L: Invertible<S>, const K: usize> CompensatedFeedForwa
     }
 
     /// One control period. The sample holds the reference's angles, speeds and acceleration (or the measured ones) and the temperature; its deflection is not read.
+    #[must_use]
     pub fn step<const N: usize>(
         &self,
         state: &mut CompensatedFeedForwardState<S, N, L, K>,
@@ -232,11 +236,13 @@ impl<S: Float<Carry = S>, L: Invertible<S>> CompensatedFeedForwardView<'_, S, L>
 
 impl<S: Float<Carry = S>, const N: usize, L: MemoryLaw<S>, const K: usize> CompensatedFeedForwardState<S, N, L, K> {
     /// What was fed forward last.
+    #[must_use]
     pub fn last(&self) -> &Compensation<S> {
         &self.last
     }
 
     /// The gear as the feed-forward believes it to be.
+    #[must_use]
     pub fn gear(&self) -> &State<S, N, L> {
         self.feed_forward.gear()
     }

@@ -3,7 +3,7 @@
 use std::fmt::{Display, Write as _};
 
 use gmhm::diagnostics::Diagnostics;
-use gmhm::link::{Identified, LinkDiagnostics, Live, Origin, Status};
+use gmhm::link::{Identified, LinkDiagnostics, Live, Status};
 use serde::Serialize;
 
 /// Whether the drive compensates, and how much.
@@ -155,11 +155,7 @@ impl State {
             turning_points: drive.stack_depth,
             room_bytes: drive.room,
             block_format: drive.format_version,
-            origin: match status.origin {
-                Origin::Nowhere => "nowhere",
-                Origin::Stored => "stored",
-                Origin::Trial => "trial",
-            },
+            origin: status.origin.name(),
             sequence: status.sequence,
             crc32: status.crc,
             length_bytes: status.length,
@@ -192,7 +188,8 @@ impl State {
             match self.origin {
                 "nowhere" => "nothing".to_owned(),
                 "trial" => format!("on trial, in RAM: {block}"),
-                _ => format!("as stored: {block}"),
+                "stored" => format!("as stored: {block}"),
+                origin => format!("{origin}: {block}"),
             },
         );
         line(

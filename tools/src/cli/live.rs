@@ -152,6 +152,7 @@ impl<'d> Screen<'d> {
             Origin::Nowhere => "nothing".to_owned(),
             Origin::Stored => format!("stored, sequence {}", status.sequence),
             Origin::Trial => format!("on trial, sequence {}", status.sequence),
+            origin => origin.name().to_owned(),
         };
         let short = |x: f32| number(f64::from(x), 4);
         let flags = match flags(live.out_of_range, live.refused) {

@@ -1,7 +1,8 @@
-//! The structure of `tools/src`: size of folders, import cycles, and files that match on the name of a kind.
+//! The structure of `tools/src`: size of folders, import cycles, and files that match on the name of a kind; the public types of the core.
 
 mod graph;
 mod imports;
+mod types;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -55,6 +56,7 @@ pub fn run(shell: &Shell) -> Result<()> {
         }
     }
     tests_are_listed(&root)?;
+    types::check(&root.join("src"))?;
     if !exceeded.is_empty() {
         bail!("the structure of tools/src has got worse:\n  {}", exceeded.join("\n  "));
     }
