@@ -19,7 +19,7 @@
  *
  *     gmhm_set_largest_step(&joint, top_speed * period);                      // what moves faster is an outlier; without it, gmhm pack --top-speed
  *
- *     gmhm_sample sample = { .deflection_rad = q_motor / ratio - q_output };  // each control period
+ *     gmhm_sample sample = { .deflection_rad = q_motor / ratio - q_output - zero };   // each control period; ratio and zero: gmhm_get_status. From raw counts: gmhm_step_counts
  *     gmhm_output now;
  *     gmhm_step(&joint, &sample, &now);                                       // now.torque_nm, N*m
  *     gmhm_solution aim;
@@ -267,7 +267,7 @@ uint32_t gmhm_sdo_abort(uint16_t code);
  *     if (gmhm_gear_init(&gear, block, sizeof block) != GMHM_OK) { ... }
  *     gmhm_gear_set_largest_step(&gear, top_speed * period);
  *
- *     gmhm_gear_step(&gear, q_motor / ratio - q_output, &now);   // each control period
+ *     gmhm_gear_step(&gear, q_motor / ratio - q_output - zero, &now);   // each control period; ratio and zero: gmhm_gear_get_status. From raw counts: gmhm_pair_read
  *     gmhm_gear_invert(&gear, torque_reference, &aim);
  */
 #define GMHM_GEAR_WORDS 64
