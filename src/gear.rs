@@ -9,6 +9,8 @@ use crate::scalar::{Float, Scalar};
 
 /// Longer sample periods are refused, s: no drive waits thirty years, and their products would overflow `f32`.
 pub const LONGEST_PERIOD_S: f64 = 1e9;
+/// Shorter constant periods of law `time` are refused, s: no control loop runs at a gigahertz, and far below it `f32` cannot tell its memory from none.
+pub const SHORTEST_PERIOD_S: f64 = 1e-9;
 
 /// Torques at one sample: N·m for floats, fractions of the rated torque for fixed point.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -57,13 +59,13 @@ pub struct PeriodError {
 }
 
 impl PeriodError {
-    /// Whether a constant sample period will do: from 0 to [`LONGEST_PERIOD_S`], above 0 in law `time`.
+    /// Whether a constant sample period will do: from 0 to [`LONGEST_PERIOD_S`], in law `time` from [`SHORTEST_PERIOD_S`].
     ///
     /// # Errors
     /// It will not.
     pub const fn check(law: Law, period_s: f64) -> Result<(), Self> {
         // A NaN compares false.
-        let least = if matches!(law, Law::Time) { f64::MIN_POSITIVE } else { 0.0 };
+        let least = if matches!(law, Law::Time) { SHORTEST_PERIOD_S } else { 0.0 };
         if period_s >= least && period_s <= LONGEST_PERIOD_S { Ok(()) } else { Err(Self { period_s }) }
     }
 }
@@ -72,7 +74,7 @@ impl fmt::Display for PeriodError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "the sample period {} s must lie between 0 and {LONGEST_PERIOD_S} s, and above 0 in law time",
+            "the sample period {:e} s must lie between 0 and {LONGEST_PERIOD_S:e} s, in law time from {SHORTEST_PERIOD_S:e} s",
             self.period_s
         )
     }
@@ -122,7 +124,7 @@ impl<S: Float> Gear<S> {
     /// The gear of these parameters at the constant sample period Δ in s.
     ///
     /// # Errors
-    /// [`PeriodError`]: NaN, below zero, beyond [`LONGEST_PERIOD_S`], or 0 in law `time`.
+    /// [`PeriodError`]: NaN, below zero, beyond [`LONGEST_PERIOD_S`], or below [`SHORTEST_PERIOD_S`] in law `time`.
     pub fn with_period(params: &Params, period_s: f64) -> Result<Self, PeriodError> {
         PeriodError::check(params.memory().law, period_s)?;
         Ok(Self::with_law(params, AnyLaw::new(params, period_s)))

@@ -1,7 +1,7 @@
 //! No sample panics, and none poisons the state: each kind of bad input has one defined answer.
 
 use crate::common::*;
-use gmhm::gear::LONGEST_PERIOD_S;
+use gmhm::gear::{LONGEST_PERIOD_S, SHORTEST_PERIOD_S};
 use gmhm::memory::AnyLaw;
 use gmhm::scalar::Float;
 use gmhm::scalar::Scalar;
@@ -80,8 +80,16 @@ fn a_constant_period_that_is_no_time_is_an_error() {
         for period in [f64::NAN, f64::INFINITY, -1.0, 1.001 * LONGEST_PERIOD_S] {
             assert!(Gear::<f64>::with_period(&params, period).is_err(), "{period}");
         }
-        let at_once = Gear::<f64>::with_period(&params, 0.0);
-        assert_eq!(at_once.is_err(), params.memory().law == Law::Time);
+        let is_timed = params.memory().law == Law::Time;
+        for short in [0.0, 1e-300, 0.999 * SHORTEST_PERIOD_S] {
+            assert_eq!(Gear::<f64>::with_period(&params, short).is_err(), is_timed, "{short}");
+            let refused = matches!(Inverse::<f32>::with_period(&params, short), Err(InverseError::Period { .. }));
+            assert_eq!(refused, is_timed, "{short}");
+        }
+        // The shortest is remembered in single precision.
+        let gear = Gear::<f32>::with_period(&params, SHORTEST_PERIOD_S).expect("a period");
+        let mut state: State<f32, N> = gear.start(0.0);
+        assert_ne!(gear.step(&mut state, 0.5 * A as f32).hysteresis, 0.0);
     }
 }
 
@@ -89,7 +97,13 @@ fn a_constant_period_that_is_no_time_is_an_error() {
 fn law_time_without_a_period_refuses_what_brings_none() {
     for params in every_law().into_iter().filter(|p| p.memory().law == Law::Time) {
         let of_period = |period_s| Gear::with_law(&params, AnyLaw::<f64>::new(&params, period_s));
-        let gears = [Gear::new(&params), of_period(f64::NAN), of_period(-1.0), of_period(2.0 * LONGEST_PERIOD_S)];
+        let gears = [
+            Gear::new(&params),
+            of_period(f64::NAN),
+            of_period(-1.0),
+            of_period(1e-300),
+            of_period(2.0 * LONGEST_PERIOD_S),
+        ];
         for gear in gears {
             for gear in [gear, gear.with_largest_step(A)] {
                 let mut state: State<f64, N> = gear.start(0.0);

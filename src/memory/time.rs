@@ -10,8 +10,8 @@
 //! in the last place in `f32`.
 
 use super::{Frame, MemoryLaw, UNKNOWN, VaryingPeriod};
-use crate::gear::LONGEST_PERIOD_S;
-use crate::params::{Gate, Kernel, Params};
+use crate::gear::PeriodError;
+use crate::params::{Gate, Kernel, Law, Params};
 use crate::scalar::{Float, Scalar};
 
 /// The coefficients of law `time` at one sample period.
@@ -128,12 +128,12 @@ impl<S: Float> Rates<S> {
 }
 
 impl<S: Scalar> Time<S> {
-    /// The coefficients of a gear at the sample period Δ > 0 (s), whatever the law that its parameters name. With another period, or one beyond
-    /// [`LONGEST_PERIOD_S`], the law has none: a gear then refuses every sample that does not bring its own.
+    /// The coefficients of a gear at the sample period Δ (s), whatever the law that its parameters name. With a period that [`PeriodError::check`]
+    /// refuses, the law has none: a gear then refuses every sample that does not bring its own.
     #[must_use]
     pub fn new(params: &Params, period_s: f64) -> Self {
         let rates = Rates::new(params);
-        let has_period = period_s > 0.0 && period_s <= LONGEST_PERIOD_S;
+        let has_period = PeriodError::check(Law::Time, period_s).is_ok();
         let period_s = if has_period { period_s } else { 0.0 };
         let TimeStep { forgotten, level, increment } = rates.over(period_s);
         let bound = match rates.kernel {
