@@ -3,7 +3,7 @@
 use crate::common;
 use crate::common::drives;
 use crate::common::drives::{Bench, Session, Told, answers, ask, bench, identify};
-use gmhm::block::{Header, Identity, Joint, ScalarKind, Writer};
+use gmhm::block::{Header, Identity, Joint, ScalarKind, TorqueUnit, Writer};
 use gmhm::diagnostics::{Diagnostics, Fault};
 use gmhm::link::server::{DEFAULT_BOUND, FADE_MS, SESSION_MS, TRIAL_MS};
 use gmhm::link::{Answer, LineCounts, LinkDiagnostics, Origin, Refusal, Request, Tag};
@@ -157,6 +157,34 @@ fn other_terms_do_not_come_on_trial_while_enabled() {
             let new = block_with_friction(torque_nm, gear, 2);
             assert_tried(&old, &new, fits, &format!("{torque_nm} N·m, gear {with_gear} and {gear}"));
         }
+    }
+}
+
+#[test]
+fn another_joint_does_not_come_on_trial_while_enabled() {
+    let of = |joint: &Joint, torque_unit, sequence| {
+        let params = gear(1.0, 1.0);
+        let mut buffer = [0; 1024];
+        let header = Header { sequence, torque_unit, ..Header::new(Identity::NONE, ScalarKind::F32) };
+        let mut writer = Writer::new(&mut buffer, header);
+        writer.gear(&Gear::<f32>::new(&params), &params).expect("a gear");
+        writer.joint(joint).expect("a joint");
+        let length = writer.finish().expect("room");
+        buffer[..length].to_vec()
+    };
+    let joint = Joint { ratio: Some(100.0), deflection_zero_rad: 0.1255, motor_side: false };
+    let newton_metre = TorqueUnit::NewtonMetre;
+    let old = of(&joint, newton_metre, 1);
+    for (other, unit, fits) in [
+        (joint, newton_metre, true),
+        // As much of a torque as the rated one.
+        (Joint { deflection_zero_rad: 0.1255 + common::A, ..joint }, newton_metre, false),
+        (Joint { ratio: Some(101.0), ..joint }, newton_metre, false),
+        (Joint { ratio: Some(-100.0), ..joint }, newton_metre, false),
+        (Joint { motor_side: true, ..joint }, newton_metre, false),
+        (joint, TorqueUnit::Ampere, false),
+    ] {
+        assert_tried(&old, &of(&other, unit, 2), fits, &format!("{other:?} in {unit:?}"));
     }
 }
 

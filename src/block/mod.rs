@@ -76,6 +76,6 @@ pub use record::{Block, FieldValues, MOST_BYTES, Record, Records, verify, verify
 pub use scales::{Scales, ScalesRecord};
 pub use term::TermRecord;
 #[cfg(feature = "link")]
-pub(crate) use term::digest_of_terms;
+pub(crate) use term::digest_beside_gear;
 pub use word::{ScalarKind, Word};
 pub use write::{Writer, stamp};

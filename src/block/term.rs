@@ -15,7 +15,7 @@ use super::error::BlockError;
 use super::layout::FIRST_TERM;
 use super::record::Record;
 #[cfg(feature = "link")]
-use super::{Block, crc32};
+use super::{Block, JOINT, TorqueUnit, crc32};
 use crate::terms::{Form, KeyInfo, KindInfo, Setting, Source, Term, TermError, Value, kind, kind_of_tag, tag_of_kind};
 
 /// The most keys of a kind.
@@ -48,11 +48,12 @@ fn is_shape(key: &KeyInfo) -> bool {
     key.name == "shape"
 }
 
-/// A digest of the records of a block's terms: the same where the terms are.
+/// A digest of what a block says beside its gear: the same where terms, ratio, zero, side and unit of the torque are.
 #[cfg(feature = "link")]
-pub(crate) fn digest_of_terms(block: &Block<'_>) -> u32 {
-    let terms = block.records().filter(|record| TermRecord::kind(record).is_some());
-    terms.fold(0, |digest, record| digest.rotate_left(7) ^ u32::from(record.tag) ^ crc32(record.payload))
+pub(crate) fn digest_beside_gear(block: &Block<'_>) -> u32 {
+    let beside = block.records().filter(|record| record.tag == JOINT.tag || TermRecord::kind(record).is_some());
+    let unit = u32::from(block.header().torque_unit == TorqueUnit::Ampere);
+    beside.fold(unit, |digest, record| digest.rotate_left(7) ^ u32::from(record.tag) ^ crc32(record.payload))
 }
 
 impl TermRecord {

@@ -1,4 +1,4 @@
-//! How far the torques of two blocks can be apart: what parameters on trial are bounded by while the drive is enabled. Their terms are the same.
+//! How far the torques of two blocks can be apart: what parameters on trial are bounded by while the drive is enabled. Their terms, ratio, zero, side and unit are the same.
 //!
 //! With f the elastic torque, A the rated deflection in force and Δz the largest difference of the hysteresis torques, whatever the path ([`Hysteresis`]), other parameters
 //! are within a share s where for all deflections up to 1.5·A, which no gear bears for long,
@@ -14,7 +14,7 @@
 use super::hysteresis::Hysteresis;
 use crate::block::joint::single;
 use crate::block::prepared::words;
-use crate::block::{Block, GEAR, LARGEST_STEP, ScalarKind, digest_of_terms};
+use crate::block::{Block, GEAR, LARGEST_STEP, ScalarKind, digest_beside_gear};
 use crate::elastic::{ElasticTorque, Polynomial};
 
 /// No deflection counts beyond so many times the rated one.
@@ -24,7 +24,7 @@ const LARGEST_KNEE: f32 = crate::elastic::LARGEST_KNEE as f32;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Bounds {
     rating: Option<Rating>,
-    terms: u32,
+    beside: u32,
     gate: Gate,
 }
 
@@ -33,10 +33,10 @@ impl Bounds {
     pub(super) fn of(block: &Block<'_>) -> Self {
         let rating = Rating::of(block);
         let gate = Gate::of(block, rating.as_ref());
-        Self { rating, terms: digest_of_terms(block), gate }
+        Self { rating, beside: digest_beside_gear(block), gate }
     }
 
-    /// Whether another block gives the torques of this one within a share of them, by the same terms and from samples that pass a gate at most this share wider; an infinite share allows every block.
+    /// Whether another block gives the torques of this one within a share of them, by the same terms, in the same joint and from samples that pass a gate at most this share wider; an infinite share allows every block.
     pub(super) fn allow(&self, block: &Block<'_>, share: f32) -> bool {
         let other = Self::of(block);
         let is_within = match (&self.rating, &other.rating) {
@@ -44,7 +44,7 @@ impl Bounds {
             (rating, other) => rating.is_none() && other.is_none(),
         };
         let is_gated = self.gate.bounds(&other.gate, share);
-        share == f32::INFINITY || (other.terms == self.terms && is_gated && is_within)
+        share == f32::INFINITY || (other.beside == self.beside && is_gated && is_within)
     }
 }
 

@@ -51,7 +51,7 @@ pub enum Refusal {
     NotOnTrial = 20,
     /// No parameters are in force.
     NoParameters = 21,
-    /// The drive is enabled, and the parameters are too far from those in force or have other terms.
+    /// The drive is enabled, and the parameters are too far from those in force or have other terms or another ratio, zero, side or unit.
     Bound = 22,
     /// Another host has a session open.
     Busy = 23,
@@ -157,7 +157,7 @@ impl fmt::Display for Refusal {
             Self::OnTrial => "parameters are on trial: revert or commit them first",
             Self::NotOnTrial => "no parameters are on trial",
             Self::NoParameters => "no parameters are in force",
-            Self::Bound => "the drive is enabled, and the parameters are too far from those in force or have other terms",
+            Self::Bound => "the drive is enabled, and the parameters are too far from those in force or have other terms or another ratio, zero, side or unit",
             Self::Locked => "the drive has a key, and the request does not prove that its host knows it",
             Self::NoAdaptation => {
                 "it adapts nothing: no parameters of law masing are in force, or its firmware has no adaptation"
