@@ -201,7 +201,7 @@ fn encoders_of<S: Word>() {
     // Another block, or one without a ratio.
     let (other, _) = block::<S>(&params);
     let other = verify(&other).expect("a block");
-    assert_eq!(prepared.encoders(&other, mounting, mounting), Err(SetupError::Ratio));
+    assert_eq!(prepared.encoders(&other, mounting, mounting), Err(SetupError::Block));
     let without = Prepared::<S>::of_block(&other, 16).expect("a good block");
     assert_eq!(without.encoders(&other, mounting, mounting), Err(SetupError::Ratio));
 }

@@ -291,14 +291,13 @@ impl<S: Word, L: PreparedLaw<S>> Prepared<S, L> {
     /// The encoders of the joint, with ratio, zero and rated deflection of the block that this was loaded from.
     ///
     /// # Errors
-    /// [`SetupError`]: no ratio that is a fraction. Another block than the one that this was loaded from has none.
+    /// [`SetupError`]: no ratio that is a fraction, another block than the one that this was loaded from.
     pub fn encoders(&self, block: &Block<'_>, motor: Mounting, output: Mounting) -> Result<Setup, SetupError> {
-        let (Ok(joint), Ok(scales)) = (JointRecord::of_block(block), ScalesRecord::of_block(block)) else {
-            return Err(SetupError::Ratio);
+        let (Ok(joint), Ok(scales), true) =
+            (JointRecord::of_block(block), ScalesRecord::of_block(block), block.crc() == self.crc)
+        else {
+            return Err(SetupError::Block);
         };
-        if block.crc() != self.crc {
-            return Err(SetupError::Ratio);
-        }
         joint.joint().encoders(motor, output, scales.scales().rated_deflection_rad)
     }
 

@@ -119,7 +119,7 @@ pub struct CompensatedServoState<
 }
 
 impl<S: Float<Carry = S> + FromCounts, L: Invertible<S>, const K: usize> CompensatedServo<S, L, K> {
-    /// A servo on a feed-forward with terms. Its control period is that of the gains; [`ServoSetup::feed_forward`] is not read.
+    /// A servo on a feed-forward with terms. Its control period is that of the gains, for which the feed-forward must be made, too: its limits count periods. [`ServoSetup::feed_forward`] is not read.
     ///
     /// # Errors
     /// [`ServoError`].

@@ -128,6 +128,8 @@ pub enum SetupError {
     Deflection,
     /// The least common multiple is so fine that the deflection leaves 32 bits: fewer counts on one of them will do.
     TooFine,
+    /// The stored block is another one than the gear was loaded from, or says nothing of its joint.
+    Block,
 }
 
 impl fmt::Display for SetupError {
@@ -139,6 +141,9 @@ impl fmt::Display for SetupError {
                 "rated_deflection_rad must be positive, and both it and deflection_zero_rad below half a turn"
             }
             Self::TooFine => "the encoders have no common unit that is coarse enough: drop bits of one of them",
+            Self::Block => {
+                "the stored block is another one than the gear was loaded from, or says nothing of its joint"
+            }
         })
     }
 }

@@ -113,7 +113,7 @@ impl<S: Float<Carry = S> + FromCounts> Servo<S> {
 
 impl<S: Float<Carry = S> + FromCounts, L: Invertible<S>> Servo<S, L> {
     /// A servo on a feed-forward that is set up already, such as that of a stored block ([`FeedForward::of_inverse`], `Parameters::feed_forward`). Its control period is that of the
-    /// gains; [`ServoSetup::feed_forward`] is not read.
+    /// gains, for which the feed-forward must be made, too: its limits count periods. [`ServoSetup::feed_forward`] is not read.
     ///
     /// # Errors
     /// [`ServoError`].
