@@ -178,7 +178,7 @@ impl Dataset<'_> {
         }
         let extended = &found.extended.model;
         let fit = self.fit(extended, &self.parameters(extended, search), None, STEPS_OF_LIKELIHOOD)?;
-        let left = self.curves_beside(&fit)?;
+        let left = self.curves_beside(&fit, PART_LEFT)?;
         Ok(left.iter().any(|curve| !curve.coherent && curve.net() > STRUCTURE_LEFT && curve.part > PART_LEFT))
     }
 

@@ -156,7 +156,6 @@ impl Dataset<'_> {
             base: base.clone(),
             extended,
             effects,
-            curves: Vec::new(),
             rejected,
             noise_part: (selection.free_squares / selection.selected_squares.max(f64::MIN_POSITIVE)).sqrt().min(1.0),
         })

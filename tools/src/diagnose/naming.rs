@@ -7,7 +7,7 @@ use crate::diagnose::curve_term::curve_term;
 use crate::diagnose::diagnosis::{Naming, UNKNOWN};
 use crate::diagnose::explain::{Alternative, Search};
 use crate::diagnose::nonparametric;
-use crate::diagnose::nonparametric::{Coordinates, Explained as Curve};
+use crate::diagnose::nonparametric::{Coordinates, Explained as Curve, LEAST_PART};
 use crate::diagnose::search::{Outcome, part};
 use crate::kinds;
 use crate::model::{Model, Term, TermValue};
@@ -54,8 +54,6 @@ pub struct DiagnosisVerdict {
     pub extended: Fitted,
     /// What was found, the largest first.
     pub effects: Vec<EffectVerdict>,
-    /// Where the residual of the base model sits.
-    pub curves: Vec<Curve>,
     /// What was tried beside the final model, and found wanting: kind, gain, numbers.
     pub rejected: Vec<(String, f64, usize)>,
     /// The part of the rms that the extended model leaves of which no curve predicts any: noise, as far as can be told.
@@ -113,7 +111,6 @@ impl Dataset<'_> {
     /// A model that cannot be evaluated.
     pub fn verdict(&self, outcome: Outcome, search: Search<'_>) -> Result<DiagnosisVerdict, DiagnoseError> {
         let Outcome { base, mut extended, effects, rejected, .. } = outcome;
-        let curves = self.curves_beside(&base)?;
         let power = |residual: &[f64]| {
             let masked = self.layout().masked(residual);
             masked.iter().map(|r| r * r).sum::<f64>()
@@ -124,13 +121,13 @@ impl Dataset<'_> {
         for effect in effects {
             let kind = extended.model.terms[effect.term].kind.clone();
             let rest = effect.rest;
-            let curves = self.curves_beside(&rest)?;
+            let own_part = part(&extended, &rest);
+            let curves = self.curves_beside(&rest, LEAST_SHARED_PART * own_part)?;
             let mut tried = effect.alternatives;
             let elements = kinds::elements(&extended.model.terms[effect.term]);
             self.grow(&rest, &mut tried, elements, search)?;
             let own = tried.iter().filter(|a| a.kind == kind).map(|a| a.gain).fold(effect.gain, f64::max);
             let (own_parameters, n) = (effect.parameters, (self.counted() as f64).ln());
-            let own_part = part(&extended, &rest);
             let equivalent = |a: &&Alternative| {
                 let shows = part(&a.fit, &rest) > LEAST_SHARED_PART * own_part;
                 let extra = a.parameters as f64 - own_parameters as f64;
@@ -201,7 +198,7 @@ impl Dataset<'_> {
         }
         // What an approximation leaves is no further unexplained structure.
         let known = |e: &EffectVerdict| e.name != UNKNOWN || (e.closest.is_none() && e.term.is_some());
-        let mut left = self.curves_beside(&extended)?;
+        let mut left = self.curves_beside(&extended, LEAST_PART)?;
         while verdicts.iter().all(known) && verdicts.iter().filter(|e| e.name == UNKNOWN).count() < MOST_UNKNOWN {
             let total = base.minus_two_log_likelihood - extended.minus_two_log_likelihood;
             let Some(unexplained) = self.unexplained(&extended, &left, STRUCTURE.max(MOST_UNEXPLAINED_PART * total))
@@ -239,7 +236,7 @@ impl Dataset<'_> {
                 fidelity: None,
                 naming: Naming::Unknown,
             });
-            left = self.curves_beside(&extended)?;
+            left = self.curves_beside(&extended, LEAST_PART)?;
         }
         // What a curve still shows in a kind's own coordinate the kind has not explained.
         let strange = verdicts.iter().filter(|e| e.name == UNKNOWN && e.closest.is_none());
@@ -265,7 +262,7 @@ impl Dataset<'_> {
         let foreseen = left.iter().filter(|c| !c.coherent && c.is_structure(STRUCTURE) && self.predicts(&extended, c));
         let noise_part = (1.0 - foreseen.map(|c| c.part).fold(0.0, f64::max)).sqrt();
         let rejected = rejected.into_iter().map(|a| (a.kind.to_owned(), a.gain, a.parameters)).collect();
-        Ok(DiagnosisVerdict { mismatch: !effects.is_empty(), base, extended, effects, curves, rejected, noise_part })
+        Ok(DiagnosisVerdict { mismatch: !effects.is_empty(), base, extended, effects, rejected, noise_part })
     }
 
     /// Whether what makes a term its kind is there: whether it explains more than special cases of it do.
@@ -316,14 +313,12 @@ impl Dataset<'_> {
         }
     }
 
-    /// Curves over every coordinate beside a fitted model, the best first.
-    pub fn curves_beside(&self, fit: &Fitted) -> Result<Vec<Curve>, DiagnoseError> {
+    /// Curves over every coordinate beside a fitted model, the best first, exact for those that take `least_part` of the squared residual.
+    pub fn curves_beside(&self, fit: &Fitted, least_part: f64) -> Result<Vec<Curve>, DiagnoseError> {
         let evaluations = self.evaluate(&fit.model)?;
         let see = Coordinates::new(self, &evaluations);
         let curves = nonparametric::curves(self, &see, fit);
-        let mut located = self.locate(fit, &curves);
-        located.retain(|c| c.gain.is_finite());
-        Ok(located)
+        Ok(self.locate(fit, &curves, least_part))
     }
 
     /// Lets kinds of several elements have as many as the one that was found.

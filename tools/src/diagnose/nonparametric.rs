@@ -12,6 +12,7 @@ use crate::numerics::vector::dot;
 use crate::physics::Evaluation;
 use crate::regression::dataset::Dataset;
 use crate::regression::fit::Fitted;
+use crate::regression::likelihood::Profile;
 
 /// What can be seen of a recording, row by row.
 pub struct Coordinates {
@@ -76,7 +77,7 @@ pub struct Explained {
 }
 
 /// Structure is at least this part of the squared residual.
-const LEAST_PART: f64 = 0.05;
+pub const LEAST_PART: f64 = 0.05;
 
 /// What the strongest of some hundred lines gains from noise, beyond a line that was not picked: 2 ln 400.
 const PICKED: f64 = 12.0;
@@ -360,41 +361,48 @@ pub fn curves(dataset: &Dataset<'_>, see: &Coordinates, fit: &Fitted) -> Vec<Cur
 }
 
 impl Dataset<'_> {
-    /// Every curve beside a fitted model, refitted with it, the best first.
-    pub fn locate(&self, fit: &Fitted, curves: &[Curve]) -> Vec<Explained> {
+    /// Every curve beside a fitted model, refitted with it, the best first. Those that take less than `least_part` of the squared residual even by plain least squares are
+    /// fitted by these.
+    pub fn locate(&self, fit: &Fitted, curves: &[Curve], least_part: f64) -> Vec<Explained> {
         let layout = self.layout();
         let base = fit.parameter_columns();
-        let explain = |curve: &Curve| {
-            let mut columns = base.clone();
-            columns.extend(curve.columns.iter().map(Vec::as_slice));
-            let profile = if curve.coherent {
-                layout.profile(&columns, &fit.residual, &layout.white(), 1)
+        let power = dot(&fit.residual, &fit.residual);
+        let columns: Vec<Vec<&[f64]>> = curves
+            .iter()
+            .map(|curve| base.iter().copied().chain(curve.columns.iter().map(Vec::as_slice)).collect())
+            .collect();
+        let plain: Vec<Profile> =
+            columns.par_iter().map(|columns| layout.plain_profile(columns, &fit.residual)).collect();
+        let part = |profile: &Profile| 1.0 - dot(&profile.residual, &profile.residual) / power;
+        let explain = |((curve, columns), plain): ((&Curve, &Vec<&[f64]>), Profile)| {
+            let profile = if curve.coherent || part(&plain) < least_part {
+                plain
             } else {
-                layout.best_profile(&columns, &fit.residual, &fit.noise)
+                layout.better_profile(plain, columns, &fit.residual, &fit.noise)
             };
             let mut contribution = vec![0.0; self.len()];
             for (column, weight) in curve.columns.iter().zip(&profile.coefficients[base.len()..]) {
                 contribution.iter_mut().zip(column).for_each(|(c, x)| *c += weight * x);
             }
-            let left = dot(&profile.residual, &profile.residual) / dot(&fit.residual, &fit.residual);
+            let part = part(&profile);
             Explained {
                 coordinate: curve.coordinate,
                 // An autoregression of what a tone leaves where it begins and ends holds the tone itself: the gain is that in white noise.
                 gain: if curve.coherent {
-                    -(self.counted() as f64) * left.ln()
+                    -(self.counted() as f64) * (-part).ln_1p()
                 } else {
                     fit.minus_two_log_likelihood - profile.minus_two_log_likelihood
                 },
                 columns: curve.columns.len(),
                 picked: curve.picked,
-                part: 1.0 - left,
+                part,
                 contribution,
                 basis: curve.columns.clone(),
                 noise: profile.noise,
                 coherent: curve.coherent,
             }
         };
-        let mut found: Vec<Explained> = curves.par_iter().map(explain).collect();
+        let mut found: Vec<Explained> = curves.par_iter().zip(&columns).zip(plain).map(explain).collect();
         found.retain(|c| c.gain.is_finite());
         found.sort_by(|a, b| b.net().total_cmp(&a.net()));
         let mut seen: Vec<&str> = Vec::new();

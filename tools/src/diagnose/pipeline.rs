@@ -96,6 +96,7 @@ pub fn diagnose(
     progress.report("searching", 0.15);
     let stride = dataset.len().div_ceil(SEARCH_ROWS);
     let thin = dataset.thinned(stride, &plain.residual);
+    let thin = thin.in_means_within(LOST_IN_MEANS * dataset.rms(&plain.residual), &plain.model)?;
     let mut found = thin.searched(plain, search, progress)?;
     let as_given = thin.rms(&thin.centred(&thin.total(&model)?));
     if found.verdict.mismatch && thin.rms_of_blocks(&found.verdict.extended) > as_given {
@@ -203,6 +204,9 @@ struct Searched<'r> {
     suggestions: Vec<Suggestion>,
 }
 
+/// Means of a gear's signals stand for the signals where that loses less than this share of what the base model leaves (rms).
+const LOST_IN_MEANS: f64 = 0.01;
+
 /// Friction of the wrong sign that would save this share of what is predictable: the torque is on the other side of the gear.
 const WRONG_SIGN: f64 = 0.1;
 
@@ -277,6 +281,17 @@ impl Dataset<'_> {
         Ok(Searched { verdict, selection, search, suggestions })
     }
 
+    /// The same on means of the signals where a gear moves so slowly that its torque along them differs by at most `allowed` (rms) from the means of its torque.
+    fn in_means_within(self, allowed: f64, model: &Model) -> Result<Self, DiagnoseError> {
+        if self.stride == 1 || !model.has_gear() {
+            return Ok(self);
+        }
+        let means = self.with_mean_signals();
+        let lost: Vec<f64> = self.total(model)?.iter().zip(&means.total(model)?).map(|(a, b)| a - b).collect();
+        let lost = self.without_offsets(&self.layout().white(), &lost);
+        Ok(if self.rms(&lost) < allowed { means } else { self })
+    }
+
     /// Root mean square of the rows that count.
     fn rms(&self, residual: &[f64]) -> f64 {
         let masked = self.layout().masked(residual);
@@ -312,3 +327,42 @@ fn turns(x: &[f64]) -> Vec<usize> {
 
 /// Over so many rows before and after a signal is seen to turn.
 const LAG: usize = 4;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::parse;
+
+    #[test]
+    fn a_gear_is_followed_along_means_only_where_it_moves_slowly() {
+        let text = r#"format = 1
+            [gear]
+            rated_deflection_rad = 1e-3
+            [elastic]
+            c1_nm_per_rad = 2.4e4
+            c2_nm_per_rad3 = 2.1e9
+            c3_nm_per_rad5 = 0.0
+            [memory]
+            law = "masing"
+            alpha = 2.3e6
+            beta_per_s = 416.0
+            omega_per_s = 200.0
+"#;
+        let model = parse("gear.toml", text).unwrap();
+        for (rad_per_s, in_means) in [(2.0, true), (600.0, false)] {
+            let time_s: Vec<f64> = (0..6000).map(|row| 0.001 * f64::from(row)).collect();
+            let mut recording = Recording {
+                name: "gear".into(),
+                deflection_rad: Some(time_s.iter().map(|t| 8e-4 * (rad_per_s * t).sin()).collect()),
+                time_s: time_s.into(),
+                ..Recording::default()
+            };
+            recording.torque = Some(crate::physics::predict(&model, None, &recording).unwrap().torque.into());
+            let recordings = [recording];
+            let dataset = Dataset::new(&recordings, &model).unwrap();
+            let thin = dataset.thinned(4, &vec![0.0; dataset.len()]).in_means_within(0.01, &model).unwrap();
+            assert_eq!(thin.stride == 1, in_means, "{rad_per_s} rad/s");
+            assert_eq!(thin.len(), 1500);
+        }
+    }
+}

@@ -95,10 +95,7 @@ impl BlockGram {
             })
             .collect();
         let segments = segments(spans);
-        let gram = |ranges: &[Range<usize>]| {
-            let part = gather(columns, Some(&scale), ranges, counts);
-            part.transpose() * &part
-        };
+        let gram = |ranges: &[Range<usize>]| gram_of(&gather(columns, Some(&scale), ranges, counts));
         let parts: Vec<[DMatrix<f64>; 3]> = segments.iter().map(|s| [gram(&s[0]), gram(&s[1]), gram(&s[2])]).collect();
         let held: Vec<DMatrix<f64>> = parts.iter().map(|[a, b, c]| a + b + c).collect();
         let total = held.iter().fold(DMatrix::zeros(columns.len(), columns.len()), |sum, g| sum + g);
@@ -236,6 +233,22 @@ fn gather(columns: &[Vec<f64>], scale: Option<&[f64]>, ranges: &[Range<usize>], 
     DMatrix::from_vec(rows.len(), columns.len(), data)
 }
 
+/// Columns of a Gram matrix taken at a time.
+const WIDTH: usize = 64;
+
+/// XᵀX: below its diagonal as products, above it mirrored.
+fn gram_of(x: &DMatrix<f64>) -> DMatrix<f64> {
+    let (count, rows) = (x.ncols(), x.transpose());
+    let mut gram = DMatrix::zeros(count, count);
+    for from in (0..count).step_by(WIDTH) {
+        let width = WIDTH.min(count - from);
+        let below = rows.rows(from, count - from) * x.columns(from, width);
+        gram.view_mut((from, from), (count - from, width)).copy_from(&below);
+    }
+    gram.fill_upper_triangle_with_lower_triangle();
+    gram
+}
+
 fn part(gram: &DMatrix<f64>, chosen: &[usize]) -> DMatrix<f64> {
     DMatrix::from_fn(chosen.len(), chosen.len(), |i, j| gram[(chosen[i], chosen[j])])
 }
@@ -264,4 +277,15 @@ fn solve(gram: DMatrix<f64>, h: &DMatrix<f64>, ridges: &[f64]) -> DMatrix<f64> {
 pub fn t_of_blocks(gains: &[f64]) -> f64 {
     let squares = DVector::from_column_slice(gains).norm();
     if squares > 0.0 { gains.iter().sum::<f64>() / squares } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_gram_matrix_is_the_product_of_its_columns() {
+        let x = DMatrix::from_fn(31, 2 * WIDTH + 5, |i, j| ((7 * i + 3 * j * j) % 101) as f64 - 50.0);
+        assert!((gram_of(&x) - x.transpose() * &x).amax() < 1e-9);
+    }
 }

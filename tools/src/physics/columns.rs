@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex};
 
-use gmhm::terms::{Domain, Form, KeyInfo, KindInfo, Range, Role};
+use gmhm::terms::{Domain, Form, KeyInfo, KindInfo, Role};
 
 use super::error::PredictError;
 use super::evaluate::{Followed, RecordingContext};
@@ -66,8 +66,6 @@ pub struct Evaluation<'a> {
 
 /// Linear keys of deflection terms are moved by this share of their plausible range to take a derivative.
 const DEFLECTION_STEP: f64 = 1e-3;
-/// Other keys are moved by this share of themselves, or of a hundredth of their plausible range if that is more.
-const SHAPE_STEP: f64 = 1e-4;
 
 impl<'a> Evaluation<'a> {
     /// Evaluates a model on a recording, like [`predict`](super::predict()).
@@ -137,7 +135,7 @@ impl<'a> Evaluation<'a> {
     ///
     /// Exact where the torque is linear in them: total = [`total`](Self::total) + Σ value · column. For deflection terms the columns are the derivative about the linear values given,
     /// or about 0: dT/dθ along the path times what a unit takes out of the deflection, turning points included; take a step, then ask again there.
-    /// Empty for kinds without linear keys (backlash, time skew, thermal friction, a piecewise windup): see [`tangent`](Self::tangent).
+    /// Empty for kinds without linear keys (backlash, time skew, thermal friction, a piecewise windup).
     ///
     /// # Errors
     /// Keys that are refused, signals that are missing.
@@ -145,37 +143,17 @@ impl<'a> Evaluation<'a> {
         let Some(info) = term.info() else { return self.change(term).map(|_| Vec::new()) };
         let mut zero = term.clone();
         let places = linear_places(info, &mut zero);
+        let here = if info.domain == Domain::Deflection { self.with(&zero)? } else { Vec::new() };
         places
             .into_iter()
             .map(|(key, index)| {
                 let values = match info.domain {
-                    Domain::Deflection => self.tangent(&zero, key, index)?,
+                    Domain::Deflection => self.slope(&here, &zero, key, index)?,
                     _ => self.unit(&zero, key, index)?,
                 };
                 Ok(UnitColumn { key, index, values })
             })
             .collect()
-    }
-
-    /// The derivative of the total by any number of a term, at the term's values: the whole chain on both sides of it, or on the side that the key accepts.
-    ///
-    /// # Errors
-    /// Keys that are refused, signals that are missing.
-    pub fn tangent(&self, term: &Term, key: &'static KeyInfo, index: Option<usize>) -> Result<Vec<f64>, PredictError> {
-        let value = get(term, key, index);
-        let span = key.plausible.1 - key.plausible.0;
-        let step = match key.role {
-            Role::Linear => DEFLECTION_STEP * span,
-            _ => SHAPE_STEP * value.abs().max(0.01 * span),
-        };
-        let lowest = match key.range {
-            Range::Positive => 0.5 * value,
-            range => range.lowest(),
-        };
-        let (low, high) = ((value - step).max(lowest), value + step);
-        let at = |value: f64| self.with(&set(term, key, index, value));
-        let (above, below) = (at(high)?, at(low)?);
-        Ok(above.iter().zip(&below).map(|(above, below)| (above - below) / (high - low)).collect())
     }
 
     /// What a term of the model adds to the total at other values of its own; `None` where other parts of the model change with it.
@@ -225,6 +203,19 @@ impl<'a> Evaluation<'a> {
     fn key_of(&self, term: &Term) -> String {
         let scales = self.terms.only(|term| term.info().domain == Domain::FrictionScale);
         format!("{term:?} {:?} {:?} {:?}", scales.terms(), self.terms.delay(), self.side)
+    }
+
+    /// The change of the total `here` per unit of a linear number of a deflection term, from a small step of it through the whole chain.
+    fn slope(
+        &self,
+        here: &[f64],
+        term: &Term,
+        key: &'static KeyInfo,
+        index: Option<usize>,
+    ) -> Result<Vec<f64>, PredictError> {
+        let step = DEFLECTION_STEP * (key.plausible.1 - key.plausible.0);
+        let moved = self.with(&set(term, key, index, get(term, key, index) + step))?;
+        Ok(moved.iter().zip(here).map(|(moved, here)| (moved - here) / step).collect())
     }
 
     /// The total with a term more.

@@ -13,7 +13,7 @@ use crate::regression::error::EstimateError;
 use crate::regression::likelihood::Layout;
 use crate::regression::parameters;
 use crate::regression::parameters::FreeParameter;
-use crate::regression::variable_projection::{VariableProjection, Weights};
+use crate::regression::variable_projection::{Iterate, VariableProjection, Weights};
 
 /// A model fitted to the dataset, and what the next step needs of it.
 #[derive(Clone)]
@@ -104,27 +104,41 @@ impl Dataset<'_> {
         most_steps: usize,
         beside: Option<&Fitted>,
     ) -> Result<Fitted, EstimateError> {
-        if noise.is_some() {
-            return self.fit_from(model, free, noise, most_steps, beside);
+        let from = Iterate::with_columns(self, model, free, beside)?;
+        match noise {
+            Some(noise) => self.fit_from(from, free, noise, most_steps, beside),
+            None => self.fit_from_white(from, free, most_steps, beside),
         }
-        let white = self.descend(model, free, None, WHITE_STEPS, beside)?;
-        self.descend(&white.model, free, Some(&white.noise), most_steps, beside)
+    }
+
+    /// [`fit`](Self::fit) from white noise.
+    fn fit_from_white(
+        &self,
+        from: Iterate,
+        free: &[FreeParameter],
+        most_steps: usize,
+        beside: Option<&Fitted>,
+    ) -> Result<Fitted, EstimateError> {
+        let Fitted { model, mut columns, noise, .. } = self.descend(from, free, None, WHITE_STEPS, beside)?;
+        columns.truncate(free.len());
+        let from = Iterate::at(self, &model, columns.into_iter().map(Some).collect())?;
+        self.descend(from, free, Some(&noise), most_steps, beside)
     }
 
     /// [`fit`](Self::fit) from a first guess of the noise, and from white noise where that ends better.
     fn fit_from(
         &self,
-        model: &Model,
+        from: Iterate,
         free: &[FreeParameter],
-        noise: Option<&[Noise]>,
+        noise: &[Noise],
         most_steps: usize,
         beside: Option<&Fitted>,
     ) -> Result<Fitted, EstimateError> {
-        let direct = self.descend(model, free, noise, most_steps, beside)?;
         if most_steps < WHITE_STEPS {
-            return Ok(direct);
+            return self.descend(from, free, Some(noise), most_steps, beside);
         }
-        let white = self.fit_beside(model, free, None, most_steps, beside)?;
+        let direct = self.descend(from.clone(), free, Some(noise), most_steps, beside)?;
+        let white = self.fit_from_white(from, free, most_steps, beside)?;
         let better = white.minus_two_log_likelihood < direct.minus_two_log_likelihood;
         let drifted = dot(&direct.residual, &direct.residual) > ASTRAY * dot(&white.residual, &white.residual);
         // Either is a point of the same model, so the better likelihood is the model's.
@@ -138,7 +152,7 @@ impl Dataset<'_> {
     /// # Errors
     /// A model that cannot be evaluated.
     pub fn or_plain(&self, fit: Fitted) -> Result<Fitted, EstimateError> {
-        let plain = self.descend(&fit.model, &fit.parameters, None, PLAIN_STEPS, None)?;
+        let plain = self.plain_fit(&fit.model, &fit.parameters, PLAIN_STEPS)?;
         Ok(if self.rms_of_blocks(&plain) < CLEARLY * self.rms_of_blocks(&fit) { plain } else { fit })
     }
 
@@ -147,13 +161,13 @@ impl Dataset<'_> {
     /// # Errors
     /// A model that cannot be evaluated.
     pub fn plain_fit(&self, model: &Model, free: &[FreeParameter], most_steps: usize) -> Result<Fitted, EstimateError> {
-        self.descend(model, free, None, most_steps, None)
+        self.descend(Iterate::with_columns(self, model, free, None)?, free, None, most_steps, None)
     }
 
     /// Goes down against `noise`, fitted anew before each step; without it against white noise to the end.
     fn descend(
         &self,
-        model: &Model,
+        from: Iterate,
         free: &[FreeParameter],
         noise: Option<&[Noise]>,
         most_steps: usize,
@@ -162,7 +176,7 @@ impl Dataset<'_> {
         let layout = self.layout();
         let plain = noise.is_none();
         let weights = noise.map_or(Weights::White, |noise| Weights::Coloured(noise.to_vec()));
-        let (mut projection, from) = VariableProjection::start(self, model, free, weights, beside, most_steps)?;
+        let mut projection = VariableProjection::start(self, &from, free, weights, beside, most_steps);
         let schedule = projection.schedule();
         let (mut iterate, _) = descend(&mut projection, from, schedule, &())?;
         let mut columns = projection.columns(&mut iterate)?;

@@ -127,7 +127,16 @@ impl Layout<'_> {
     ///
     /// What only trades structure for slow noise, and leaves more than there was, is no fit.
     pub fn best_profile(&self, columns: &[&[f64]], y: &[f64], from: &[Noise]) -> Profile {
-        let plain = self.profile(columns, y, &self.white(), 1);
+        self.better_profile(self.plain_profile(columns, y), columns, y, from)
+    }
+
+    /// The fit by plain least squares: none leaves less.
+    pub fn plain_profile(&self, columns: &[&[f64]], y: &[f64]) -> Profile {
+        self.profile(columns, y, &self.white(), 1)
+    }
+
+    /// [`best_profile`](Self::best_profile) where the one by plain least squares is known.
+    pub fn better_profile(&self, plain: Profile, columns: &[&[f64]], y: &[f64], from: &[Noise]) -> Profile {
         let fresh = self.profile(columns, y, &plain.noise, 2);
         let direct = self.profile(columns, y, from, 3);
         let most = TRADED * dot(y, y);

@@ -21,7 +21,7 @@ use crate::numerics::bounded::damped_step;
 use crate::numerics::levenberg_marquardt::{Descend, Linearisation, Schedule};
 use crate::numerics::qr::Triangle;
 use crate::numerics::vector::dot;
-use crate::physics::PredictError;
+use crate::physics::{Evaluation, PredictError};
 use crate::regression::dataset::Dataset;
 use crate::regression::fit::Fitted;
 use crate::regression::parameters;
@@ -46,7 +46,7 @@ pub struct VariableProjection<'w, 's> {
 }
 
 /// Where a fit stands.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub struct Iterate {
     /// The model.
     pub model: Model,
@@ -79,23 +79,19 @@ pub enum Weights {
 }
 
 impl<'w, 's> VariableProjection<'w, 's> {
-    /// A fit of some parameters of a model, starting at its values. Parameters that `beside` has fitted keep the columns of that fit. A step is rejected if it leaves
+    /// A fit of some parameters of a model, starting where an iterate stands. Parameters that `beside` has fitted keep the columns of that fit. A step is rejected if it leaves
     /// more than 1.3 times the squares of the start, or of `beside` if those are larger.
-    ///
-    /// # Errors
-    /// A model that cannot be evaluated.
     pub fn start(
         dataset: &'w Dataset<'s>,
-        model: &Model,
+        from: &Iterate,
         free: &'w [FreeParameter],
         weights: Weights,
         beside: Option<&'w Fitted>,
         most_steps: usize,
-    ) -> Result<(Self, Iterate), PredictError> {
-        let total = dataset.total(model)?;
-        let residual = dataset.centred(&total);
+    ) -> Self {
+        let Iterate { model, residual, .. } = from;
         // Structure must not pass for slow noise on the way, and the parameters drift with it.
-        let allowed = beside.map_or(0.0, |fit| dot(&fit.residual, &fit.residual)).max(dot(&residual, &residual));
+        let allowed = beside.map_or(0.0, |fit| dot(&fit.residual, &fit.residual)).max(dot(residual, residual));
         let (noise, white) = match weights {
             Weights::Coloured(noise) => (noise, false),
             Weights::White => (dataset.layout().white(), true),
@@ -104,9 +100,7 @@ impl<'w, 's> VariableProjection<'w, 's> {
         let (linear, moving) = (0..free.len()).partition::<Vec<usize>, _>(|&k| together[k]);
         let adds = |&k: &usize| matches!(domain(model, free[k]), Some(Domain::Torque | Domain::Friction));
         let others_stay = moving.iter().all(adds) && !model.terms.iter().any(Term::follows_base);
-        let projection = Self { dataset, free, beside, noise, white, allowed, linear, moving, others_stay, most_steps };
-        let iterate = Iterate { model: model.clone(), total, residual, columns: vec![None; free.len()] };
-        Ok((projection, iterate))
+        Self { dataset, free, beside, noise, white, allowed, linear, moving, others_stay, most_steps }
     }
 
     /// How far it goes.
@@ -124,24 +118,14 @@ impl<'w, 's> VariableProjection<'w, 's> {
         Ok(at.columns.iter().flatten().cloned().collect())
     }
 
-    /// Finds the change of the torque with some parameters where it is not known; where a parameter is one of the model fitted before, it is that of this model.
+    /// Finds the change of the torque with some parameters where it is not known.
     fn differentiate(&self, at: &mut Iterate, which: &[usize]) -> Result<(), PredictError> {
-        let mut open: Vec<usize> = which.iter().copied().filter(|&k| at.columns[k].is_none()).collect();
-        if let Some(fit) = self.beside {
-            open.retain(|&k| {
-                let known = fit.parameters.iter().position(|parameter| *parameter == self.free[k]);
-                at.columns[k] = known.map(|i| fit.columns[i].clone());
-                known.is_none()
-            });
-        }
+        let open = at.take_known(self.free, self.beside, which);
         if open.is_empty() {
             return Ok(());
         }
         let evaluations = self.dataset.evaluate(&at.model)?;
-        let of = |&k: &usize| self.dataset.derivative(&at.model, self.free[k], &evaluations);
-        let found: Vec<Vec<f64>> = open.par_iter().map(of).collect::<Result<_, _>>()?;
-        open.into_iter().zip(found).for_each(|(k, column)| at.columns[k] = Some(column));
-        Ok(())
+        at.differentiate(self.dataset, self.free, &open, &evaluations)
     }
 
     /// The linear numbers at their optimum, the others as they are, and what is then left beside the columns of `tangent`. Steps that drift are damped, or not
@@ -228,6 +212,70 @@ impl<'w, 's> VariableProjection<'w, 's> {
 }
 
 impl Iterate {
+    /// A model, with the change of the torque with each parameter where that is known already.
+    ///
+    /// # Errors
+    /// A model that cannot be evaluated.
+    pub fn at(dataset: &Dataset<'_>, model: &Model, columns: Vec<Option<Vec<f64>>>) -> Result<Self, PredictError> {
+        Ok(Self::evaluated(dataset, model, columns, &dataset.evaluate(model)?))
+    }
+
+    /// [`at`](Self::at) a model that was evaluated.
+    fn evaluated(
+        dataset: &Dataset<'_>,
+        model: &Model,
+        columns: Vec<Option<Vec<f64>>>,
+        evaluations: &[Evaluation<'_>],
+    ) -> Self {
+        let total: Vec<f64> = evaluations.iter().flat_map(|e| dataset.looked_at(e.total())).collect();
+        let residual = dataset.centred(&total);
+        Self { model: model.clone(), total, residual, columns }
+    }
+
+    /// A model and the change of the torque with all of its free numbers.
+    ///
+    /// # Errors
+    /// A model that cannot be evaluated.
+    pub fn with_columns(
+        dataset: &Dataset<'_>,
+        model: &Model,
+        free: &[FreeParameter],
+        beside: Option<&Fitted>,
+    ) -> Result<Self, PredictError> {
+        let evaluations = dataset.evaluate(model)?;
+        let mut iterate = Self::evaluated(dataset, model, vec![None; free.len()], &evaluations);
+        let all: Vec<usize> = (0..free.len()).collect();
+        let open = iterate.take_known(free, beside, &all);
+        iterate.differentiate(dataset, free, &open, &evaluations)?;
+        Ok(iterate)
+    }
+
+    /// Of some parameters those by which the change of the torque is not known; where a parameter is one of the model fitted before, it is that of this model.
+    fn take_known(&mut self, free: &[FreeParameter], beside: Option<&Fitted>, which: &[usize]) -> Vec<usize> {
+        let mut open: Vec<usize> = which.iter().copied().filter(|&k| self.columns[k].is_none()).collect();
+        if let Some(fit) = beside {
+            open.retain(|&k| {
+                let known = fit.parameters.iter().position(|parameter| *parameter == free[k]);
+                self.columns[k] = known.map(|i| fit.columns[i].clone());
+                known.is_none()
+            });
+        }
+        open
+    }
+
+    fn differentiate(
+        &mut self,
+        dataset: &Dataset<'_>,
+        free: &[FreeParameter],
+        which: &[usize],
+        evaluations: &[Evaluation<'_>],
+    ) -> Result<(), PredictError> {
+        let of = |&k: &usize| dataset.derivative(&self.model, free[k], evaluations);
+        let found: Vec<Vec<f64>> = which.par_iter().map(of).collect::<Result<_, _>>()?;
+        which.iter().zip(found).for_each(|(&k, column)| self.columns[k] = Some(column));
+        Ok(())
+    }
+
     fn parts(&self, which: &[usize]) -> Vec<&[f64]> {
         which.iter().filter_map(|&k| self.columns[k].as_deref()).collect()
     }
@@ -258,11 +306,14 @@ impl Descend for VariableProjection<'_, '_> {
 
     fn moved(&mut self, at: &Iterate, step: &[f64]) -> Option<(Iterate, f64)> {
         let model = self.stepped(&at.model, &self.moving, step);
-        let total = self.dataset.total(&model).ok()?;
-        let residual = self.dataset.centred(&total);
         let keep = |(k, column): (usize, &Option<Vec<f64>>)| column.clone().filter(|_| self.stays(k));
         let columns = at.columns.iter().enumerate().map(keep).collect();
-        let Projected { iterate, cost, .. } = self.projected(Iterate { model, total, residual, columns }, &[]).ok()?;
+        let evaluations = self.dataset.evaluate(&model).ok()?;
+        let mut moved = Iterate::evaluated(self.dataset, &model, columns, &evaluations);
+        let open = moved.take_known(self.free, self.beside, &self.linear);
+        moved.differentiate(self.dataset, self.free, &open, &evaluations).ok()?;
+        drop(evaluations);
+        let Projected { iterate, cost, .. } = self.projected(moved, &[]).ok()?;
         self.keeps(&iterate.residual).then_some((iterate, cost))
     }
 
