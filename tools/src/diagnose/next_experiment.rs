@@ -42,7 +42,7 @@ pub fn undecidable(
             dot(&white, &white) * (0.1 * size).powi(2) > VISIBLE
         })
     };
-    let joint = fit.model.elastic.is_none();
+    let joint = !fit.model.has_gear();
     let open = |info: &&KindInfo| {
         let found = fit.model.has_term(info.name)
             || verdict.effects.iter().any(|e| e.equivalents.iter().any(|k| k == info.name));

@@ -71,7 +71,7 @@ impl Dataset<'_> {
 
     /// The base model with the zero of the deflection free, where that explains more than any kind does: encoder zeros are arbitrary.
     fn with_zero<'r>(&self, base: Fitted, search: Search<'r>) -> Result<(Fitted, Search<'r>), DiagnoseError> {
-        if base.model.memory.is_none() {
+        if !base.model.has_gear() {
             return Ok((base, search));
         }
         let free = Search { zero: true, ..search };

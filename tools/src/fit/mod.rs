@@ -188,7 +188,7 @@ pub fn fit(recordings: &[Recording], options: &FitOptions, progress: &dyn Progre
     let (first, others) = recordings.split_at(1);
     let missed = || recordings.iter().zip(&fit.residuals).any(|(recording, left)| is_missed(recording, left));
     let sizes = || recordings.iter().flat_map(largest_deflection_rad).collect::<Vec<f64>>();
-    if !others.is_empty() && fit.model.elastic.is_some() && (missed() || differ_in_size(&sizes())) {
+    if !others.is_empty() && fit.model.has_gear() && (missed() || differ_in_size(&sizes())) {
         let alone = fit_together(first, options, progress)?;
         others.iter().try_for_each(|other| plausible::units(other, &alone.model))?;
     }

@@ -202,7 +202,7 @@ impl Assessment {
         };
         let gear = &fit.model.gear;
         // A joint log has neither a rated deflection nor baselines for a loop.
-        let rated = gear.rated_deflection_rad.filter(|_| fit.model.elastic.is_some());
+        let rated = gear.rated_deflection_rad.filter(|_| fit.model.has_gear());
         let compared: Vec<Recording> =
             spread_over(recordings, THRESHOLDS.comparison_rows).into_iter().map(Cow::into_owned).collect();
         let comparison_rows = compared.iter().map(Recording::len).sum();
@@ -220,7 +220,7 @@ impl Assessment {
         let mut assessment = Self {
             verdict: FitVerdict { grade: Grade::Good, error: Cause::Unfinished, reasons: Vec::new() },
             coverage: rated.map(|rated| Coverage::of(recordings, gear.deflection_zero_rad, rated)),
-            joint_coverage: fit.model.elastic.is_none().then(|| JointCoverage::of(recordings)),
+            joint_coverage: (!fit.model.has_gear()).then(|| JointCoverage::of(recordings)),
             structure: structure(recordings, &residuals, fit.seed),
             comparison: if compares && rated.is_some() && fit.model.terms.is_empty() {
                 compare(&compared, &options, progress)?

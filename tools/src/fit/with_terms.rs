@@ -45,7 +45,7 @@ const FIRST_SMOOTHING: f64 = 0.03;
 pub fn fit(recordings: &[Recording], options: &FitOptions, progress: &dyn Progress) -> Result<Fit, EstimateError> {
     let given = options.start.as_ref().filter(|model| !is_joint_base(model));
     let total: usize = recordings.iter().map(Recording::len).sum();
-    let means = if given.is_some_and(|model| model.elastic.is_some()) { total.div_ceil(MOST_ROWS) } else { 1 };
+    let means = if given.is_some_and(Model::has_gear) { total.div_ceil(MOST_ROWS) } else { 1 };
     // What another simulator predicted is no part of a refit.
     let own = |recording: &Recording| {
         let recording = if means > 1 { recording.in_means(means) } else { recording.clone() };
@@ -87,7 +87,7 @@ pub fn fit(recordings: &[Recording], options: &FitOptions, progress: &dyn Progre
     if progress.cancelled() {
         return Err(EstimateError::Cancelled);
     }
-    if model.elastic.is_some() {
+    if model.has_gear() {
         let with_zero = beside(&part.model(&plain.nonlinear, &plain.linear), true)?;
         let (without, with) = (problem(&rows, past.as_ref(), &part), problem(&rows, past.as_ref(), &with_zero));
         let found = polish(&with, &with_zero.start_values(), Sweep::PLAIN, progress);
@@ -122,7 +122,7 @@ pub fn fit(recordings: &[Recording], options: &FitOptions, progress: &dyn Progre
     }
     let zero_sd = known.parameters.iter().find(|p| p.name == DEFLECTION_ZERO).and_then(|p| p.sd);
     let zero = refitted.gear.deflection_zero_rad;
-    let zeros = recordings.iter().filter(|_| refitted.elastic.is_some());
+    let zeros = recordings.iter().filter(|_| refitted.has_gear());
     let zeros = zeros.map(|r| DeflectionZero { recording: r.name.clone(), rad: zero, sd_rad: zero_sd }).collect();
     let fit = finished(recordings, options, &problem, weighted, refitted, known);
     let evaluations = fit.evaluations + searched;
@@ -145,7 +145,7 @@ fn of_past(recordings: &[Vec<Vec<f64>>]) -> Ready<'_> {
 
 /// Whether a model has the terms of a joint's base model and no others.
 fn is_joint_base(model: &Model) -> bool {
-    model.elastic.is_none() && model.terms.iter().all(|term| JOINT_BASE.contains(&term.kind.as_str()))
+    !model.has_gear() && model.terms.iter().all(|term| JOINT_BASE.contains(&term.kind.as_str()))
 }
 
 /// The base model of joint logs before it is fitted.
@@ -173,7 +173,7 @@ fn joint_base(recordings: &[Recording], options: &FitOptions) -> Result<Model, E
 fn prepared(start: &Model, recordings: &[Recording], options: &FitOptions) -> Result<(Model, bool), EstimateError> {
     let torque_unit = recordings[0].torque_unit;
     let mut model = Model { gear: options.gear(torque_unit), torque_unit, ..start.clone() };
-    if model.elastic.is_none() {
+    if !model.has_gear() {
         return Ok((model, false));
     }
     let given = options.rated_deflection_rad.or(model.gear.rated_deflection_rad);

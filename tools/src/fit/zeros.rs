@@ -114,7 +114,7 @@ pub fn settle(
 /// # Errors
 /// As [`fit`](crate::fit::fit()).
 pub fn between(recordings: &[&Recording], model: &Model) -> Result<Option<Vec<f64>>, EstimateError> {
-    if recordings.len() < 2 || model.memory.is_none() {
+    if recordings.len() < 2 || !model.has_gear() {
         return Ok(None);
     }
     let beginnings: Vec<Recording> =

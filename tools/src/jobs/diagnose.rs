@@ -41,7 +41,7 @@ pub fn find(
     progress: &dyn Progress,
     notes: Notes<'_>,
 ) -> Result<Diagnosed, Failure> {
-    if model.elastic.is_none() && model.gear.ratio.is_none() {
+    if !model.has_gear() && model.gear.ratio.is_none() {
         model.gear.ratio = recordings.iter().find_map(recording::ratio::shown_rounded);
         if let Some(ratio) = model.gear.ratio {
             notes(&format!("ratio {ratio}: the slope of theta_in_rad over theta_out_rad"));

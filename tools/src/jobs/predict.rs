@@ -23,7 +23,7 @@ pub fn predict(
     progress: &dyn Progress,
 ) -> Result<Prediction, Failure> {
     recording::turns::check(recording)?;
-    if recording.theta_in_rad.is_some() && model.elastic.is_some() {
+    if recording.theta_in_rad.is_some() && model.has_gear() {
         recording::ratio::check(recording, model.gear.ratio)?;
     }
     let prediction = recorded::predict_under(model, rated_deflection_rad, recording, progress)?;

@@ -18,7 +18,7 @@ pub fn ready(
     recording::turns::check(recording)?;
     let known = ratio.or(model.and_then(|model| model.gear.ratio));
     // Of a joint log the two angles are one, and their ratio is seen.
-    if known.is_some() || model.is_none_or(|model| model.elastic.is_some()) {
+    if known.is_some() || model.is_none_or(Model::has_gear) {
         recording::ratio::check(recording, known)?;
     }
     if ratio.is_some() {

@@ -231,7 +231,7 @@ pub fn linear_together(model: &Model, free: &[FreeParameter]) -> Vec<bool> {
     let followed = model.terms.iter().any(Term::follows_base);
     // T_base is the gear's torque, or the load of a joint without one.
     let of_base = |parameter: FreeParameter| match parameter {
-        FreeParameter::Term { .. } => model.elastic.is_none() && domain(model, parameter) == Some(Domain::Load),
+        FreeParameter::Term { .. } => !model.has_gear() && domain(model, parameter) == Some(Domain::Load),
         _ => true,
     };
     free.iter().map(|&parameter| is_linear(model, parameter) && !(followed && of_base(parameter))).collect()
@@ -280,7 +280,7 @@ pub fn derivative(
 
 /// Whether a parameter of a joint's model resists motion: friction and inertia have a sign.
 pub fn resists(model: &Model, parameter: FreeParameter) -> bool {
-    matches!(parameter, FreeParameter::Term { key, .. } if model.elastic.is_none() && key.plausible.0 >= 0.0)
+    matches!(parameter, FreeParameter::Term { key, .. } if !model.has_gear() && key.plausible.0 >= 0.0)
 }
 
 /// The name of a free number, as in the model file, and its unit. A term's follows its kind, a second of its kind is numbered, and so are the numbers of lists.

@@ -22,7 +22,7 @@ pub fn page(fit: &Fit, assessment: &Assessment, recordings: &[Recording], proven
         title: format!("Fit of {}", fit.model.name),
         verdict: verdict(&assessment.verdict, unit),
         sections: [
-            Some(if fit.model.elastic.is_some() { the_loop(&rows, fit, unit) } else { the_joint(&rows, fit, unit) }),
+            Some(if fit.model.has_gear() { the_loop(&rows, fit, unit) } else { the_joint(&rows, fit, unit) }),
             Some(residual_section(fit, assessment, &rows, unit)),
             Some(parameters(fit)),
             assessment.coverage.as_ref().map(|coverage| exercised(coverage, fit)),
@@ -87,7 +87,7 @@ impl Joined {
     fn new(fit: &Fit, assessment: &Assessment, recordings: &[Recording]) -> Self {
         let mut all = Self {
             time_s: Vec::new(),
-            over: if fit.model.elastic.is_some() { Abscissa::DEFLECTION } else { Abscissa::OUTPUT_ANGLE },
+            over: if fit.model.has_gear() { Abscissa::DEFLECTION } else { Abscissa::OUTPUT_ANGLE },
             at: Vec::new(),
             measured: Vec::new(),
             modelled: Vec::new(),
@@ -243,7 +243,7 @@ fn residual_section(fit: &Fit, assessment: &Assessment, rows: &Joined, unit: Tor
 fn noise(fit: &Fit, names: &[String], unit: TorqueUnit) -> Table {
     let symbol = unit.symbol();
     // A joint log knows neither a loop that settles nor a deflection.
-    let gear = fit.model.elastic.is_some();
+    let gear = fit.model.has_gear();
     let apart = fit.zeros_apart_rad().is_some();
     let torque_steps = fit.noise.iter().any(|noise| noise.torque_step_nm.is_some());
     let deflection_steps = fit.noise.iter().any(|noise| noise.deflection_step_rad.is_some());

@@ -247,7 +247,7 @@ pub fn examine(recordings: &[Recording], held_out: &[Recording], model: &Model) 
         if recording.torque.as_deref().is_some_and(|torque| sd(torque) <= resolution(torque)) {
             return Err(Implausible::NoTorqueChange { file: recording.name.clone() });
         }
-        if model.elastic.is_some() && recording.torque.is_some() && recording.torque_unit != model.torque_unit {
+        if model.has_gear() && recording.torque.is_some() && recording.torque_unit != model.torque_unit {
             return Err(Implausible::OtherQuantity { file: recording.name.clone(), found: recording.torque_unit });
         }
         let theta = Signals::new(recording, &model.gear).deflection_rad;

@@ -39,7 +39,7 @@ impl Dataset<'_> {
         (free, ridge): (&[usize], f64),
         fit: &Fitted,
     ) -> Option<f64> {
-        if fit.model.elastic.is_some() || fit.model.memory.is_some() {
+        if fit.model.has_gear() {
             return None;
         }
         let time = self.time_s();
