@@ -1,6 +1,6 @@
 //! Whatever C hands over, a joint answers with finite numbers and is back at the next good sample.
 //!
-//! `GMHM_FUZZ=10000000 cargo test --release -p gmhm-c --test faults` fuzzes as many samples; `GMHM_FUZZ_SEED` chooses others.
+//! `GMHM_FUZZ=10000000 cargo test --release -p gmhm-c --test all faults` fuzzes as many samples; `GMHM_FUZZ_SEED` chooses others.
 
 use std::mem::MaybeUninit;
 

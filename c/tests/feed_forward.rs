@@ -1,6 +1,6 @@
 //! The feed-forward of `gmhm.h`: what cannot be is refused by its code, another block makes no step, and whatever a program hands over, it answers with finite numbers and is back at the next good period.
 //!
-//! `GMHM_FUZZ=10000000 cargo test --release -p gmhm-c --test feed_forward` fuzzes as many periods; `GMHM_FUZZ_SEED` chooses others.
+//! `GMHM_FUZZ=10000000 cargo test --release -p gmhm-c --test all feed_forward` fuzzes as many periods; `GMHM_FUZZ_SEED` chooses others.
 
 use std::mem::MaybeUninit;
 
