@@ -1,8 +1,8 @@
 //! The adaptation over long times, in release: `cargo test --release -p gmhm-host-tests --test all adapt_long -- --ignored --nocapture`.
 
-use crate::common::adapting::{Case, block, run};
+use crate::common::adapting::{Case, PERIOD_S, block, run};
 use gmhm::Gear;
-use gmhm::adapt::{Adaptation, Change, Settings};
+use gmhm::adapt::{Adaptation, Change, Settings, Warning};
 use gmhm::memory::masing::Masing;
 use gmhm_host_tests::drift::{Fault, Motion};
 
@@ -62,6 +62,60 @@ fn tables() {
         let (drifts, _) = worst([0.95, 1.1]);
         let warnings: Vec<_> = warnings.into_iter().collect();
         println!("| {name} | {still:.4} | {drifts:.4} | {} |", warnings.join(", "));
+    }
+}
+
+/// After how many seconds small faults of the signal are reported, by motion; and that a gear that drifts is none.
+#[test]
+#[ignore = "the tables of the documentation"]
+fn small_faults() {
+    let rated = block().torque_scale_nm();
+    let reported = |case: Case| {
+        let faults =
+            [Warning::NotANumber, Warning::Spikes, Warning::Dead, Warning::Disturbed, Warning::Delay, Warning::Offset];
+        let (mut now, mut first) = (0_u64, None);
+        run::<f32>(&case, |_, state| {
+            now += 1;
+            if first.is_none()
+                && let Some(fault) = faults.into_iter().find(|fault| state.warnings().has(*fault))
+            {
+                first = Some(format!("{:.0} {}", now as f64 * PERIOD_S - case.fault.1, fault.name()));
+            }
+        });
+        first.unwrap_or_else(|| "–".into())
+    };
+    let faults = [
+        ("offset 0.5 %", Fault::Offset(0.005 * rated)),
+        ("offset 0.7 %", Fault::Offset(0.007 * rated)),
+        ("offset 1 %", Fault::Offset(0.01 * rated)),
+        ("delay 0.5 ms", Fault::Delay(0.5e-3)),
+        ("delay 0.7 ms", Fault::Delay(0.7e-3)),
+        ("delay 1 ms", Fault::Delay(1e-3)),
+        ("delay 2.5 ms", Fault::Delay(2.5e-3)),
+        ("spikes, 1 in 2000", Fault::Spikes(2000)),
+        ("spikes, 1 in 10000", Fault::Spikes(10_000)),
+    ];
+    for (name, fault) in faults {
+        for from in [0.0, 100.3] {
+            for drift in [[1.0; 2], [0.95, 1.1]] {
+                let times: Vec<_> = Motion::ALL
+                    .into_iter()
+                    .map(|motion| reported(Case { motion, fault: (fault, from), drift, ..Case::default() }))
+                    .collect();
+                println!("| {name} from {from} drift {drift:?} | {} |", times.join(" | "));
+            }
+        }
+    }
+    for seconds in [1200.0, 600.0, 300.0, 150.0] {
+        for coloured in [0.0, 0.007] {
+            let times: Vec<_> = Motion::ALL
+                .into_iter()
+                .map(|motion| {
+                    reported(Case { motion, seconds, coloured: [coloured, 0.95], drift: [0.9, 1.2], ..Case::default() })
+                })
+                .collect();
+            println!("| drift in {seconds} s, coloured {coloured} | {} |", times.join(" | "));
+        }
     }
 }
 

@@ -102,7 +102,8 @@ fn adapt<S: Float>(motion: Motion, drift: f64, mut learn: impl FnMut([f64; 5], f
         }
         let stretches = state.stretches();
         variance = if state.variance() > S::ZERO { state.variance().to_f64() } else { variance };
-        let taken = state.takes_samples();
+        // The first period finds the gear at places where it has not been before: it begins a stretch and takes no sample.
+        let taken = k > start && state.takes_samples();
         let _ = adaptation.period(&mut state, &path, says);
         if state.stretches() > stretches {
             // v is learnt from what the stretch told, after it.

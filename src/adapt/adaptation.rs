@@ -1,14 +1,9 @@
 //! The adaptation of a gear: what its block and its settings make of it.
 
-use super::bounds::{Bounds, bounds};
+use super::bounds::fall;
 use super::coefficients::{self, changed};
-use super::estimate::Estimate;
-use super::health::{Health, Passed};
+use super::health::{QUANTITIES, limits};
 use super::state::AdaptationState;
-use super::supervision::Noise;
-use super::trial::Trial;
-use super::warnings::Warnings;
-use super::work::ROWS;
 use super::{AdaptError, BLOCK_S, Coefficients, LEAST_MOTION, LONGEST_S, SHORTEST_S, Settings, reversed};
 use crate::gear::Gear;
 use crate::inverse::Inverse;
@@ -30,8 +25,6 @@ const MOST_PIECES: u16 = 1000;
 pub struct Adaptation<S> {
     pub(super) frame: Frame<S>,
     pub(super) block: Coefficients<S>,
-    /// 1/T_A in output units.
-    pub(super) inverse_torque: S,
     /// Samples of a block.
     pub(super) samples: u16,
     /// 1 over the square root of it.
@@ -45,10 +38,15 @@ pub struct Adaptation<S> {
     /// Prior deviation of each coefficient, and its square.
     pub(super) deviation: S,
     pub(super) prior: S,
-    /// 1 over the most that a coefficient may change.
-    pub(super) inverse_change: S,
-    pub(super) bounds: Bounds<S>,
-    pub(super) health: Health<S>,
+    /// The most that a coefficient, and their common factor, may change.
+    pub(super) change: S,
+    /// The most that the slope may fall by.
+    pub(super) fall: S,
+    /// γ's row.
+    pub(super) common: Coefficients<S>,
+    /// What the slope at zero counts in lost motion, where h counts one.
+    pub(super) of_slope: S,
+    pub(super) limits: [S; QUANTITIES],
     /// Σ p² about its mean that a stretch must have, a block.
     pub(super) motion: S,
     /// The square of the share of the block's torque that residuals may have.
@@ -85,11 +83,11 @@ impl<S: Float> Adaptation<S> {
         let deviation = S::HALF * largest_change;
         let drift = drift.over(deviation);
         let common = coefficients::common(&frame, &block);
+        let (limits, of_slope) = limits(period_s, &block);
         let gain = largest_change + S::from_f64(0.1);
         Ok(Self {
             frame,
             block,
-            inverse_torque: frame.torque_scale().recip(),
             samples,
             share: number.sqrt().recip(),
             pieces: at_least(period_s * S::from_f64(1e3), 1, MOST_PIECES),
@@ -98,35 +96,32 @@ impl<S: Float> Adaptation<S> {
             drift: drift * drift,
             deviation,
             prior: deviation * deviation,
-            inverse_change: largest_change.recip(),
-            bounds: bounds(&block, &common, largest_change),
-            health: Health::new(period_s, &block, &common),
+            change: largest_change,
+            fall: fall(&block),
+            common,
+            of_slope,
+            limits,
             motion: S::from_f64(LEAST_MOTION * LEAST_MOTION) * number,
             gain: gain * gain,
             threshold: -false_acceptance.ln(),
         })
     }
 
-    /// Nothing learnt yet: the block is in force.
+    /// Nothing learnt yet: the block is in force. The same as [`AdaptationState::new`], which the first period starts.
     #[must_use]
     pub fn start(&self) -> AdaptationState<S> {
-        AdaptationState {
-            sums: [S::ZERO; ROWS],
-            triangle: [S::ZERO; ROWS * (ROWS + 1) / 2],
-            blocks: 0,
-            estimate: Estimate::new(self.deviation),
-            trial: Trial::new(self.threshold),
-            noise: Noise::new(),
-            last: S::ZERO,
-            span: S::ZERO,
-            samples: 0,
-            warnings: Warnings::default(),
-            passed: Passed::default(),
-            work: 0,
-            hold: 0,
-            held: false,
-            continues: false,
-        }
+        let mut state = AdaptationState::new();
+        self.begin(&mut state);
+        state
+    }
+
+    /// What is not zero in a state that has learnt nothing.
+    #[inline]
+    pub(super) fn begin(&self, state: &mut AdaptationState<S>) {
+        state.begun = true;
+        state.noise.begin();
+        state.trial.needed = self.threshold;
+        state.estimate.begin(self.deviation);
     }
 
     /// The parameters in force: the block's with the changes that were taken over. e and h become α, β and ω with the block's β² + ω².

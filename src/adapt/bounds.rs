@@ -5,63 +5,67 @@
 //! | each coefficient | within ± the largest change, of T_A |
 //! | their common factor γ | within ± the largest change |
 //! | e, h | 0 and more |
-//! | the least rising slope p′ − e(1 − 2u²)/g − 2h (what an [inverse](crate::inverse) needs) | at least half the block's, at u² = 0, 1/4, 1/2, 3/4, 1; where the block's is not above zero, the block's |
+//! | p′ − e(1 − u²) − 2h at u² = 0, 1/4, 1/2, 3/4, 1 | nowhere below the block's by more than half of the least that the block has of it; where that is not above zero, the block's |
 //!
-//! An estimate below e = 0 or h = 0 becomes zero there. Then all changes shrink until every bound holds.
+//! The last is a lower bound of the least rising slope p′ − e(1 − 2u²)/g − 2h, since (1 − 2u²)/g ≤ 1 − u²: what an [inverse](crate::inverse) needs.
+//!
+//! An estimate below e = 0 or h = 0 becomes zero there. Then all changes shrink until every bound holds. Each is computed as it is held: none is stored.
 
 use super::state::AdaptationState;
-use super::triangle::{dot, scale};
+use super::triangle::{add, dot};
 use super::{Adaptation, COEFFICIENTS, Coefficients};
 use crate::scalar::Float;
 
-/// u² and (1 − 2u²)/g where that is above zero; singles, which no scalar computes in double precision.
-const PLACES: [[f32; 2]; 5] = [[0.0, 1.0], [0.25, 0.577_350_27], [0.5, 0.0], [0.75, 0.0], [1.0, 0.0]];
+/// u² between places where the slope is held.
+const SPACING: f64 = 0.25;
+/// Places where the slope is held, from u = 0 to the rated deflection.
+const PLACES: usize = 5;
 
-/// Bounds that are rows: both sides of the common factor, and slopes.
-const ROWS: usize = 2 + PLACES.len();
-/// All: the coefficients come after the rows.
-pub(super) const BOUNDS: usize = ROWS + COEFFICIENTS;
+/// The common factor comes after the coefficients, the slopes first.
+const FACTOR: usize = PLACES + COEFFICIENTS;
+pub(super) const BOUNDS: usize = FACTOR + 1;
 
-/// Rows whose products with allowed changes are 1 at most.
-pub(super) type Bounds<S> = [Coefficients<S>; ROWS];
-
-/// The bounds about a block.
-pub(super) fn bounds<S: Float>(block: &Coefficients<S>, common: &Coefficients<S>, change: S) -> Bounds<S> {
-    let mut bounds = [common.map(|x| x.over(change)); ROWS];
-    bounds[1] = bounds[0].map(|x| -x);
+/// A lower bound of the rising slope at a place.
+#[inline(always)]
+fn slope<S: Float>(of: &Coefficients<S>, place: usize) -> S {
+    let [h, e, k5, k3, k1] = *of;
     let [three, five] = [3.0, 5.0].map(S::from_f64);
-    for (row, place) in bounds[2..].iter_mut().zip(PLACES) {
-        let [square, loosening] = place.map(|x| S::from_f64(f64::from(x)));
-        let slope = [-S::TWO, -loosening, five * square * square, three * square, S::ONE];
-        // Where it may not fall at all, next to nothing is left.
-        let fall = (S::HALF * dot(&slope, block)).max(S::from_f64(1e-9));
-        *row = slope.map(|x| -x.over(fall));
-    }
-    bounds
+    let square = S::from_f64(f64::from(place as u8)) * S::from_f64(SPACING);
+    k1 - S::TWO * h - e + square * (e + three * k3 + square * (five * k5))
+}
+
+/// What the slope may fall by anywhere: half the least of the block's.
+pub(super) fn fall<S: Float>(block: &Coefficients<S>) -> S {
+    let least = (0..PLACES).map(|place| slope(block, place)).reduce(S::min).unwrap_or_default();
+    // Where it may not fall at all, next to nothing is left.
+    (S::HALF * least).max(S::from_f64(1e-9))
 }
 
 impl<S: Float> Adaptation<S> {
-    /// The shadow anew: the estimate, e and h brought up to zero.
+    /// The shadow anew: a coefficient of the estimate, e and h brought up to zero.
     #[inline]
-    pub(super) fn lift(&self, state: &mut AdaptationState<S>) {
-        let shadow = &mut state.trial.shadow;
-        *shadow = state.estimate.value;
-        let [h, e, ..] = shadow;
-        let [block_h, block_e, ..] = self.block;
-        (*h, *e) = (h.max(-block_h), e.max(-block_e));
-        state.held = false;
+    pub(super) fn lift(&self, state: &mut AdaptationState<S>, number: usize) {
+        let AdaptationState { trial, estimate, held, .. } = state;
+        if let (Some(shadow), Some(&value), Some(&block)) =
+            (trial.shadow.get_mut(number), estimate.value.get(number), self.block.get(number))
+        {
+            *shadow = if number < 2 { value.max(-block) } else { value };
+        }
+        *held = false;
     }
 
     /// Holds the shadow within a bound.
     #[inline(always)]
     pub(super) fn bound(&self, state: &mut AdaptationState<S>, number: usize) {
-        let value = match (self.bounds.get(number), state.trial.shadow.get(number.wrapping_sub(ROWS))) {
-            (Some(row), _) => dot(row, &state.trial.shadow),
-            (None, Some(change)) => change.abs() * self.inverse_change,
-            (None, None) => return,
+        let shadow = state.trial.shadow;
+        let (value, most) = if number < PLACES {
+            (-slope(&shadow, number), self.fall)
+        } else {
+            let value = shadow.get(number - PLACES).copied().unwrap_or_else(|| dot(&self.common, &shadow));
+            (value.abs(), self.change)
         };
-        if value > S::ONE {
-            scale(&mut state.trial.shadow, value.recip());
+        if value > most {
+            add(&mut state.trial.shadow, &shadow, most.over(value) - S::ONE);
             state.held = true;
         }
     }

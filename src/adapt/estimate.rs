@@ -18,7 +18,7 @@
 use core::hint::black_box;
 
 use super::trial::limited;
-use super::triangle::{add, dot, fold, places, rotate, row};
+use super::triangle::{add, dot, fold, places, row};
 use super::work::ROWS;
 use super::{COEFFICIENTS, Coefficients};
 use crate::scalar::Float;
@@ -33,13 +33,16 @@ pub(super) struct Estimate<S> {
 }
 
 impl<S: Float> Estimate<S> {
-    /// Zero with independent prior deviations.
-    pub(super) fn new(deviation: S) -> Self {
-        let mut factor = [S::ZERO; COEFFICIENTS * (COEFFICIENTS + 1) / 2];
+    /// Before it is started.
+    pub(super) const NEW: Self =
+        Self { value: [S::ZERO; COEFFICIENTS], factor: [S::ZERO; COEFFICIENTS * (COEFFICIENTS + 1) / 2] };
+
+    /// Independent prior deviations.
+    #[inline]
+    pub(super) fn begin(&mut self, deviation: S) {
         for diagonal in [0, 2, 5, 9, 14] {
-            factor[diagonal] = deviation;
+            self.factor[diagonal] = deviation;
         }
-        Self { value: [S::ZERO; COEFFICIENTS], factor }
     }
 
     /// The variance of a coefficient.
@@ -57,12 +60,12 @@ impl<S: Float> Estimate<S> {
         variance
     }
 
-    /// Adds the share of a column in Pr, times a factor.
+    /// A column, and its product with r.
     #[inline(always)]
-    pub(super) fn project(&mut self, length: usize, r: &[S], factor: S, sum: &mut [S]) {
+    pub(super) fn seen(&mut self, length: usize, r: &[S]) -> (&mut [S], S) {
         let column = row(&mut self.factor, length);
         let seen = dot(column, r);
-        add(sum, column, factor * seen);
+        (column, seen)
     }
 
     /// Folds w into a column, from the longest to the shortest.
@@ -71,17 +74,10 @@ impl<S: Float> Estimate<S> {
         fold(&mut self.factor, length, w);
     }
 
-    /// Learns from r by a column, from the shortest to the longest: √(v + rᵀPr) and Pr over it come of √v and zeros.
-    #[inline]
-    pub(super) fn learn(&mut self, length: usize, r: &[S], total: &mut S, gain: &mut [S]) {
-        let column = row(&mut self.factor, length);
-        *total = rotate(*total, dot(column, r), gain, column);
-    }
-
-    /// Moves the estimate by what r and its value told, from what [`learn`](Self::learn) found. Returns the innovation over its standard deviation, limited.
+    /// Moves the estimate by what a row missed, its deviation √(v + rᵀPr) and Pr over that. Returns the innovation over its standard deviation, limited.
     #[inline(always)]
-    pub(super) fn follow(&mut self, r: &[S], value: S, total: S, gain: &[S]) -> S {
-        let innovation = limited((value - dot(r, &self.value)).over(total));
+    pub(super) fn follow(&mut self, missed: S, total: S, gain: &[S]) -> S {
+        let innovation = limited(missed.over(total));
         add(&mut self.value, gain, innovation);
         innovation
     }
@@ -125,7 +121,8 @@ mod tests {
 
     #[test]
     fn what_is_forgotten_never_passes_the_prior() {
-        let mut estimate = Estimate::new(PRIOR.sqrt());
+        let mut estimate = Estimate::NEW;
+        estimate.begin(PRIOR.sqrt());
         let rows = [[3.0, 1.0, 0.5, -2.0, 1.0], [1.0, -2.0, 4.0, 0.1, 0.0]];
         for _ in 0..1000 {
             for row in &rows {

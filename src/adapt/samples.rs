@@ -5,8 +5,8 @@
 //! say what the coefficients alone can explain, and the shortest what nothing explains.
 
 use super::state::AdaptationState;
-use super::triangle::{add, dot};
-use super::work::{BEGIN, ROWS};
+use super::triangle::{add, clear, dot};
+use super::work::{BEGIN, DROPPED};
 use super::{Adaptation, Change};
 use crate::elastic::Polynomial;
 use crate::gear::{State, Status};
@@ -39,8 +39,14 @@ impl<S: Float> Adaptation<S> {
         }
         let Some(path) = L::path(gear.memory()) else { return Change::None };
         if state.samples == 0 {
-            self.look_back(state, path);
-            state.sums = [S::ZERO; ROWS];
+            if !state.begun {
+                self.begin(state);
+            }
+            clear(&mut state.sums);
+            if self.looks_farther(state, path) {
+                state.work = DROPPED;
+                return Change::None;
+            }
         }
         if gear.status() != Status::default() || path.is_merged() {
             return Change::None;
@@ -52,7 +58,7 @@ impl<S: Float> Adaptation<S> {
         let mut row = [S::ZERO, e, d, c, b, a, S::ZERO, S::ONE];
         let [residual, x @ .., slope, _] = &mut row;
         let p = dot(x, &self.block);
-        *residual = torque * self.inverse_torque - p;
+        *residual = torque.over(self.frame.torque_scale()) - p;
         *slope = if continues { p - state.last } else { S::ZERO };
         state.last = p;
         state.continues = true;
@@ -71,13 +77,14 @@ impl<S: Float> Adaptation<S> {
     ///
     /// What is unknown of it stays the same while the deflection keeps within the places that it has been to: an offset of η, which a stretch is free of. Beyond them it changes.
     #[inline]
-    fn look_back<const N: usize>(&self, state: &mut AdaptationState<S>, path: &Path<S, N>) {
+    fn looks_farther<const N: usize>(&self, state: &mut AdaptationState<S>, path: &Path<S, N>) -> bool {
         let [falling, rising] = path.reach();
         let span = self.frame.fraction(falling + rising);
-        if span - state.span > S::from_f64(SAME_PLACES) {
+        let is_farther = span - state.span > S::from_f64(SAME_PLACES);
+        if is_farther {
             state.span = span;
-            Self::begin_stretch(state);
         }
+        is_farther
     }
 
     /// A block is whole: its row.
@@ -99,11 +106,5 @@ impl<S: Float> Adaptation<S> {
         if state.blocks < self.fewest_blocks {
             state.work = 0;
         }
-    }
-
-    #[inline(never)]
-    pub(super) fn begin_stretch(state: &mut AdaptationState<S>) {
-        state.triangle = [S::ZERO; ROWS * (ROWS + 1) / 2];
-        (state.blocks, state.noise.spikes) = (0, 0);
     }
 }

@@ -1,7 +1,7 @@
 //! What the adaptation of one joint has learnt.
 
 use super::estimate::Estimate;
-use super::health::Passed;
+use super::health::{Passed, QUANTITIES};
 use super::supervision::Noise;
 use super::trial::Trial;
 use super::warnings::Warnings;
@@ -21,12 +21,16 @@ pub struct AdaptationState<S> {
     pub(super) held: bool,
     /// Whether the last period took a sample.
     pub(super) continues: bool,
+    /// Whether what is not zero at the start is set.
+    pub(super) begun: bool,
     /// Samples of the block.
     pub(super) samples: u16,
     /// Blocks of the stretch.
     pub(super) blocks: u16,
     pub(super) warnings: Warnings,
     pub(super) passed: Passed,
+    /// Stretches with spikes, less those without.
+    pub(super) spiky: u8,
     /// The block's torque at the last sample.
     pub(super) last: S,
     /// The span of the places that the gear had been to as the stretch began, over A.
@@ -38,9 +42,36 @@ pub struct AdaptationState<S> {
     pub(super) sums: [S; ROWS],
     /// The triangle of the stretch.
     pub(super) triangle: [S; ROWS * (ROWS + 1) / 2],
+    /// The mean delay over many stretches: Σ of delays by their weights, and of the weights.
+    pub(super) delay: [S; 2],
 }
 
 impl<S: Float> AdaptationState<S> {
+    /// Nothing learnt yet: the block is in force. All zero, so that a `static` of it takes no flash; the first [`period`](super::Adaptation::period) starts it.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            work: 0,
+            hold: 0,
+            held: false,
+            continues: false,
+            begun: false,
+            spiky: 0,
+            samples: 0,
+            blocks: 0,
+            warnings: Warnings::NONE,
+            passed: [0; QUANTITIES],
+            last: S::ZERO,
+            span: S::ZERO,
+            noise: Noise::NEW,
+            trial: Trial::NEW,
+            estimate: Estimate::NEW,
+            sums: [S::ZERO; ROWS],
+            triangle: [S::ZERO; ROWS * (ROWS + 1) / 2],
+            delay: [S::ZERO; 2],
+        }
+    }
+
     /// Changes of the normalised coefficients in force, zero while the block is.
     #[must_use]
     pub fn in_force(&self) -> Coefficients<S> {
@@ -98,5 +129,11 @@ impl<S: Float> AdaptationState<S> {
     pub fn give_back(&mut self) {
         self.trial.give_back();
         self.trial.leads = Default::default();
+    }
+}
+
+impl<S: Float> Default for AdaptationState<S> {
+    fn default() -> Self {
+        Self::new()
     }
 }

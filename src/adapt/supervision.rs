@@ -4,12 +4,14 @@
 //! |---|---|
 //! | its torque differs from the block's by more than the largest change and 0.1 of what the block's moves by, an offset apart | [`Warning::Dead`] |
 //! | its residuals are [`ROUGHER`] times those of the stretches before; that level rises by 22 % a stretch at most, so that a signal that stays rougher is learnt from after some ten | [`Warning::Disturbed`] |
-//! | more than 1 sample in 100 lies beyond 8σ | [`Warning::Spikes`] |
+//! | more than one sample in [`SPIKE_BLOCKS`] blocks lies beyond 8σ | [`Warning::Spikes`] |
 //!
 //! The next [`HOLD`] stretches are not learnt from either.
+//!
+//! Rare spikes: a stretch with one adds [`SPIKY`] to a count, one without takes 1 off it. From [`SPIKES`] on it is [`Warning::Spikes`], too.
 
 use super::state::AdaptationState;
-use super::work::{DECIDED, LEARNT, ROWS};
+use super::work::{DECIDED, DROPPED, LEARNT, ROWS};
 use super::{Adaptation, Warning, Warnings};
 use crate::scalar::Float;
 
@@ -27,6 +29,12 @@ const RISE: f64 = 1.5;
 const FIRST_VARIANCE: f64 = 1.0 / 2048.0;
 /// No torque is better than this, of T_A.
 const LEAST_NOISE: f64 = 1e-5;
+/// One sample in so many blocks may be a spike.
+const SPIKE_BLOCKS: u32 = 4;
+/// What a stretch with spikes adds to the count of rare ones.
+const SPIKY: u8 = 16;
+/// Rare spikes are reported from this count on.
+const SPIKES: u8 = 64;
 /// Stretches that are not learnt from after one that was unfit.
 const HOLD: u8 = 2;
 /// Rows whose innovations v is averaged over.
@@ -52,17 +60,17 @@ pub(super) struct Noise<S> {
 }
 
 impl<S: Float> Noise<S> {
-    pub(super) fn new() -> Self {
-        let variance = S::from_f64(FIRST_VARIANCE);
-        Self {
-            centre: S::ZERO,
-            sample: variance,
-            within: variance,
-            variance: S::ZERO,
-            surprise: S::ZERO,
-            spikes: 0,
-            stretches: 0,
-        }
+    /// Before it is started.
+    pub(super) const NEW: Self = {
+        let zero = S::ZERO;
+        Self { centre: zero, sample: zero, within: zero, variance: zero, surprise: zero, spikes: 0, stretches: 0 }
+    };
+
+    /// Nothing is known yet.
+    #[inline]
+    pub(super) fn begin(&mut self) {
+        self.sample = S::from_f64(FIRST_VARIANCE);
+        self.within = self.sample;
     }
 
     /// The weight of a sample by its residual, if that is a number.
@@ -74,23 +82,20 @@ impl<S: Float> Noise<S> {
             warnings.latch(true, Warning::NotANumber);
             return None;
         }
-        if square > S::from_f64(SPIKE * SPIKE) {
-            self.spikes += 1;
-        }
         let far = S::from_f64(FAR * FAR);
         let weight = far.over(square.max(far));
+        if weight < S::from_f64(FAR * FAR / (SPIKE * SPIKE)) {
+            self.spikes += 1;
+        }
         let change = self.sample * (square * weight - S::ONE) + S::from_f64(LEAST_NOISE * LEAST_NOISE);
         self.sample = self.sample + change * S::from_f64(1.0 / NOISE_SAMPLES);
         Some(weight)
     }
 
-    /// Notes the innovation of a row over its deviation, and that deviation.
+    /// Notes the innovation of a row over its deviation.
     #[inline]
-    pub(super) fn note(&mut self, innovation: S, total: S) {
-        // What is not known yet says nothing of the noise.
-        if total * total < S::from_f64(4.0) * self.variance {
-            self.surprise = self.surprise + (innovation * innovation - S::ONE);
-        }
+    pub(super) fn note(&mut self, innovation: S) {
+        self.surprise = self.surprise + (innovation * innovation - S::ONE);
     }
 
     /// Learns v from what was noted over a stretch that was fit.
@@ -108,15 +113,12 @@ impl<S: Float> Adaptation<S> {
     pub(super) fn judge(&self, state: &mut AdaptationState<S>) {
         // Σ p² and Σ r² about their means, without what a delay explains.
         let [of_block, of_residual, ..] = state.sums;
-        let AdaptationState { triangle, noise, warnings, blocks, .. } = &mut *state;
+        let AdaptationState { triangle, noise, warnings, blocks, spiky, .. } = &mut *state;
         let blocks = *blocks;
         let number = S::from_f64(f64::from(blocks));
         let [unexplained, ..] = *triangle;
         if of_block < self.motion * number {
-            state.work = 0;
-            if blocks >= self.most_blocks {
-                Self::begin_stretch(state);
-            }
+            state.work = if blocks >= self.most_blocks { DROPPED } else { 0 };
             return;
         }
         let free = number - S::from_f64((ROWS - 1) as f64);
@@ -127,12 +129,13 @@ impl<S: Float> Adaptation<S> {
         let mut faults = Warnings::default();
         faults.latch(!calm, Warning::Disturbed);
         faults.latch(of_residual > self.gain * of_block, Warning::Dead);
-        faults.latch(100 * noise.spikes > u32::from(blocks) * u32::from(self.samples), Warning::Spikes);
+        faults.latch(SPIKE_BLOCKS * noise.spikes > u32::from(blocks), Warning::Spikes);
+        *spiky = if noise.spikes > 0 { spiky.saturating_add(SPIKY) } else { spiky.saturating_sub(1) };
+        warnings.latch(*spiky >= SPIKES, Warning::Spikes);
         if faults != Warnings::default() {
             warnings.add(faults);
             state.hold = HOLD;
-            state.work = 0;
-            Self::begin_stretch(state);
+            state.work = DROPPED;
             return;
         }
         // Until innovations say more.

@@ -55,14 +55,15 @@ pub(super) struct Trial<S> {
     /// Λ′, B′, Λ, B.
     pub(super) leads: [S; LEADS],
     /// What Λ′ must reach.
-    needed: S,
+    pub(super) needed: S,
 }
 
 impl<S: Float> Trial<S> {
-    pub(super) fn new(threshold: S) -> Self {
+    /// Before it is started.
+    pub(super) const NEW: Self = {
         let zero = [S::ZERO; COEFFICIENTS];
-        Self { in_force: zero, shadow: zero, leads: [S::ZERO; LEADS], needed: threshold }
-    }
+        Self { in_force: zero, shadow: zero, leads: [S::ZERO; LEADS], needed: S::ZERO }
+    };
 
     /// Puts the block back in force.
     pub(super) fn give_back(&mut self) {

@@ -34,20 +34,26 @@ pub(super) fn add<S: Float>(a: &mut [S], b: &[S], factor: S) {
     }
 }
 
-/// a ← a·factor.
+/// a ← 0. The barrier keeps the run-time library's routine out, which is longer.
 #[inline(never)]
-pub(super) fn scale<S: Float>(a: &mut [S], factor: S) {
-    for a in black_box(a) {
-        *a = *a * factor;
+pub(super) fn clear<S: Float>(a: &mut [S]) {
+    for a in a {
+        *a = S::ZERO;
         black_box(());
     }
+}
+
+/// √x.
+#[inline(never)]
+pub(super) fn root<S: Float>(x: S) -> S {
+    x.sqrt()
 }
 
 /// Rotates a and b, over the shorter of both, as it takes to turn the pair (x, y) into (√(x² + y²), 0). Returns that root.
 #[inline(never)]
 pub(super) fn rotate<S: Float>(x: S, y: S, a: &mut [S], b: &mut [S]) -> S {
     let x = x + S::from_f64(TINY);
-    let root = (x * x + y * y).sqrt();
+    let root = root(x * x + y * y);
     let (cosine, sine) = (x.over(root), y.over(root));
     for (a, b) in a.iter_mut().zip(b) {
         (*a, *b) = (cosine * *a + sine * *b, cosine * *b - sine * *a);

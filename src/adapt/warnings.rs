@@ -9,15 +9,15 @@
 pub enum Warning {
     /// The torque was not a finite number.
     NotANumber = 0,
-    /// More than one sample in a hundred of a stretch lay far off its neighbours.
+    /// Samples lay far off their neighbours: more than ten a second in a stretch, or some in several stretches.
     Spikes = 1,
     /// The torque followed the deflection with a gain that no admitted coefficients have: a dead signal, another sign, another unit.
     Dead = 2,
     /// A stretch fitted no coefficients at all: the signal jumped, or its noise grew.
     Disturbed = 3,
-    /// The torque comes later, or earlier, than the deflection by more than 2 ms.
+    /// The torque comes later, or earlier, than the deflection by more than 0.5 ms.
     Delay = 4,
-    /// The torque is off by more than 2 % of the rated torque.
+    /// The torque is off by more than 0.5 % of the rated torque.
     Offset = 5,
     /// The common factor of the coefficients changed by more than 3 %: another torque scale, or another gear. The two cannot be distinguished.
     ScaleOrGear = 6,
@@ -77,6 +77,9 @@ impl Warning {
 pub struct Warnings(u16);
 
 impl Warnings {
+    /// None.
+    pub(super) const NONE: Self = Self(0);
+
     /// Latches a warning if it happened.
     #[inline]
     pub(super) fn latch(&mut self, happened: bool, warning: Warning) {

@@ -13,10 +13,10 @@
 //! | a bound on the shadow | [`BOUND`] | `bounds` |
 
 use super::bounds::BOUNDS;
-use super::health::{OF_SIGNAL, QUANTITIES, TIMES, is_beyond};
+use super::health::{OF_SIGNAL, QUANTITIES};
 use super::state::AdaptationState;
 use super::trial::LEADS;
-use super::triangle::{add, dot, fold, row};
+use super::triangle::{add, clear, dot, fold, root, rotate, row};
 use super::{Adaptation, COEFFICIENTS, Change, LEAST_TOLD};
 use crate::scalar::Float;
 
@@ -29,9 +29,10 @@ const STEPS: usize = 3 * COEFFICIENTS + 1;
 
 /// Counts at which a piece of each kind is the last of its kind.
 const END: usize = 1;
-const BOUND: usize = END + 1;
+const NOISE: usize = END + 1;
+const BOUND: usize = NOISE + 1;
 const LIFT: usize = BOUND + BOUNDS;
-const CHECK: usize = LIFT + 1;
+const CHECK: usize = LIFT + COEFFICIENTS;
 const LEARN: usize = CHECK + STEPS * QUANTITIES;
 const DECIDE: usize = LEARN + COEFFICIENTS * STEPS;
 const LEAD: usize = DECIDE + 1;
@@ -42,6 +43,8 @@ const FOLD: usize = ASSESS + ROWS - 1;
 pub(super) const DECIDED: u8 = DECIDE as u8 - 1;
 /// The count from which nothing is learnt from a stretch.
 pub(super) const LEARNT: u8 = LEARN as u8 - 1;
+/// The count from which a stretch is dropped.
+pub(super) const DROPPED: u8 = END as u8;
 /// The count at which a whole block is to be folded in.
 pub(super) const BEGIN: u8 = (FOLD + ROWS - 1) as u8;
 
@@ -66,13 +69,15 @@ impl<S: Float> Adaptation<S> {
             return Self::decide(state);
         } else if count >= CHECK {
             self.step(state, (count - CHECK) / STEPS, (count - CHECK) % STEPS);
-        } else if count == LIFT {
-            self.lift(state);
+        } else if count >= LIFT {
+            self.lift(state, count - LIFT);
         } else if count >= BOUND {
             self.bound(state, count - BOUND);
-        } else {
+        } else if count == NOISE {
             state.noise.learn();
-            Self::begin_stretch(state);
+        } else {
+            clear(&mut state.triangle);
+            state.blocks = 0;
         }
         Change::None
     }
@@ -84,15 +89,22 @@ impl<S: Float> Adaptation<S> {
         const FORGET: usize = LEARN + COEFFICIENTS;
         const LEARN: usize = 1;
         let AdaptationState { triangle, estimate, noise, sums, work, .. } = state;
-        let row = match self.health.rows.get(number.wrapping_sub(OF_SIGNAL)) {
-            Some(row) => row.as_slice(),
-            None if number < OF_SIGNAL => row(triangle, number + COEFFICIENTS + 2),
-            None => row(triangle, number + SHORTEST - QUANTITIES),
+        let length = match number {
+            ..OF_SIGNAL => number + COEFFICIENTS + 2,
+            OF_SIGNAL..QUANTITIES => COEFFICIENTS + 1,
+            _ => number + SHORTEST - QUANTITIES,
         };
-        let [value, r @ ..] = row else { return };
+        let row = row(triangle, length);
+        // What was learnt from is needed no more.
+        if (OF_SIGNAL..QUANTITIES).contains(&number)
+            && let Ok(row) = row.try_into()
+        {
+            self.quantity(number, row);
+        }
+        let [value, r @ ..] = &*row else { return };
         let is_learnt = number >= QUANTITIES;
         if step == STEPS - 1 {
-            *sums = [S::ZERO; ROWS];
+            clear(sums);
             let [w @ .., total] = sums;
             *total = S::ONE;
             if is_learnt {
@@ -101,36 +113,36 @@ impl<S: Float> Adaptation<S> {
                     *work -= STEPS as u8 - 1;
                     return;
                 }
-                let pace = self.drift.over(told).sqrt();
+                let pace = root(self.drift.over(told));
                 add(w, r, self.prior * pace);
                 *total = -pace;
             }
         }
         let [gain @ .., total] = sums;
-        if step >= PROJECT {
-            estimate.project(STEPS - step, r, *total, gain);
-        } else if !is_learnt {
-            *work -= PROJECT as u8 - 1;
-            if let (Some(limit), Some(times), Some(&diagonal)) =
-                (self.health.limits.get(number), state.passed.get_mut(number), row.last())
-            {
-                let off = *value - dot(r, &estimate.value);
-                let is_beyond = is_beyond(off, diagonal * *limit, noise.variance + dot(r, gain));
-                *times = if is_beyond { (*times + 1).min(TIMES) } else { 0 };
-                state.warnings.latch_quantity(*times == TIMES, number);
+        if step == 0 || !is_learnt && step < PROJECT {
+            let off = *value - dot(r, &estimate.value);
+            if is_learnt {
+                let innovation = estimate.follow(off, *total, gain);
+                noise.note(innovation);
+            } else {
+                let (spread, diagonal) = (dot(r, gain), r.last().copied().unwrap_or_default());
+                *work -= PROJECT as u8 - 1;
+                self.check(state, number, [off, spread, diagonal]);
             }
-        } else if step >= FORGET {
+        } else if (FORGET..PROJECT).contains(&step) {
             estimate.forget(step - FORGET + 1, sums);
             if step == FORGET {
-                *sums = [S::ZERO; ROWS];
+                clear(sums);
                 let [.., total] = sums;
-                *total = noise.variance.sqrt();
+                *total = root(noise.variance);
             }
-        } else if step >= LEARN {
-            estimate.learn(COEFFICIENTS + 1 - step, r, total, gain);
         } else {
-            let surprise = estimate.follow(r, *value, *total, gain);
-            noise.note(surprise, *total);
+            let (column, seen) = estimate.seen(if step >= PROJECT { STEPS - step } else { COEFFICIENTS + 1 - step }, r);
+            if step >= PROJECT {
+                add(gain, column, *total * seen);
+            } else {
+                *total = rotate(*total, seen, gain, column);
+            }
         }
     }
 }
