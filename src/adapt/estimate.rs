@@ -85,6 +85,7 @@ impl<S: Float> Estimate<S> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::triangle::rotate;
     use super::*;
 
     const PRIOR: f64 = 0.25;
@@ -92,7 +93,10 @@ mod tests {
     /// Pr.
     fn project(estimate: &mut Estimate<f64>, r: &Coefficients<f64>) -> Coefficients<f64> {
         let mut sum = [0.0; COEFFICIENTS];
-        (1..=COEFFICIENTS).for_each(|length| estimate.project(length, r, 1.0, &mut sum));
+        for length in 1..=COEFFICIENTS {
+            let (column, seen) = estimate.seen(length, r);
+            add(&mut sum, column, seen);
+        }
         sum
     }
 
@@ -113,10 +117,14 @@ mod tests {
         const VARIANCE: f64 = 2.0;
         let before = spread(estimate, r);
         let (mut total, mut gain) = (VARIANCE.sqrt(), [0.0; COEFFICIENTS]);
-        (1..=COEFFICIENTS).for_each(|length| estimate.learn(length, r, &mut total, &mut gain));
+        for length in 1..=COEFFICIENTS {
+            let (column, seen) = estimate.seen(length, r);
+            total = rotate(total, seen, &mut gain, column);
+        }
         assert!((total * total - VARIANCE - before).abs() < 1e-9 && (dot(r, &gain) * total - before).abs() < 1e-9);
         assert!((spread(estimate, r) - VARIANCE * before / (VARIANCE + before)).abs() < 1e-9);
-        estimate.follow(r, value, total, &gain);
+        let missed = value - dot(r, &estimate.value);
+        estimate.follow(missed, total, &gain);
     }
 
     #[test]

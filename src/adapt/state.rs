@@ -31,6 +31,8 @@ pub struct AdaptationState<S> {
     pub(super) passed: Passed,
     /// Stretches with spikes, less those without.
     pub(super) spiky: u8,
+    /// Weighted sums of the samples of a block, then its row; while a stretch is worked on, a place to work in.
+    pub(super) sums: [S; ROWS],
     /// The block's torque at the last sample.
     pub(super) last: S,
     /// The span of the places that the gear had been to as the stretch began, over A.
@@ -38,8 +40,6 @@ pub struct AdaptationState<S> {
     pub(super) noise: Noise<S>,
     pub(super) trial: Trial<S>,
     pub(super) estimate: Estimate<S>,
-    /// Weighted sums of the samples of a block, then its row; while a stretch is worked on, a place to work in.
-    pub(super) sums: [S; ROWS],
     /// The triangle of the stretch.
     pub(super) triangle: [S; ROWS * (ROWS + 1) / 2],
     /// The mean delay over many stretches: Σ of delays by their weights, and of the weights.

@@ -12,6 +12,8 @@
 //! | the next shadow: e and h not negative | [`LIFT`] | `bounds` |
 //! | a bound on the shadow | [`BOUND`] | `bounds` |
 
+use core::hint::black_box;
+
 use super::bounds::BOUNDS;
 use super::health::{OF_SIGNAL, QUANTITIES};
 use super::state::AdaptationState;
@@ -104,19 +106,23 @@ impl<S: Float> Adaptation<S> {
         let [value, r @ ..] = &*row else { return };
         let is_learnt = number >= QUANTITIES;
         if step == STEPS - 1 {
-            clear(sums);
             let [w @ .., total] = sums;
-            *total = S::ONE;
+            // Not by `clear`: this is the step of most instructions.
+            for w in w.iter_mut() {
+                *w = S::ZERO;
+                black_box(());
+            }
+            let mut factor = S::ONE;
             if is_learnt {
                 let told = self.prior * dot(r, r);
+                // What this step leaves in `sums` is then cleared by the next row.
                 if told < S::from_f64(LEAST_TOLD) * noise.variance {
                     *work -= STEPS as u8 - 1;
-                    return;
                 }
-                let pace = root(self.drift.over(told));
-                add(w, r, self.prior * pace);
-                *total = -pace;
+                factor = -root(self.drift.over(told));
+                add(w, r, -self.prior * factor);
             }
+            *total = factor;
         }
         let [gain @ .., total] = sums;
         if step == 0 || !is_learnt && step < PROJECT {
@@ -125,7 +131,7 @@ impl<S: Float> Adaptation<S> {
                 let innovation = estimate.follow(off, *total, gain);
                 noise.note(innovation);
             } else {
-                let (spread, diagonal) = (dot(r, gain), r.last().copied().unwrap_or_default());
+                let (spread, diagonal) = (dot(r, gain), *row.last().unwrap_or(value));
                 *work -= PROJECT as u8 - 1;
                 self.check(state, number, [off, spread, diagonal]);
             }
