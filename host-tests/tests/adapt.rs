@@ -17,7 +17,9 @@ fn feed_forward_follows_a_gear_that_drifts() {
         assert!(adapted <= 1.3 * truth, "{motion:?}: {adapted} for {truth}");
         assert!(outcome.warnings.has(Warning::ScaleOrGear), "{motion:?}");
         // Nothing is wrong with the signal.
-        assert!(!outcome.warnings.has(Warning::Spikes), "{motion:?}: {:?}", outcome.warnings);
+        for fault in [Warning::Spikes, Warning::Delay, Warning::Offset] {
+            assert!(!outcome.warnings.has(fault), "{motion:?}: {:?}", outcome.warnings);
+        }
     }
 }
 
@@ -83,6 +85,63 @@ fn faults_on_a_gear_that_drifts() {
     for fault in [Fault::Zero, Fault::Offset(0.05 * rated), Fault::Delay(5e-3), Fault::Spikes(50)] {
         for motion in Motion::FIVE {
             let case = Case { motion, fault: (fault, 60.3), seconds: 120.0, drift: [0.95, 1.1], ..Case::default() };
+            let [fixed, adapted, _] = run::<f32>(&case, |_, _| {}).one_step;
+            assert!(adapted <= 1.02 * fixed, "{fault:?} {motion:?}: {adapted} for {fixed}");
+        }
+    }
+}
+
+/// How small a fault is reported depends on the motion.
+#[test]
+fn small_faults_are_reported() {
+    let rated = block().torque_scale_nm();
+    let told: [(Fault, Warning, &[Motion]); 6] = [
+        (Fault::Offset(0.01 * rated), Warning::Offset, &[Motion::Sine, Motion::Tones, Motion::Moves]),
+        (Fault::Offset(0.02 * rated), Warning::Offset, &Motion::FIVE),
+        (Fault::Delay(1e-3), Warning::Delay, &[Motion::Sine, Motion::Tones, Motion::Fast]),
+        (
+            Fault::Delay(2.5e-3),
+            Warning::Delay,
+            &[Motion::Sine, Motion::Tones, Motion::OneSided, Motion::Moves, Motion::Fast],
+        ),
+        (Fault::Spikes(2000), Warning::Spikes, &Motion::FIVE),
+        (Fault::Spikes(10_000), Warning::Spikes, &Motion::FIVE),
+    ];
+    for (fault, warning, motions) in told {
+        for &motion in motions {
+            let case = Case { motion, fault: (fault, 0.0), seconds: 150.0, ..Case::default() };
+            let warnings = run::<f32>(&case, |_, _| {}).warnings;
+            assert!(warnings.has(warning), "{fault:?} {motion:?}: {warnings:?}");
+        }
+    }
+}
+
+/// What a gear leaves that drifts twice as fast as above, under coloured noise, is no delay and no offset of the signal.
+#[test]
+fn a_gear_that_drifts_is_no_fault_of_the_signal() {
+    for motion in [Motion::OneSided, Motion::Tones, Motion::Fast] {
+        for drift in [[0.9, 1.2], [1.1, 0.8]] {
+            for seed in [1, 3] {
+                let case = Case { motion, drift, seed, coloured: [0.007, 0.95], seconds: 300.0, ..Case::default() };
+                let warnings = run::<f32>(&case, |_, _| {}).warnings;
+                let seen = [Warning::Delay, Warning::Offset].map(|warning| warnings.has(warning));
+                assert_eq!(seen, [false; 2], "{motion:?} {drift:?} {seed}: {warnings:?}");
+            }
+        }
+    }
+}
+
+/// Faults that are just large enough to be learnt as another gear before they are seen.
+#[test]
+fn faults_are_seen_before_they_are_taken_over() {
+    let rated = block().torque_scale_nm();
+    for (motion, fault, seed) in [
+        (Motion::OneSided, (Fault::Offset(0.04 * rated), 0.0), 2),
+        (Motion::Fast, (Fault::Delay(5e-3), 60.0), 3),
+        (Motion::Fast, (Fault::Delay(5e-3), 100.3), 3),
+    ] {
+        for drift in [[1.0; 2], [0.95, 1.1]] {
+            let case = Case { motion, fault, seed, drift, seconds: 200.0, ..Case::default() };
             let [fixed, adapted, _] = run::<f32>(&case, |_, _| {}).one_step;
             assert!(adapted <= 1.02 * fixed, "{fault:?} {motion:?}: {adapted} for {fixed}");
         }

@@ -2,7 +2,7 @@
 
 use super::bounds::fall;
 use super::coefficients::{self, changed};
-use super::health::{QUANTITIES, limits};
+use super::health::{QUANTITIES, lag, limits};
 use super::state::AdaptationState;
 use super::{AdaptError, BLOCK_S, Coefficients, LEAST_MOTION, LONGEST_S, SHORTEST_S, Settings, reversed};
 use crate::gear::Gear;
@@ -35,11 +35,10 @@ pub struct Adaptation<S> {
     pub(super) most_blocks: u16,
     /// κ of the [filter](super::filter).
     pub(super) drift: S,
-    /// Prior deviation of each coefficient, and its square.
+    /// What a variance along a row counts in lag, where the signal is held against its limits.
+    pub(super) lag: S,
+    /// Prior standard deviation of each coefficient: half of the most that a coefficient, and their common factor, may change.
     pub(super) deviation: S,
-    pub(super) prior: S,
-    /// The most that a coefficient, and their common factor, may change.
-    pub(super) change: S,
     /// The most that the slope may fall by.
     pub(super) fall: S,
     /// γ's row.
@@ -81,7 +80,7 @@ impl<S: Float> Adaptation<S> {
         let number = S::from_f64(f64::from(samples));
         let blocks = |seconds: f64| at_least(S::from_f64(seconds).over(number * period_s), FEWEST_BLOCKS, MOST_BLOCKS);
         let deviation = S::HALF * largest_change;
-        let drift = drift.over(deviation);
+        let pace = drift.over(deviation);
         let common = coefficients::common(&frame, &block);
         let (limits, of_slope) = limits(period_s, &block);
         let gain = largest_change + S::from_f64(0.1);
@@ -93,10 +92,9 @@ impl<S: Float> Adaptation<S> {
             pieces: at_least(period_s * S::from_f64(1e3), 1, MOST_PIECES),
             fewest_blocks: blocks(SHORTEST_S),
             most_blocks: blocks(LONGEST_S),
-            drift: drift * drift,
+            drift: pace * pace,
+            lag: lag(drift),
             deviation,
-            prior: deviation * deviation,
-            change: largest_change,
             fall: fall(&block),
             common,
             of_slope,
@@ -118,7 +116,6 @@ impl<S: Float> Adaptation<S> {
     /// What is not zero in a state that has learnt nothing.
     #[inline]
     pub(super) fn begin(&self, state: &mut AdaptationState<S>) {
-        state.begun = true;
         state.noise.begin();
         state.trial.needed = self.threshold;
         state.estimate.begin(self.deviation);

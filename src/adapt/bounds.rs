@@ -25,18 +25,18 @@ const PLACES: usize = 5;
 const FACTOR: usize = PLACES + COEFFICIENTS;
 pub(super) const BOUNDS: usize = FACTOR + 1;
 
-/// A lower bound of the rising slope at a place.
+/// Less a lower bound of the rising slope at a place.
 #[inline(always)]
-fn slope<S: Float>(of: &Coefficients<S>, place: usize) -> S {
+fn descent<S: Float>(of: &Coefficients<S>, place: usize) -> S {
     let [h, e, k5, k3, k1] = *of;
     let [three, five] = [3.0, 5.0].map(S::from_f64);
     let square = S::from_f64(f64::from(place as u8)) * S::from_f64(SPACING);
-    k1 - S::TWO * h - e + square * (e + three * k3 + square * (five * k5))
+    S::TWO * h + e - k1 - square * (e + three * k3 + square * (five * k5))
 }
 
 /// What the slope may fall by anywhere: half the least of the block's.
 pub(super) fn fall<S: Float>(block: &Coefficients<S>) -> S {
-    let least = (0..PLACES).map(|place| slope(block, place)).reduce(S::min).unwrap_or_default();
+    let least = (0..PLACES).map(|place| -descent(block, place)).reduce(S::min).unwrap_or_default();
     // Where it may not fall at all, next to nothing is left.
     (S::HALF * least).max(S::from_f64(1e-9))
 }
@@ -59,11 +59,12 @@ impl<S: Float> Adaptation<S> {
     pub(super) fn bound(&self, state: &mut AdaptationState<S>, number: usize) {
         let shadow = state.trial.shadow;
         let (value, most) = if number < PLACES {
-            (-slope(&shadow, number), self.fall)
+            (descent(&shadow, number), self.fall)
         } else {
             let value = shadow.get(number - PLACES).copied().unwrap_or_else(|| dot(&self.common, &shadow));
-            (value.abs(), self.change)
+            (value.abs(), self.deviation)
         };
+        let most = most + most;
         if value > most {
             add(&mut state.trial.shadow, &shadow, most.over(value) - S::ONE);
             state.held = true;

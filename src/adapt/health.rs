@@ -1,9 +1,11 @@
 //! What is held against a limit after every stretch: the delay and the offset of the signal, and changes of the gear from its block.
 //!
-//! A quantity passes its limit where it is beyond by 5 standard deviations, and is reported after [`TIMES`] stretches in a row. While the delay passes it nothing is decided.
+//! A quantity passes its limit where it is beyond by 5 standard deviations, and is reported after three stretches in a row. While delay or offset pass it nothing is taken over.
+//! After a stretch that is unfit the means begin anew: what the signal has become is told apart from what it was.
 //!
-//! The delay is the mean over some [`MEMORY`] stretches, each weighted by its information, so that delays which are less than the noise of a stretch are seen. The variance of delay and offset counts what
-//! is not known of the gear, rᵀPr, [`LAG`] times: a gear that drifts is left behind by more than its standard deviation.
+//! **Delay and offset** are means over some [`MEMORY`] stretches, each weighted by its information, so that faults which are less than the noise of a stretch are seen. What a gear that drifts leaves is the same in
+//! all of them: no mean lessens it, so it is added to the limit. Learning by P that forgets q = `drift`² a stretch is behind a gear that drifts by ρ a stretch by Pρ/q. Of that a row r sees rᵀPρ/q, at most
+//! abs(Pr)·abs(ρ)/q (Cauchy–Schwarz), over the last entry of the row; abs(ρ) is taken to be `drift`.
 //!
 //! | quantity | limit |
 //! |---|---|
@@ -21,24 +23,22 @@ use super::state::AdaptationState;
 use super::{Adaptation, COEFFICIENTS, Coefficients};
 use crate::scalar::Float;
 
-/// Stretches in a row at which a limit must be passed.
-const TIMES: u8 = 3;
+/// Stretches in a row at which a limit must be passed, a bit each.
+const TIMES: u8 = 0b111;
 /// Standard deviations by which it must be passed.
 const SIGNIFICANT: f64 = 5.0;
 /// Delay, s.
 const LARGEST_DELAY_S: f64 = 0.5e-3;
 /// Offset, of T_A.
 const LARGEST_OFFSET: f64 = 0.005;
-/// Stretches that the mean of the delay is over.
-const MEMORY: f64 = 32.0;
-/// What the variance of what is not known of the gear counts, where the signal is held against its limits.
-const LAG: f64 = 9.0;
+/// Stretches that the means are over.
+const MEMORY: f64 = 16.0;
 
 /// How many quantities there are: of the signal, and all.
 pub(super) const OF_SIGNAL: usize = 2;
 pub(super) const QUANTITIES: usize = OF_SIGNAL + 5;
 
-/// For how many stretches in a row each limit was passed.
+/// Whether each limit was passed, a bit a stretch, the last one's lowest.
 pub(super) type Passed = [u8; QUANTITIES];
 
 /// The limits of the quantities, those of the gear to first order about the block's coefficients; and q, what the slope at zero counts in lost motion where h counts one.
@@ -50,6 +50,11 @@ pub(super) fn limits<S: Float>(period_s: S, block: &Coefficients<S>) -> ([S; QUA
         [LARGEST_DELAY_S, LARGEST_OFFSET, 0.03, 0.05, 0.10, 0.05].map(S::from_f64);
     let width_limit = of_width * width;
     ([delay.over(period_s), offset, factor, of_spring * spring, width_limit, e, width_limit], width.over(slope))
+}
+
+/// abs(ρ)/q. A gear that is said to stay leaves nothing.
+pub(super) fn lag<S: Float>(drift: S) -> S {
+    if drift > S::ZERO { drift.recip() } else { S::ZERO }
 }
 
 impl<S: Float> Adaptation<S> {
@@ -68,27 +73,28 @@ impl<S: Float> Adaptation<S> {
         }
     }
 
-    /// Holds a quantity against its limit, from what its row missed, rᵀPr and the last entry of the row.
+    /// Holds a quantity against its limit, from what its row missed, rᵀPr, the last entry of the row and abs(Pr).
     #[inline(always)]
-    pub(super) fn check(&self, state: &mut AdaptationState<S>, number: usize, [mut off, spread, diagonal]: [S; 3]) {
-        let (Some(limit), Some(times)) = (self.limits.get(number), state.passed.get_mut(number)) else { return };
-        let (mut unit, mut variance) = (S::ONE, spread);
-        if number < OF_SIGNAL {
-            unit = diagonal;
-            variance = spread * S::from_f64(LAG) + state.noise.variance;
-        }
-        if number == 0 {
-            let [sum, weight] = &mut state.delay;
-            let told = unit.over(variance);
+    pub(super) fn check(
+        &self,
+        state: &mut AdaptationState<S>,
+        number: usize,
+        [mut off, spread, diagonal, lag]: [S; 4],
+    ) {
+        let (Some(&limit), Some(times)) = (self.limits.get(number), state.passed.get_mut(number)) else { return };
+        let (mut limit, mut variance) = (limit, spread);
+        if let Some([sum, weight]) = state.means.get_mut(number) {
+            let told = diagonal.over(spread + state.noise.variance);
             let keep = S::from_f64(1.0 - 1.0 / MEMORY);
             *sum = *sum * keep + off * told;
-            *weight = *weight * keep + unit * told;
-            (off, unit, variance) = (*sum, *weight, *weight);
+            *weight = *weight * keep + diagonal * told;
+            (off, variance) = (*sum, *weight);
+            limit = variance * (limit + (self.lag * lag).over(diagonal));
         }
-        let beyond = off.abs() - unit * *limit;
+        let beyond = off.abs() - limit;
         let is_beyond = beyond * beyond.abs() > S::from_f64(SIGNIFICANT * SIGNIFICANT) * variance;
-        *times = if is_beyond { times.saturating_add(1) } else { 0 };
-        state.warnings.latch_quantity(*times >= TIMES, number);
+        *times = *times << 1 | u8::from(is_beyond);
+        state.warnings.latch_quantity(*times & TIMES == TIMES, number);
     }
 }
 

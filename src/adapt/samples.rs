@@ -16,6 +16,11 @@ use crate::scalar::Float;
 /// What the span of all places that the gear has been to may grow by within a stretch, over A.
 const SAME_PLACES: f64 = 0.05;
 
+/// Whether a sample was ever taken: the state is begun.
+const EVER: u8 = 1;
+/// Whether the last period took one.
+const LAST: u8 = 2;
+
 impl<S: Float> Adaptation<S> {
     /// One control period: the gear after its step along the measured deflection, and the torque at the same time, N·m, terms taken off. Says what becomes of the parameters in force; the
     /// caller then changes them by [`take_over`](crate::feedforward::FeedForward::take_over).
@@ -27,7 +32,8 @@ impl<S: Float> Adaptation<S> {
         gear: &State<S, N, L>,
         torque: S,
     ) -> Change {
-        let continues = core::mem::take(&mut state.continues);
+        let sampled = state.sampled;
+        state.sampled &= EVER;
         let mut pieces = self.pieces;
         while state.work > 0 {
             let change = self.piece(state);
@@ -39,7 +45,7 @@ impl<S: Float> Adaptation<S> {
         }
         let Some(path) = L::path(gear.memory()) else { return Change::None };
         if state.samples == 0 {
-            if !state.begun {
+            if state.sampled == 0 {
                 self.begin(state);
             }
             clear(&mut state.sums);
@@ -59,10 +65,10 @@ impl<S: Float> Adaptation<S> {
         let [residual, x @ .., slope, _] = &mut row;
         let p = dot(x, &self.block);
         *residual = torque.over(self.frame.torque_scale()) - p;
-        *slope = if continues { p - state.last } else { S::ZERO };
+        *slope = if sampled & LAST != 0 { p - state.last } else { S::ZERO };
         state.last = p;
-        state.continues = true;
-        if let Some(weight) = state.noise.weigh(*residual, &mut state.warnings) {
+        state.sampled = EVER | LAST;
+        if let Some(weight) = state.noise.weigh(*residual, &mut state.spikes, &mut state.warnings) {
             add(&mut state.sums, &row, weight * self.share);
             state.samples += 1;
             if state.samples == self.samples {
@@ -94,7 +100,7 @@ impl<S: Float> Adaptation<S> {
         state.noise.centre = residual.over(weight);
         // The centre was that of a block before the work on a stretch: the gear has moved since.
         if state.blocks == 0 {
-            state.noise.spikes = 0;
+            state.spikes = 0;
         }
     }
 

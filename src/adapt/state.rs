@@ -1,7 +1,7 @@
 //! What the adaptation of one joint has learnt.
 
 use super::estimate::Estimate;
-use super::health::{Passed, QUANTITIES};
+use super::health::{OF_SIGNAL, Passed, QUANTITIES};
 use super::supervision::Noise;
 use super::trial::Trial;
 use super::warnings::Warnings;
@@ -19,14 +19,14 @@ pub struct AdaptationState<S> {
     pub(super) hold: u8,
     /// Whether a bound holds the shadow.
     pub(super) held: bool,
-    /// Whether the last period took a sample.
-    pub(super) continues: bool,
-    /// Whether what is not zero at the start is set.
-    pub(super) begun: bool,
+    /// Whether samples were taken, by [`samples`](super::samples).
+    pub(super) sampled: u8,
     /// Samples of the block.
     pub(super) samples: u16,
     /// Blocks of the stretch.
     pub(super) blocks: u16,
+    /// Spikes in the stretch.
+    pub(super) spikes: u16,
     pub(super) warnings: Warnings,
     pub(super) passed: Passed,
     /// Stretches with spikes, less those without.
@@ -42,8 +42,8 @@ pub struct AdaptationState<S> {
     pub(super) estimate: Estimate<S>,
     /// The triangle of the stretch.
     pub(super) triangle: [S; ROWS * (ROWS + 1) / 2],
-    /// The mean delay over many stretches: Σ of delays by their weights, and of the weights.
-    pub(super) delay: [S; 2],
+    /// The mean delay and offset over many stretches: Σ of them by their weights, and of the weights.
+    pub(super) means: [[S; 2]; OF_SIGNAL],
 }
 
 impl<S: Float> AdaptationState<S> {
@@ -54,11 +54,11 @@ impl<S: Float> AdaptationState<S> {
             work: 0,
             hold: 0,
             held: false,
-            continues: false,
-            begun: false,
+            sampled: 0,
             spiky: 0,
             samples: 0,
             blocks: 0,
+            spikes: 0,
             warnings: Warnings::NONE,
             passed: [0; QUANTITIES],
             last: S::ZERO,
@@ -68,7 +68,7 @@ impl<S: Float> AdaptationState<S> {
             estimate: Estimate::NEW,
             sums: [S::ZERO; ROWS],
             triangle: [S::ZERO; ROWS * (ROWS + 1) / 2],
-            delay: [S::ZERO; 2],
+            means: [[S::ZERO; 2]; OF_SIGNAL],
         }
     }
 

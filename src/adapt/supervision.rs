@@ -11,7 +11,7 @@
 //! Rare spikes: a stretch with one adds [`SPIKY`] to a count, one without takes 1 off it. From [`SPIKES`] on it is [`Warning::Spikes`], too.
 
 use super::state::AdaptationState;
-use super::work::{DECIDED, DROPPED, LEARNT, ROWS};
+use super::work::{DROPPED, LEARNT, ROWS};
 use super::{Adaptation, Warning, Warnings};
 use crate::scalar::Float;
 
@@ -53,8 +53,6 @@ pub(super) struct Noise<S> {
     pub(super) variance: S,
     /// Σ of squared innovations less one, over their variance.
     surprise: S,
-    /// Spikes in the stretch.
-    pub(super) spikes: u32,
     /// Stretches that were fit.
     pub(super) stretches: u32,
 }
@@ -63,7 +61,7 @@ impl<S: Float> Noise<S> {
     /// Before it is started.
     pub(super) const NEW: Self = {
         let zero = S::ZERO;
-        Self { centre: zero, sample: zero, within: zero, variance: zero, surprise: zero, spikes: 0, stretches: 0 }
+        Self { centre: zero, sample: zero, within: zero, variance: zero, surprise: zero, stretches: 0 }
     };
 
     /// Nothing is known yet.
@@ -75,7 +73,7 @@ impl<S: Float> Noise<S> {
 
     /// The weight of a sample by its residual, if that is a number.
     #[inline]
-    pub(super) fn weigh(&mut self, residual: S, warnings: &mut Warnings) -> Option<S> {
+    pub(super) fn weigh(&mut self, residual: S, spikes: &mut u16, warnings: &mut Warnings) -> Option<S> {
         let far = residual - self.centre;
         let square = (far * far).over(self.sample);
         if !square.is_finite() {
@@ -85,7 +83,7 @@ impl<S: Float> Noise<S> {
         let far = S::from_f64(FAR * FAR);
         let weight = far.over(square.max(far));
         if weight < S::from_f64(FAR * FAR / (SPIKE * SPIKE)) {
-            self.spikes += 1;
+            *spikes = spikes.wrapping_add(1);
         }
         let change = self.sample * (square * weight - S::ONE) + S::from_f64(LEAST_NOISE * LEAST_NOISE);
         self.sample = self.sample + change * S::from_f64(1.0 / NOISE_SAMPLES);
@@ -113,7 +111,7 @@ impl<S: Float> Adaptation<S> {
     pub(super) fn judge(&self, state: &mut AdaptationState<S>) {
         // Σ p² and Σ r² about their means, without what a delay explains.
         let [of_block, of_residual, ..] = state.sums;
-        let AdaptationState { triangle, noise, warnings, blocks, spiky, .. } = &mut *state;
+        let AdaptationState { triangle, noise, warnings, blocks, spikes, spiky, .. } = &mut *state;
         let blocks = *blocks;
         let number = S::from_f64(f64::from(blocks));
         let [unexplained, ..] = *triangle;
@@ -129,26 +127,25 @@ impl<S: Float> Adaptation<S> {
         let mut faults = Warnings::default();
         faults.latch(!calm, Warning::Disturbed);
         faults.latch(of_residual > self.gain * of_block, Warning::Dead);
-        faults.latch(SPIKE_BLOCKS * noise.spikes > u32::from(blocks), Warning::Spikes);
-        *spiky = if noise.spikes > 0 { spiky.saturating_add(SPIKY) } else { spiky.saturating_sub(1) };
-        warnings.latch(*spiky >= SPIKES, Warning::Spikes);
+        faults.latch(SPIKE_BLOCKS * u32::from(*spikes) > u32::from(blocks), Warning::Spikes);
+        *spiky = if *spikes > 0 { spiky.wrapping_add(SPIKY) } else { spiky.saturating_sub(1) };
+        let mut seen = faults;
+        seen.latch(*spiky >= SPIKES, Warning::Spikes);
+        warnings.add(seen);
         if faults != Warnings::default() {
-            warnings.add(faults);
             state.hold = HOLD;
             state.work = DROPPED;
+            // What the signal has become is told apart from what it was: it begins anew.
+            state.means = Default::default();
             return;
         }
         // Until innovations say more.
         if noise.stretches == 0 {
             noise.variance = S::from_f64(4.0) * within;
         }
-        // The signal was late in the stretch before: nothing is decided.
-        let [delayed, ..] = state.passed;
         if state.hold > 0 {
             state.hold -= 1;
             state.work = LEARNT;
-        } else if delayed > 0 {
-            state.work = DECIDED;
         }
     }
 }

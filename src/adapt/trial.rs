@@ -13,6 +13,8 @@
 //! ΔL′ is the logarithm of a likelihood ratio, whose exponential has the mean 1 at most while the parameters in force are the truth: that Λ′ passes ln(1/α) within a run
 //! that begins at a given stretch has then the probability α at most (Ville's inequality), so takeovers come less often than α a stretch (Lorden 1971).
 //!
+//! While the signal is late or off ([`health`](super::health)) Λ′ is 0: nothing is taken over, and what is in force may still be given back.
+//!
 //! L′ alone would let coefficients predict changes better and the level worse: so the shadow must lead by L, too, and both errors lead to a return.
 
 use super::Adaptation;
@@ -104,14 +106,21 @@ impl<S: Float> Adaptation<S> {
         let AdaptationState { trial, noise, sums, .. } = state;
         if let (Some(lead), Some(gain)) = (trial.leads.get_mut(number), sums.get(FIRST_GAIN + number)) {
             let gain = gain.over(noise.variance) * S::HALF - S::from_f64(MARGIN);
-            *lead = (*lead + limited(gain)).max(S::ZERO);
+            let sum = *lead + limited(gain);
+            // The greater of it and zero.
+            *lead = S::HALF * (sum + sum.abs());
         }
     }
 
     /// Decides what is in force.
     #[inline]
     pub(super) fn decide(state: &mut AdaptationState<S>) -> Change {
-        let AdaptationState { trial, warnings, .. } = state;
+        let AdaptationState { trial, warnings, passed: [delayed, off, ..], .. } = state;
+        // The signal was late, or off, in the stretch before: nothing is taken over.
+        if (*delayed | *off) & 1 != 0 {
+            let [shadow, ..] = &mut trial.leads;
+            *shadow = S::ZERO;
+        }
         let [shadow, block, plain_shadow, plain_block] = trial.leads;
         let change = if block.max(plain_block) >= S::from_f64(GIVE_BACK) {
             trial.give_back();

@@ -41,8 +41,6 @@ const LEAD: usize = DECIDE + 1;
 const JUDGE: usize = LEAD + LEADS;
 const ASSESS: usize = JUDGE + 1;
 const FOLD: usize = ASSESS + ROWS - 1;
-/// The count from which nothing is decided after a stretch.
-pub(super) const DECIDED: u8 = DECIDE as u8 - 1;
 /// The count from which nothing is learnt from a stretch.
 pub(super) const LEARNT: u8 = LEARN as u8 - 1;
 /// The count from which a stretch is dropped.
@@ -92,13 +90,13 @@ impl<S: Float> Adaptation<S> {
         const LEARN: usize = 1;
         let AdaptationState { triangle, estimate, noise, sums, work, .. } = state;
         let length = match number {
-            ..OF_SIGNAL => number + COEFFICIENTS + 2,
-            OF_SIGNAL..QUANTITIES => COEFFICIENTS + 1,
-            _ => number + SHORTEST - QUANTITIES,
+            QUANTITIES.. => number + SHORTEST - QUANTITIES,
+            OF_SIGNAL.. => COEFFICIENTS + 1,
+            _ => number + COEFFICIENTS + 2,
         };
         let row = row(triangle, length);
-        // What was learnt from is needed no more.
-        if (OF_SIGNAL..QUANTITIES).contains(&number)
+        // Only those of the gear are as long. What was learnt from is needed no more.
+        if number < QUANTITIES
             && let Ok(row) = row.try_into()
         {
             self.quantity(number, row);
@@ -114,26 +112,27 @@ impl<S: Float> Adaptation<S> {
             }
             let mut factor = S::ONE;
             if is_learnt {
-                let told = self.prior * dot(r, r);
+                let prior = self.deviation * self.deviation;
+                let told = prior * dot(r, r);
                 // What this step leaves in `sums` is then cleared by the next row.
                 if told < S::from_f64(LEAST_TOLD) * noise.variance {
                     *work -= STEPS as u8 - 1;
                 }
                 factor = -root(self.drift.over(told));
-                add(w, r, -self.prior * factor);
+                add(w, r, -prior * factor);
             }
             *total = factor;
         }
         let [gain @ .., total] = sums;
-        if step == 0 || !is_learnt && step < PROJECT {
+        if step == 0 {
             let off = *value - dot(r, &estimate.value);
             if is_learnt {
                 let innovation = estimate.follow(off, *total, gain);
                 noise.note(innovation);
             } else {
                 let (spread, diagonal) = (dot(r, gain), *row.last().unwrap_or(value));
-                *work -= PROJECT as u8 - 1;
-                self.check(state, number, [off, spread, diagonal]);
+                let lag = root(dot(gain, &gain[..COEFFICIENTS]));
+                self.check(state, number, [off, spread, diagonal, lag]);
             }
         } else if (FORGET..PROJECT).contains(&step) {
             estimate.forget(step - FORGET + 1, sums);
@@ -146,6 +145,10 @@ impl<S: Float> Adaptation<S> {
             let (column, seen) = estimate.seen(if step >= PROJECT { STEPS - step } else { COEFFICIENTS + 1 - step }, r);
             if step >= PROJECT {
                 add(gain, column, *total * seen);
+                // What is not learnt from is then checked.
+                if step == PROJECT && !is_learnt {
+                    *work -= PROJECT as u8 - 1;
+                }
             } else {
                 *total = rotate(*total, seen, gain, column);
             }

@@ -46,7 +46,7 @@ const PATHS: [Path; 9] = [
         machine: machine::M4F,
         title: "law `masing`, forward and inverse, 16 turning points, with its adaptation",
         code_limit: 7_566,
-        joint_limit: 704,
+        joint_limit: 588,
     },
     Path {
         image: "loader_path",
