@@ -1,7 +1,7 @@
 //! What an adaptation promises: it follows a gear, stays within its bounds, and never makes the prediction worse.
 
 use crate::common::adapting::{Case, PERIOD_S, block, run};
-use gmhm::adapt::{AdaptError, Adaptation, Change, Settings, Warning, changed};
+use gmhm::adapt::{AdaptError, Adaptation, AdaptationState, Change, Settings, Warning, changed};
 use gmhm::memory::masing::Masing;
 use gmhm::{Gear, Inverse, Kernel, Law, Memory, Params};
 use gmhm_host_tests::drift::{Fault, Motion};
@@ -146,6 +146,12 @@ fn faults_are_seen_before_they_are_taken_over() {
             assert!(adapted <= 1.02 * fixed, "{fault:?} {motion:?}: {adapted} for {fixed}");
         }
     }
+}
+
+/// Coefficients and state of a joint; its flash and instructions are held by `cargo xtask size` and `cargo xtask cost`.
+#[test]
+fn a_joint_takes_half_a_kibibyte() {
+    assert!(size_of::<Adaptation<f32>>() + size_of::<AdaptationState<f32>>() <= 512);
 }
 
 /// Ten minutes without excitation after a minute with it: not a bit changes.
