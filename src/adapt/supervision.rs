@@ -37,6 +37,8 @@ const SPIKY: u8 = 16;
 const SPIKES: u8 = 64;
 /// Stretches that are not learnt from after one that was unfit.
 const HOLD: u8 = 2;
+/// The mean square of innovations over their variance on a gear that stays: P has it wander.
+const USUAL: f64 = 0.875;
 /// Rows whose innovations v is averaged over.
 const VARIANCE_ROWS: f64 = 50.0;
 
@@ -51,7 +53,7 @@ pub(super) struct Noise<S> {
     within: S,
     /// v, the same for all rows of a stretch.
     pub(super) variance: S,
-    /// Σ of squared innovations less one, over their variance.
+    /// Σ of squared innovations over their variance, less [`USUAL`] each.
     surprise: S,
     /// Stretches that were fit.
     pub(super) stretches: u32,
@@ -93,7 +95,7 @@ impl<S: Float> Noise<S> {
     /// Notes the innovation of a row over its deviation.
     #[inline]
     pub(super) fn note(&mut self, innovation: S) {
-        self.surprise = self.surprise + (innovation * innovation - S::ONE);
+        self.surprise = self.surprise + (innovation * innovation - S::from_f64(USUAL));
     }
 
     /// Learns v from what was noted over a stretch that was fit.
