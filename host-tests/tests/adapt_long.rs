@@ -10,17 +10,18 @@ use gmhm_host_tests::drift::{Fault, Motion};
 #[test]
 #[ignore = "the tables of the documentation"]
 fn tables() {
-    println!("| motion | block | adapted | truth | feed-forward, adapted over block | takeovers | returns |");
-    println!("|---|---:|---:|---:|---:|---:|---:|");
+    println!(
+        "| motion | block | adapted | truth | feed-forward, adapted over block | less its level | takeovers | returns |"
+    );
+    println!("|---|---:|---:|---:|---:|---:|---:|---:|");
     for motion in Motion::ALL {
         let outcome = run::<f32>(&Case { motion, drift: [0.9, 1.2], ..Case::default() }, |_, _| {});
         let [block, adapted, truth] = outcome.one_step.map(|rms| 100.0 * rms);
-        let [fixed, follows] = outcome.feed_forward;
+        let [whole, changes] =
+            [outcome.feed_forward, outcome.feed_forward_less_level].map(|[fixed, follows]| follows / fixed);
         println!(
-            "| {motion:?} | {block:.2} | {adapted:.2} | {truth:.2} | {:.3} | {} | {} |",
-            follows / fixed,
-            outcome.taken_over,
-            outcome.given_back
+            "| {motion:?} | {block:.2} | {adapted:.2} | {truth:.2} | {whole:.3} | {changes:.3} | {} | {} |",
+            outcome.taken_over, outcome.given_back
         );
     }
     let rated = block().torque_scale_nm();

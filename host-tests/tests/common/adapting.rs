@@ -10,6 +10,9 @@ use gmhm_host_tests::drift::{self, Fault, Motion, Mover, Sensor};
 /// Control period, s.
 pub const PERIOD_S: f64 = 1e-3;
 
+/// Samples of a second.
+const SECOND: u64 = 1000;
+
 /// The published gear.
 pub fn block() -> Params {
     let Constants { a, c1, c2, c3, alpha, beta, omega } = Constants::PUBLISHED;
@@ -55,6 +58,8 @@ pub struct Outcome {
     pub one_step: [f64; 3],
     /// Against the torque alone: the block, those in force.
     pub feed_forward: [f64; 2],
+    /// The same, less the mean error of each second.
+    pub feed_forward_less_level: [f64; 2],
     pub taken_over: usize,
     pub given_back: usize,
     pub warnings: Warnings,
@@ -84,6 +89,7 @@ pub fn run<S: Float>(case: &Case, mut watch: impl FnMut(&Adaptation<S>, &Adaptat
     let mut sensor = Sensor::new(case.white * rated, [sd * rated, correlation], rated, case.seed);
     let samples = (case.seconds / PERIOD_S) as u64;
     let (mut one_step, mut feed_forward) = ([0.0; 3], [0.0; 2]);
+    let (mut of_a_second, mut of_levels) = ([0.0; 2], [0.0; 2]);
     let (mut taken_over, mut given_back, mut now) = (0, 0, nominal);
     for k in 0..samples {
         let t = k as f64 * PERIOD_S;
@@ -99,8 +105,13 @@ pub fn run<S: Float>(case: &Case, mut watch: impl FnMut(&Adaptation<S>, &Adaptat
         for (sum, by) in one_step.iter_mut().zip([by_block, by_adapted, torque]) {
             *sum += (healthy - by).powi(2);
         }
-        for (sum, by) in feed_forward.iter_mut().zip([by_block, by_adapted]) {
-            *sum += (torque - by).powi(2);
+        for (way, by) in [by_block, by_adapted].into_iter().enumerate() {
+            feed_forward[way] += (torque - by).powi(2);
+            of_a_second[way] += torque - by;
+            if (k + 1) % SECOND == 0 {
+                of_levels[way] += of_a_second[way].powi(2) / SECOND as f64;
+                of_a_second[way] = 0.0;
+            }
         }
         match adaptation.period(&mut state, &path, S::from_f64(says)) {
             Change::None => {}
@@ -121,6 +132,7 @@ pub fn run<S: Float>(case: &Case, mut watch: impl FnMut(&Adaptation<S>, &Adaptat
     Outcome {
         one_step: one_step.map(rms),
         feed_forward: feed_forward.map(rms),
+        feed_forward_less_level: [0, 1].map(|way| rms(feed_forward[way] - of_levels[way])),
         taken_over,
         given_back,
         warnings: state.warnings(),
