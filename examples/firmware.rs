@@ -31,8 +31,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut diagnostics = Diagnostics::default();
     for motor in (0..=15_000).step_by(1000) {
         reading = pair.follow(&reading, motor, 0);
+        let merged = gear.merged_pairs(&state);
         gear.step(&mut state, reading.deflection);
         diagnostics.see_sample(&state.status());
+        diagnostics.see_merged_pairs(merged, gear.merged_pairs(&state));
     }
     let out = gear.step(&mut state, f32::NAN);
     diagnostics.see_sample(&state.status());

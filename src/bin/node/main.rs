@@ -100,8 +100,10 @@ impl Node {
         let Some(running) = &mut self.running else { return };
         let began = SYST::get_current();
         let deflection = arithmetic::next_deflection(&mut running.path, &running.measures);
+        let merged = running.gear.merged_pairs(&running.state);
         running.output = running.gear.step(&mut running.state, deflection);
         self.diagnostics.see_sample(&running.state.status());
+        self.diagnostics.see_merged_pairs(merged, running.gear.merged_pairs(&running.state));
         // The counter counts down, in 24 bits.
         self.loop_cost = began.wrapping_sub(SYST::get_current()) & 0x00FF_FFFF;
         self.ticks = self.ticks.wrapping_add(1);
