@@ -191,7 +191,7 @@ impl Dataset<'_> {
     /// The best of each kind on the grid.
     fn screen<'p>(&self, fit: &Fitted, proposals: &'p [Proposal]) -> Vec<Tried<'p>> {
         let layout = self.layout();
-        let plain: Vec<Noise> = self.spans.iter().map(|_| Noise::unit()).collect();
+        let plain = layout.white();
         let mut chosen: Vec<usize> = Vec::new();
         for (noise, most) in [(&fit.noise, 2), (&plain, 1)] {
             let mut basis = Basis::default();

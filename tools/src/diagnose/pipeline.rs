@@ -204,7 +204,7 @@ struct Searched<'r> {
     suggestions: Vec<Suggestion>,
 }
 
-/// Means of a gear's signals stand for the signals where that loses less than this share of what the base model leaves (rms).
+/// The search takes means of a gear's signals where they change the torque of the base model by less than this share of its residual (rms).
 const LOST_IN_MEANS: f64 = 0.01;
 
 /// Friction of the wrong sign that would save this share of what is predictable: the torque is on the other side of the gear.

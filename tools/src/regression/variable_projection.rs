@@ -118,14 +118,8 @@ impl<'w, 's> VariableProjection<'w, 's> {
         Ok(at.columns.iter().flatten().cloned().collect())
     }
 
-    /// Finds the change of the torque with some parameters where it is not known.
     fn differentiate(&self, at: &mut Iterate, which: &[usize]) -> Result<(), PredictError> {
-        let open = at.take_known(self.free, self.beside, which);
-        if open.is_empty() {
-            return Ok(());
-        }
-        let evaluations = self.dataset.evaluate(&at.model)?;
-        at.differentiate(self.dataset, self.free, &open, &evaluations)
+        at.differentiate(self.dataset, self.free, self.beside, which, None)
     }
 
     /// The linear numbers at their optimum, the others as they are, and what is then left beside the columns of `tangent`. Steps that drift are damped, or not
@@ -245,13 +239,20 @@ impl Iterate {
         let evaluations = dataset.evaluate(model)?;
         let mut iterate = Self::evaluated(dataset, model, vec![None; free.len()], &evaluations);
         let all: Vec<usize> = (0..free.len()).collect();
-        let open = iterate.take_known(free, beside, &all);
-        iterate.differentiate(dataset, free, &open, &evaluations)?;
+        iterate.differentiate(dataset, free, beside, &all, Some(&evaluations))?;
         Ok(iterate)
     }
 
-    /// Of some parameters those by which the change of the torque is not known; where a parameter is one of the model fitted before, it is that of this model.
-    fn take_known(&mut self, free: &[FreeParameter], beside: Option<&Fitted>, which: &[usize]) -> Vec<usize> {
+    /// Finds the change of the torque with some parameters where it is not known; where a parameter is one of the model fitted before, it is that of this model.
+    /// `evaluations` are of the model here, where it was evaluated already.
+    fn differentiate(
+        &mut self,
+        dataset: &Dataset<'_>,
+        free: &[FreeParameter],
+        beside: Option<&Fitted>,
+        which: &[usize],
+        evaluations: Option<&[Evaluation<'_>]>,
+    ) -> Result<(), PredictError> {
         let mut open: Vec<usize> = which.iter().copied().filter(|&k| self.columns[k].is_none()).collect();
         if let Some(fit) = beside {
             open.retain(|&k| {
@@ -260,19 +261,20 @@ impl Iterate {
                 known.is_none()
             });
         }
-        open
-    }
-
-    fn differentiate(
-        &mut self,
-        dataset: &Dataset<'_>,
-        free: &[FreeParameter],
-        which: &[usize],
-        evaluations: &[Evaluation<'_>],
-    ) -> Result<(), PredictError> {
+        if open.is_empty() {
+            return Ok(());
+        }
+        let own;
+        let evaluations = match evaluations {
+            Some(evaluations) => evaluations,
+            None => {
+                own = dataset.evaluate(&self.model)?;
+                &own
+            }
+        };
         let of = |&k: &usize| dataset.derivative(&self.model, free[k], evaluations);
-        let found: Vec<Vec<f64>> = which.par_iter().map(of).collect::<Result<_, _>>()?;
-        which.iter().zip(found).for_each(|(&k, column)| self.columns[k] = Some(column));
+        let found: Vec<Vec<f64>> = open.par_iter().map(of).collect::<Result<_, _>>()?;
+        open.into_iter().zip(found).for_each(|(k, column)| self.columns[k] = Some(column));
         Ok(())
     }
 
@@ -310,8 +312,7 @@ impl Descend for VariableProjection<'_, '_> {
         let columns = at.columns.iter().enumerate().map(keep).collect();
         let evaluations = self.dataset.evaluate(&model).ok()?;
         let mut moved = Iterate::evaluated(self.dataset, &model, columns, &evaluations);
-        let open = moved.take_known(self.free, self.beside, &self.linear);
-        moved.differentiate(self.dataset, self.free, &open, &evaluations).ok()?;
+        moved.differentiate(self.dataset, self.free, self.beside, &self.linear, Some(&evaluations)).ok()?;
         drop(evaluations);
         let Projected { iterate, cost, .. } = self.projected(moved, &[]).ok()?;
         self.keeps(&iterate.residual).then_some((iterate, cost))
