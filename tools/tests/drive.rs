@@ -129,7 +129,7 @@ fn refusals_name_the_mend() {
     let (joint, memory) = served.end();
     assert!(joint.parameters.is_none() && memory == blank());
 
-    dir.refuse("drive --to probe live", &["does not speak to the firmware", "help: "]);
+    dir.refuse("drive --to probe live", &["cannot communicate with the firmware", "help: "]);
     assert_eq!(dir.gmhm("drive --to tcp:localhost:1 gain 1.5").status, Some(2));
     assert_eq!(dir.gmhm("drive --to tcp:localhost:1").status, Some(2));
     assert_eq!(dir.gmhm("drive status").status, Some(2));

@@ -75,8 +75,8 @@ fn refusals_are_told_and_leave_the_drive_as_it_was() {
     dir.succeed("pack gear.toml --stack-depth 32 -o deep.bin");
     for (joint, block, told) in [
         (Joint { enabled: true, ..joint.clone() }, "params.bin", "the drive is enabled"),
-        (joint.clone(), "other.bin", "for gear \"other\", and the drive is on gear \"published\""),
-        (joint.clone(), "deep.bin", "32 turning points, and the drive has room for 16"),
+        (joint.clone(), "other.bin", "for gear \"other\", but the drive has gear \"published\""),
+        (joint.clone(), "deep.bin", "32 turning points, but the drive has room for 16"),
     ] {
         let served = serve(joint, memory.clone(), 1, None);
         dir.refuse(&format!("flash {block} --to tcp:{}", served.address), &[told, "help: "]);

@@ -110,13 +110,13 @@ fn refusals_touch_nothing() {
     put(&mut chip, &packed(""), &PLACES).expect("the first block");
     let before = chip.memory.clone();
     let mut told = |block: &[u8], places: &[u64]| put(&mut chip, block, places).expect_err("refused").to_string();
-    assert!(told(&packed("--gear other"), &PLACES).contains("the drive is on gear \"published\""));
-    assert!(told(&packed("--scalar fixed"), &PLACES).contains("made for fixed"));
+    assert!(told(&packed("--gear other"), &PLACES).contains("the drive has gear \"published\""));
+    assert!(told(&packed("--scalar fixed"), &PLACES).contains("the block is for fixed"));
     assert!(told(&packed("")[1..], &PLACES).contains("no parameter block"));
-    assert!(told(&packed(""), &[PLACES[0], PLACES[0] + 0x100]).contains("does not begin an erase sector"));
+    assert!(told(&packed(""), &[PLACES[0], PLACES[0] + 0x100]).contains("is not the start of an erase sector"));
     assert!(told(&packed(""), &[PLACES[0], PLACES[0]]).contains("share erase sectors"));
     assert!(told(&packed(""), &[0x2000_0000]).contains("no flash"));
-    assert!(told(&packed(""), &[]).contains("0 places"));
+    assert!(told(&packed(""), &[]).contains("0 addresses"));
     assert_eq!((chip.restarts, chip.memory == before), (1, true));
 }
 
@@ -157,8 +157,8 @@ fn the_command_needs_a_place_and_a_probe() {
     wrong("flash params.bin --to tcp:localhost:1 --address 0x3F800");
     let refused = |words: &str, told: &str| dir.refuse(words, &[told, "help: "]);
     refused("flash params.bin --to probe --elf firmware.elf", "firmware.elf: cannot be read");
-    refused("flash params.bin --to probe --elf gear.toml", "gear.toml: is no ELF file");
-    refused("flash params.bin --to probe --address 0x3F800,0x3FC00,0x40000", "3 places");
+    refused("flash params.bin --to probe --elf gear.toml", "gear.toml: is not an ELF file");
+    refused("flash params.bin --to probe --address 0x3F800,0x3FC00,0x40000", "3 addresses");
     // No test machine has a probe attached.
     let told = if cfg!(feature = "probe") { "no debug probe is attached" } else { "built without debug probes" };
     refused("flash params.bin --to probe:nRF51822_xxAA --address 0x3F800,0x3FC00", told);

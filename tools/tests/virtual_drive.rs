@@ -186,7 +186,7 @@ fn a_line_that_cannot_be_is_refused() {
     let dir = WorkDir::new();
     let taken = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
     let address = taken.local_addr().expect("an address");
-    dir.refuse(&format!("virtual-drive --listen tcp:{address}"), &["cannot be listened on", "help: "]);
+    dir.refuse(&format!("virtual-drive --listen tcp:{address}"), &["cannot listen there", "help: "]);
     dir.misuse("virtual-drive --listen serial:COM1", &["tcp:HOST:PORT", "or pty"]);
 }
 

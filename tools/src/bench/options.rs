@@ -90,37 +90,37 @@ impl Waveform {
 pub struct Options {
     /// Length of the recording, s; with the input locked it sets the rate instead of --rate
     ///
-    /// By default cycle has 130, amplitudes 145, rates 112.75, running 60, dynamic 40, drift 600; joint always has 24.
+    /// Defaults: cycle 130, amplitudes 145, rates 112.75, running 60, dynamic 40, drift 600. Joint always takes 24.
     #[arg(long = "duration", value_name = "S")]
     pub duration_s: Option<f64>,
     /// Samples a second
     ///
-    /// By default cycle and amplitudes have 50, rates 200, running 400, dynamic, drift and joint 500.
+    /// Defaults: cycle and amplitudes 50, rates 200, running 400, dynamic, drift and joint 500.
     #[arg(long = "sample-rate", value_name = "HZ")]
     pub sample_rate_hz: Option<f64>,
     /// Amplitudes in turn, each a share of the rated deflection (running, dynamic: of the rated torque), above 0 to 1
     ///
-    /// By default 1, for amplitudes 0.25,0.5,0.75,1,0.75,0.5,0.25.
+    /// Default: 1; for amplitudes 0.25,0.5,0.75,1,0.75,0.5,0.25.
     #[arg(long = "amplitude", value_name = "SHARE,...", value_delimiter = ',')]
     pub amplitudes: Vec<f64>,
     /// Cycles a second, several in turn for rates; running, dynamic, drift: upper end of the band
     ///
-    /// By default cycle has 0.025, amplitudes 0.05, rates 0.02,0.1,0.5,2, running 0.5, dynamic 5, drift 1.
+    /// Defaults: cycle 0.025, amplitudes 0.05, rates 0.02,0.1,0.5,2, running 0.5, dynamic 5, drift 1.
     #[arg(long = "rate", value_name = "HZ,...", value_delimiter = ',')]
     pub rates_hz: Vec<f64>,
-    /// Cycles of each amplitude and rate; by default cycle has 3, amplitudes 1, rates 2
+    /// Cycles of each amplitude and rate [default: cycle 3, amplitudes 1, rates 2]
     #[arg(long, value_name = "N")]
     pub cycles: Option<u32>,
     /// How a stroke goes from one turning point to the next
     #[arg(long, value_enum)]
     pub waveform: Option<Waveform>,
-    /// Fastest output speed, rad/s (running); by default 1
+    /// Fastest output speed, rad/s (running) [default: 1]
     #[arg(long = "speed", value_name = "RAD_PER_S")]
     pub speed_rad_per_s: Option<f64>,
-    /// Which gear sits in the joint, or warms (joint, drift); by default the model's
+    /// Gear in the joint, or gear that warms (joint, drift) [default: the model's]
     #[arg(long, value_enum)]
     pub plant: Option<Plant>,
-    /// How the drive compensates the gear's deflection (joint); off by default
+    /// How the drive compensates the gear's deflection (joint) [default: off]
     #[arg(long, value_enum)]
     pub compensation: Option<Compensation>,
     /// How much warmer the gear is at the end, K
@@ -128,15 +128,15 @@ pub struct Options {
     pub warm_up_k: f64,
     /// Physics to hide in the gear, KIND=SIZE or KIND:SHAPE=SIZE; may be given several times
     ///
-    /// SIZE is the rms in N·m that the effect leaves after the base model is refitted. Example: --hide kinematic_error=0.15 --hide wear:step=0.1. What the seed draws
-    /// of it goes into the key.
+    /// SIZE is the rms in N·m that the effect leaves after the base model is refitted. Example: --hide kinematic_error=0.15 --hide wear:step=0.1. The values that
+    /// the seed determines are written to the key.
     #[arg(long, value_name = "KIND=SIZE", value_delimiter = ',')]
     pub hide: Vec<Hide>,
-    /// Noise of the sensors: none, or KEY=VALUE,... (see below); by default that of a good bench
+    /// Noise of the sensors: none, or KEY=VALUE,... (see below) [default: that of a good bench]
     ///
     /// torque=RMS_NM, ar=A (noise of one sample carries over to the next by A, 0 to below 1), torque_step=NM (converter), encoder_bits=BITS
     /// (2^BITS counts a turn, both encoders; the deflection follows from them), outliers=RATE:SIZE_NM, velocity=RMS_RAD_PER_S, temperature=RMS_K.
-    /// What is not named adds nothing. Example: torque=0.1,ar=0.95,encoder_bits=20,outliers=0.001:5. The default is
+    /// Keys that are not given add no noise. Example: torque=0.1,ar=0.95,encoder_bits=20,outliers=0.001:5. The default is
     /// torque=0.1 % and torque_step=1/16384 of the rated torque, ar=0.9, encoder_bits=26, temperature=0.02; for drift, torque=1 % of the rated torque and nothing else.
     #[arg(long, value_name = "NOISE")]
     pub noise: Option<Noise>,

@@ -12,7 +12,7 @@ use crate::text_table::{Head, text_table};
 
 /// Show what is in recordings: format, columns, units, rows, rate, ranges, gaps
 ///
-/// Names what each column is recognised as, and suggests the --map for what is missing to fit a gear. Ranges are in SI units.
+/// Shows how each column is recognised, and suggests a --map for missing columns that a fit requires. Ranges are in SI units.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  gmhm columns bench.mf4 run.mcap log.mat")]
 pub struct ColumnsArgs {

@@ -36,7 +36,7 @@ pub struct HealthArgs {
     /// File with more recordings, one path per line; - is standard input
     #[arg(long, value_name = "FILE", conflicts_with = "models")]
     files_from: Option<PathBuf>,
-    /// Model files of one gear, in order; with what fit --json wrote beside each (gear.toml, gear.json) they have uncertainty too
+    /// Model files of one gear, in order; uncertainties are read from the output of fit --json beside each (gear.json for gear.toml)
     #[arg(long, num_args = 1.., value_name = "M.toml", conflicts_with_all = ["recordings", "model", "rated_deflection", "each"])]
     models: Vec<PathBuf>,
     /// Model file whose law, kernel, gate and rated deflection all recordings are fitted with [default: chosen by all of them]

@@ -16,7 +16,7 @@ use crate::recording::{self, copy_with_columns};
 
 /// Predict the torque of a recording's motion, row by row
 ///
-/// Writes the recording's rows plus torque_model_nm, elastic_nm, hysteresis_nm and a column a term (_a for _nm where the model is per ampere).
+/// Writes the recording's rows plus torque_model_nm, elastic_nm, hysteresis_nm and one column per term (_a instead of _nm if the model is per ampere).
 /// The first row is the start, with an empty hysteresis memory. The measured torque is never read. The motion is used as recorded. Only the acceleration is computed
 /// from the smoothed motion, if a term needs it, as in gmhm diagnose.
 #[derive(Debug, Args)]

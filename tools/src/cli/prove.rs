@@ -18,19 +18,20 @@ use crate::prove::{FULL_CASES, QUICK_CASES, Sealed, answers, export, generator};
 
 /// Test the diagnosis on recordings with concealed physics
 ///
-/// Each case is made from the seed by a generator that shares no code with the diagnosis. All keys are fixed by a hash; the diagnosis gets the noisy recordings and a
-/// base model; only then the keys are opened. Prints what was seen, named, located and predicted, with 95 % Wilson intervals, beside the aims. 60 cases take
-/// minutes, 1875 hold 500 nulls; case n is the same whatever the number of cases. All cases are synthetic, but for the noise of the block real-noise.
+/// A generator that shares no code with the diagnosis makes each case from the seed. The key of a case states what is hidden. A hash fixes all keys before the
+/// first diagnosis. The diagnosis gets the noisy recordings and a base model; its answers are then compared with the keys. Prints the shares of effects that were
+/// detected, named, located and predicted, with 95 % Wilson intervals and the aims. 60 cases take minutes; 1875 cases contain 500 nulls (nothing hidden). Case n is
+/// the same for every number of cases. All cases are synthetic, except the noise of the block real-noise.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   gmhm prove
   gmhm prove --seed 7 --cases 1875 --keys keys.sha256 --json proof.json
-  gmhm prove --only null --cases 500                    false alarms on 500 coloured nulls
-  gmhm prove --only left-out --cases 22                 every kind once, taken out of the library
-  gmhm prove --only simulation --cases 12               torque beside a rigid-body simulation
+  gmhm prove --only null --cases 500                    false alarms in 500 cases with nothing hidden
+  gmhm prove --only left-out --cases 22                 each kind once, removed from the library
+  gmhm prove --only simulation --cases 12               joint logs with the torque of a simulation
   gmhm prove --seed 7 --cases 150 --export cases        the same cases for another program
   gmhm prove --real recordings --split development      known answers of real recordings
-  gmhm prove --seed 7 --cases 150 --answers answers     the score of what that program said")]
+  gmhm prove --seed 7 --cases 150 --answers answers     score the answers of that program")]
 pub struct ProveArgs {
     /// Number of cases
     #[arg(long, value_name = "N", default_value_t = QUICK_CASES, allow_negative_numbers = true, value_parser = at_least_one)]

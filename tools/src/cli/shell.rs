@@ -29,7 +29,7 @@ impl CompletionsArgs {
     }
 }
 
-/// Write the manual pages: gmhm.1, and one a command
+/// Write the manual pages: gmhm.1, and one per command
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  gmhm man ~/.local/share/man/man1")]
 pub struct ManArgs {

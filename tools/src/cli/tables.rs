@@ -229,7 +229,8 @@ pub(super) fn comparison(lines: &[Comparison], unit: TorqueUnit, seed: u64) -> S
     let heads = [Words("model"), parameters, squares, rms, heldout, unseen, instructions];
     let mut text = format!("Residual of the torque in {symbol}, seed {seed}\n") + &table(heads, rows);
     if lines.iter().all(|line| line.unseen_recording_rms.is_none()) {
-        text += "Unseen recording: give several, at other amplitudes and rates, and each is held out whole in turn\n";
+        text +=
+            "Unseen recording: give several recordings at other amplitudes and rates; each is then held out in turn\n";
     }
     text + "Instructions: a sample on a Cortex-M4F in f32, counted in the emulator\n"
 }
@@ -261,7 +262,9 @@ pub(super) fn health(health: &Health) -> String {
         lines.push(table([Words(""), Numbers(""), Words(""), Words("")], rows));
         lines.push(match knows_sd {
             true => "± two standard deviations".to_owned(),
-            false => "No uncertainty: write it beside the model by gmhm fit --json (gear.toml, gear.json)".to_owned(),
+            false => {
+                "No uncertainty: write it beside the model with gmhm fit --json (gear.json for gear.toml)".to_owned()
+            }
         });
         return joined(&lines);
     }

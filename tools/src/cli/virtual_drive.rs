@@ -22,7 +22,7 @@ use crate::device::{DeviceError, key};
 /// rises and falls slowly. The flash is erased at the start and lost when the program ends.
 ///
 /// Keys: c cuts the power and restores it, w cuts it in the middle of the next write to the flash, e switches the power stage on or off (an enabled drive
-/// rejects a request to store), q ends the program. If the input is a pipe, press Enter after each key. If it was started with &, the program takes keys after fg.
+/// rejects a request to store), q ends the program. If the input is a pipe, press Enter after each key. If the program was started with &, it accepts keys after fg.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   gmhm virtual-drive --listen tcp:localhost:5555

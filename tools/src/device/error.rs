@@ -20,7 +20,7 @@ pub enum DeviceError {
         error: std::io::Error,
     },
     /// A simulated drive without a line.
-    #[error("{listen}: cannot be listened on: {error}")]
+    #[error("{listen}: cannot listen there: {error}")]
     NotListening {
         /// Where.
         listen: Listen,
@@ -31,16 +31,16 @@ pub enum DeviceError {
     #[error(transparent)]
     Place(#[from] PlaceError),
     /// A debug probe has no line to the firmware.
-    #[error("a debug probe writes flash and does not speak to the firmware")]
+    #[error("a debug probe writes flash and cannot communicate with the firmware")]
     NoLine,
     /// This program was built without debug probes.
     #[error("this gmhm was built without debug probes")]
     NoProbe,
     /// The line broke.
-    #[error("the line to the drive broke: {0}")]
+    #[error("the connection to the drive failed: {0}")]
     Line(#[from] std::io::Error),
     /// The other end hung up.
-    #[error("the drive closed the line")]
+    #[error("the drive closed the connection")]
     Closed,
     /// No answer.
     #[error("the drive did not answer within {seconds} s")]
@@ -49,7 +49,7 @@ pub enum DeviceError {
         seconds: u64,
     },
     /// An answer that makes no sense.
-    #[error("the drive's answer is not understood: it may speak a newer version of the link")]
+    #[error("the drive's answer is not understood: the drive may use a newer version of the link")]
     NotUnderstood,
     /// The drive refused.
     #[error("the drive refused: {}{}", refused.refusal, detail(*refused))]
@@ -60,7 +60,7 @@ pub enum DeviceError {
         refused: Refused,
     },
     /// The block is for another gear.
-    #[error("the block is for gear \"{}\", and the drive is on gear \"{}\"", block.label(), drive.label())]
+    #[error("the block is for gear \"{}\", but the drive has gear \"{}\"", block.label(), drive.label())]
     OtherGear {
         /// That of the block.
         block: Identity,
@@ -68,7 +68,7 @@ pub enum DeviceError {
         drive: Identity,
     },
     /// The drive computes in another arithmetic.
-    #[error("the block is made for {block}, and the drive computes in {drive}")]
+    #[error("the block is for {block}, but the drive computes in {drive}")]
     OtherScalar {
         /// That of the block.
         block: &'static str,
@@ -76,7 +76,7 @@ pub enum DeviceError {
         drive: &'static str,
     },
     /// The block asks for more than the drive has.
-    #[error("the block takes {needed} {what}, and the drive has room for {room}")]
+    #[error("the block needs {needed} {what}, but the drive has room for {room}")]
     TooLarge {
         /// Bytes or turning points.
         what: &'static str,
@@ -89,7 +89,7 @@ pub enum DeviceError {
     #[error("the drive is enabled: storing parameters would stall its control loop")]
     Enabled,
     /// What was read back is not what was sent.
-    #[error("byte {offset} reads back as {found:#04x} where {expected:#04x} was sent")]
+    #[error("byte {offset} reads back as {found:#04x}, but {expected:#04x} was written")]
     ReadBack {
         /// The first byte that differs.
         offset: usize,
@@ -116,16 +116,18 @@ pub enum DeviceError {
 
 fn refusal_mend(refusal: Refusal) -> Option<String> {
     let fix = match refusal {
-        Refusal::Compensating => "gmhm drive --to TARGET off, then again",
-        Refusal::OnTrial => "gmhm drive --to TARGET revert, or commit, then again",
-        Refusal::NotOnTrial => "gmhm drive --to TARGET try params.bin first",
-        Refusal::NoParameters => "gmhm flash params.bin --to TARGET first",
-        Refusal::Bound => "disable the drive, or, while it is disabled, gmhm drive --to TARGET bound SHARE first",
+        Refusal::Compensating => "switch the compensation off with gmhm drive --to TARGET off, then repeat",
+        Refusal::OnTrial => "end the trial with gmhm drive --to TARGET revert, or store it with commit, then repeat",
+        Refusal::NotOnTrial => "try a block first: gmhm drive --to TARGET try params.bin",
+        Refusal::NoParameters => "store a block first: gmhm flash params.bin --to TARGET",
+        Refusal::Bound => {
+            "disable the drive, or widen the bound while it is disabled: gmhm drive --to TARGET bound SHARE"
+        }
         Refusal::Unreadable => {
-            "switch the drive off and on, then again; if it stays, gmhm drive --to TARGET erase-unreadable first: a block that lay in that slot is lost"
+            "switch the drive off and on, then repeat; if the error remains, erase the slot with gmhm drive --to TARGET erase-unreadable: a block in it is lost"
         }
         Refusal::Locked => "give the drive's key with --key FILE",
-        Refusal::Busy => "end the other program that talks to the drive, then again",
+        Refusal::Busy => "end the other program that is connected to the drive, then repeat",
         _ => return None,
     };
     Some(fix.to_owned())
@@ -146,23 +148,23 @@ impl DeviceError {
     pub fn fix(&self) -> Option<String> {
         Some(match self {
             Self::Unreachable { target: Target::Serial { .. }, .. } => {
-                "name the serial port as the system does, and close other programs that hold it".to_owned()
+                "give the system's name of the serial port, and close other programs that use it".to_owned()
             }
-            Self::Unreachable { .. } => "check host and port, and that the drive or its bridge listens".to_owned(),
+            Self::Unreachable { .. } => "check host and port, and that the drive or its bridge is listening".to_owned(),
             Self::NotListening { .. } => "choose another port; port 0 takes a free one".to_owned(),
-            Self::NoLine => "name the drive's line: serial:PORT or tcp:HOST:PORT".to_owned(),
-            Self::NoProbe => "build it with `--features probe`, use serial: or tcp:, or write the file of gmhm pack -o params.hex --address ADDRESS with the probe's own tool".to_owned(),
+            Self::NoLine => "give the drive's connection: serial:PORT or tcp:HOST:PORT".to_owned(),
+            Self::NoProbe => "build gmhm with `--features probe`, use serial: or tcp:, or write the file of gmhm pack -o params.hex --address ADDRESS with the tool of the probe".to_owned(),
             Self::Line(_) | Self::Closed | Self::Silent { .. } => {
                 "check cable, power and --baud; the stored block is unchanged or completely replaced".to_owned()
             }
             Self::Enabled => "disable the drive, then flash again".to_owned(),
             Self::OtherGear { .. } => {
-                "pack the block with --gear as the drive says, if it is the right gear".to_owned()
+                "if it is the right gear, pack the block with the drive's label: --gear LABEL".to_owned()
             }
             Self::OtherScalar { drive, .. } => format!("pack the block with --scalar {drive}"),
             Self::TooLarge { what: "bytes", .. } => "pack a model with fewer terms".to_owned(),
             Self::TooLarge { .. } => "pack the block with a smaller --stack-depth".to_owned(),
-            Self::ReadBack { .. } => "flash again; if it stays, the drive's flash is worn".to_owned(),
+            Self::ReadBack { .. } => "flash again; if the error remains, the drive's flash is worn out".to_owned(),
             Self::Probe(error) => return error.fix(),
             Self::Refused { refused, .. } => return refusal_mend(refused.refusal),
             Self::Key { .. } => "make a key with: openssl rand -hex 32 > drive.key".to_owned(),

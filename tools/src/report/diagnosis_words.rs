@@ -21,7 +21,7 @@ impl fmt::Display for Sight {
             Self::OutputTurn => f.write_str("at orders of the output turn"),
             Self::Along(coordinate) => write!(f, "as a function of {}", words(coordinate)),
             Self::FreeCurve(part) => {
-                write!(f, "a free curve over it explains {} of what the effect does", percent(*part))
+                write!(f, "a free curve over it explains {} of the effect", percent(*part))
             }
             Self::Written(text) => f.write_str(text),
         }

@@ -164,11 +164,11 @@ fn the_joint(rows: &Joined, fit: &Fit, unit: TorqueUnit) -> Section {
     Section::new("The joint").figures([
         (
             rows.loop_figure(&fit.model.name, unit),
-            "Grey: recording, its constant offset taken off. Blue: the model, which never reads the recorded torque or current.".into(),
+            "Grey: recording, without its constant offset. Blue: the model, which never reads the recorded torque or current.".into(),
         ),
         (
             figures::parts_over_time("What each term adds", &rows.time_s, &parts, unit),
-            "The terms of the model, which add up.".into(),
+            "The terms of the model; their sum is the model's torque.".into(),
         ),
     ])
 }
@@ -184,7 +184,7 @@ fn the_loop(rows: &Joined, fit: &Fit, unit: TorqueUnit) -> Section {
         }
     };
     Section::new("The loop").figures([
-        (rows.loop_figure(&fit.model.name, unit), format!("Grey: recording, its constant offset taken off. {lines}")),
+        (rows.loop_figure(&fit.model.name, unit), format!("Grey: recording, without its constant offset. {lines}")),
         (
             figures::decomposition("Elastic and hysteresis torque", &rows.at, &rows.elastic, &rows.hysteresis, unit),
             "The two parts of the model: the elastic torque, and the hysteresis torque, which depends on the path."
@@ -302,7 +302,7 @@ fn parameters(fit: &Fit) -> Section {
     let how = match (fit.prewhitened, fit.leaves_physics()) {
         (true, _) => "Values with standard deviations under the noise found",
         (_, true) => {
-            "Values of plain least squares, because a fit that takes the residual as noise predicts held-out rows worse; standard deviations from the scatter of blocks of rows"
+            "Values of plain least squares, because a fit that treats the residual as noise predicts held-out rows worse; standard deviations from the scatter of blocks of rows"
         }
         _ => "Values of plain least squares; standard deviations from the scatter of blocks of rows",
     };
@@ -456,7 +456,7 @@ fn search(fit: &Fit) -> Section {
     };
     let method = match fit.method {
         Method::Auto => {
-            "Linear parameters were eliminated exactly, the others searched by a seeded swarm and polished."
+            "Linear parameters were eliminated exactly; the others were searched by a seeded particle swarm and refined."
         }
         Method::Pso => "The paper's particle swarm over all six parameters.",
     };

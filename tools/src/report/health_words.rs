@@ -71,21 +71,23 @@ impl Health {
         let step = temperature.map(|(first, last)| last - first);
         if let Some(step) = step.filter(|step| step.abs() >= 1.0 && self.changes.iter().any(|c| c.moved)) {
             reasons.push(format!(
-                "The temperature changed by {} K too. A stiffness changes by about −0.03 % for a kelvin, here {} %.",
+                "The temperature changed by {} K too. A stiffness changes by about −0.03 % per kelvin, here {} %.",
                 number(step, 2),
                 number(100.0 * STIFFNESS_PER_K * step, 2)
             ));
         }
         if self.widened > 1.0 {
             reasons.push(format!(
-                "Halves of one recording differ by {} times their standard deviations: the recordings hold more than the model. All standard deviations are widened by that.",
+                "Halves of one recording differ by {} times their standard deviations: the recordings contain effects that the model lacks. All standard deviations are increased by this factor.",
                 number(self.widened, 2)
             ));
         }
         let untested: Vec<&str> = self.changes.iter().filter(|c| c.p_value.is_none()).map(|c| words(c.name)).collect();
         if !untested.is_empty() && untested.len() < self.changes.len() {
-            reasons
-                .push(format!("Without a standard deviation in every state, so not tested: {}.", untested.join(", ")));
+            reasons.push(format!(
+                "Not tested, because a standard deviation is missing in a state: {}.",
+                untested.join(", ")
+            ));
         }
         if let Some(Against { property, regressions }) = &self.against {
             let found: Vec<String> = regressions

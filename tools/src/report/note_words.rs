@@ -25,7 +25,7 @@ impl fmt::Display for Note {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Given => f.write_str("given"),
-            Self::GivenOrMiddle => f.write_str("given, or the middle of the deflections seen"),
+            Self::GivenOrMiddle => f.write_str("given, or the middle of the recorded deflections"),
             Self::Searched => f.write_str("searched, not differentiable: no standard deviation"),
             Self::AtBound => f.write_str("at its bound"),
             Self::NoEffect { upper_limit } => {

@@ -164,13 +164,13 @@ fn table(calls: &[Call], accuracy: &Accuracy) -> Result<String> {
     let mut text = String::from(
         "# Cost of a call\n\n\
          Instructions, call included, counted by the emulator (`-icount shift=0`). Written by `cargo xtask cost --overwrite`; `cargo xtask cost`\n\
-         fails where a count has grown.\n\n\
+         fails if a count has grown.\n\n\
          Cycles are an **estimate**, measured on no board: the timings of the Cortex-M4 Technical Reference Manual along a trace of the emulator, memory without wait\n\
          states, two cycles to refill the pipeline after a branch, twelve for an integer division.\n\n\
-         The error is the rms that `gmhm compare` leaves on held-out blocks of the demo's recording (synthetic, of the published gear, noise 0.1 N·m). It is that of\n\
-         a model, whatever its call: every call of law `masing`, forward or inverse, has the 0.1 N·m of its first row. An inverse by operators errs as its model does.\n\
-         The closed form is that of one steady cycle: on the recording's other paths it stands on that cycle's curves. No error is stated for what `gmhm compare`\n\
-         does not fit: laws `phase` and `time`, which it fits only where the recording asks for them, and terms, which that gear has not.\n\n\
+         The error is the rms that `gmhm compare` leaves on held-out blocks of the demo's recording (synthetic, of the published gear, noise 0.1 N·m). It belongs\n\
+         to a model, not to a call: every call of law `masing`, forward or inverse, has the 0.1 N·m of the first row. An operator inverse has the error of its model.\n\
+         The closed form describes one steady cycle: on other paths of the recording it follows the curves of that cycle. No error is stated for models that `gmhm compare`\n\
+         does not fit: laws `phase` and `time`, which it fits only if the recording requires them, and terms, which that gear does not have.\n\n\
          The worst of 300 000 inverses is searched along a test path with strokes of all sizes, nested loops that fill the stack and merge, jumps across it, and torques beyond\n\
          the range. No bound is proved: a call evaluates the torque at most four times to find its branch (of the eight that sixteen turning points leave), and the steps\n\
          of the root beyond the second are rare, not impossible. Of three million calls along the same test path the worst takes 675 in `f32` and 5163 in fixed point.\n",

@@ -48,11 +48,11 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Install what is missing: Cortex-M targets and llvm-tools (rustup), the emulator, a C compiler, and what checks exported source and reports (apt-get).
+    /// Install what is missing: Cortex-M targets and llvm-tools (rustup), the emulator, a C compiler, and the tools that check exported source and reports (apt-get).
     Setup,
-    /// Run the images on every emulated board and compare what they print with the files beside them.
+    /// Run the images on every emulated board and compare their output with the stored files.
     Emulate {
-        /// Accept what they print.
+        /// Accept the output.
         #[arg(long)]
         overwrite: bool,
     },
@@ -79,7 +79,7 @@ enum Command {
         #[arg(long, requires = "archive")]
         target: Option<String>,
     },
-    /// Read and write the object dictionary of a simulated drive over a virtual CAN bus, by python canopen.
+    /// Read and write the object dictionary of a simulated drive over a virtual CAN bus, with python canopen.
     Canopen,
     /// Build the examples under RTIC, under embassy and with a shared interrupt, and run them in the emulator.
     Rtos,
@@ -122,7 +122,7 @@ enum Command {
     Install,
     /// Measure the program on 10 million rows and on 200 files.
     Large {
-        /// Also measure a release build from nothing.
+        /// Also measure a release build from an empty folder.
         #[arg(long)]
         build: bool,
     },
@@ -132,9 +132,9 @@ enum Command {
         /// The image.
         image: PathBuf,
     },
-    /// Print the structure of tools/src: lines per folder, import cycles, files that name a kind; fails if a limit is exceeded.
+    /// Print the structure of tools/src: lines per folder, import cycles, files outside kinds/ that name a kind; fails if a limit is exceeded.
     Structure,
-    /// Install the Python package into an environment of its own, test it, check its types, run its notebook.
+    /// Install the Python package into a separate environment, test it, check its types, run its notebook.
     Python {
         /// Instead build it in release and measure what it adds to the program's own time.
         #[arg(long)]

@@ -109,9 +109,9 @@ const BOOT_LIMIT: f64 = 12_000.0;
 /// Test instruments that set up every law from SI units and compute references in double precision, and what for.
 const INSTRUMENTS: [(&str, &str); 6] = [
     ("bits", "the bits of every law and its set-up, beside the host's"),
-    ("boot", "instructions of set-ups, that from SI units among them"),
+    ("boot", "instructions of set-ups, including that from SI units"),
     ("cost", "instructions of every law, beside peers"),
-    ("joint", "a joint that a host plays: the host sends SI units"),
+    ("joint", "a joint that a host simulates: the host sends SI units"),
     ("stack", "stack of every law and term"),
     ("worst_case", "the costliest torques of many gears"),
 ];
@@ -130,10 +130,10 @@ struct Weight {
 pub fn run(shell: &Shell, overwrite: bool) -> Result<()> {
     let mut table = String::from(
         "# Size of the control path\n\n\
-         Bytes on a Cortex-M4F in `f32` unless said otherwise, start-up code included. Written by `cargo xtask size --overwrite`; the command fails on\n\
-         any panic left in a control path, any double-precision arithmetic left in an image, in fixed point on any floating-point arithmetic or wide multiplication, where more is taken than is\n\
-         allowed, and where a number changes. Flash, stack and set-up may change by one in a hundred, or by eight bytes: so much is for another patch version of the\n\
-         compiler to move. Law `masing` alone, forward and inverse, is nearer than that to what it is allowed: it bears the difference and no more.\n\n\
+         Bytes on a Cortex-M4F in `f32` unless said otherwise, start-up code included. Written by `cargo xtask size --overwrite`; the command fails\n\
+         if a control path contains a panic, if an image contains double-precision arithmetic, if an image in fixed point contains floating-point arithmetic or wide multiplication, if a size exceeds\n\
+         its limit, or if a number changes. Flash, stack and set-up may change by 1 %, or by eight bytes, because another patch version of the compiler may change\n\
+         them by that much. Law `masing` alone, forward and inverse, is closer to its limit than that; it may grow only up to the limit.\n\n\
          | control path of a joint | code and constants, flash | allowed | coefficients of a gear | state of a joint, RAM |\n|---|---:|---:|---:|---:|\n",
     );
     for path in PATHS {
@@ -147,11 +147,11 @@ pub fn run(shell: &Shell, overwrite: bool) -> Result<()> {
         writeln!(table, "| {title} | {code} | {code_limit} | {gear} | {joint} |")?;
     }
     table.push_str(
-        "\nWhat bounds the RAM of terms: each place has room for the largest kind, whichever the term is. That is 264 B of coefficients (`unknown`, a curve of 32 knots) and 76 B of state\n\
-         (`nonlocal_memory`, 16 slip elements), so eight places take 2.7 kB. `Stack<S, K>` has `K` places, by default eight; the program gives the types of the library for C as many as it needs (c/README.md).\n",
+        "\nRAM of terms: each place for a term has room for the largest kind. That is 264 B of coefficients (`unknown`, a curve of 32 knots) and 76 B of state\n\
+         (`nonlocal_memory`, 16 slip elements), so eight places take 2.7 kB. `Stack<S, K>` has `K` places, by default eight; in C the program provides as many places as it needs (c/README.md).\n",
     );
     table.push_str(
-        "\nStack below the caller, at its deepest along paths that leave nothing out, found by painting it.\n\n\
+        "\nLargest stack below the caller, on paths that reach every branch, measured by painting the stack.\n\n\
          | call | stack |\n|---|---:|\n",
     );
     let image = machine::M4F.build(shell, STACK)?;
@@ -166,7 +166,7 @@ pub fn run(shell: &Shell, overwrite: bool) -> Result<()> {
     }
     table.push_str(
         "\nInstructions from the bytes of a stored block to the first torque, counted by the emulator: the checks of the block, the set-up of law and inverse, the self-test and a step. `gmhm pack` writes the\n\
-         words of the set-up into every block with an inverse. Blocks without them are set up on the drive in `f64` (`Parameters::load_any`, in C `gmhm_load_any`), and parameters in SI units have their invertible range searched there, too.\n\n\
+         words of the set-up into every block with an inverse. Blocks without them are set up on the drive in `f64` (`Parameters::load_any`, in C `gmhm_load_any`), and for parameters in SI units the drive also searches the invertible range.\n\n\
          | set-up | instructions |\n|---|---:|\n",
     );
     let image = machine::M4F.build(shell, BOOT)?;

@@ -16,9 +16,9 @@ pub enum Plant {
     MaxwellSlip,
     /// Three elements: a loop with corners
     Coarse,
-    /// First loading 1 − exp(−12θ/A): slips soon, almost as friction does
+    /// First loading 1 − exp(−12θ/A): slips early, similar to friction
     Early,
-    /// First loading 1 − exp(−θ/A) up to 3 A: never slips whole
+    /// First loading 1 − exp(−θ/A) up to 3 A: never slips completely
     Late,
     /// As maxwell-slip, on a spring that is 28 % softer about zero (soft windup)
     Windup,

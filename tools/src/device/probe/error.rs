@@ -16,7 +16,7 @@ pub enum ProbeError {
         error: std::io::Error,
     },
     /// A file is no ELF file.
-    #[error("{}: is no ELF file: {error}", path.display())]
+    #[error("{}: is not an ELF file: {error}", path.display())]
     NoElf {
         /// The file.
         path: PathBuf,
@@ -34,7 +34,7 @@ pub enum ProbeError {
         nearest: Option<String>,
     },
     /// Neither one place nor two.
-    #[error("{found} places for blocks: firmware has one, or two of which the newest counts")]
+    #[error("{found} addresses for blocks: firmware has one block, or two of which the newest is used")]
     Places {
         /// How many there are.
         found: usize,
@@ -46,7 +46,7 @@ pub enum ProbeError {
         address: u64,
     },
     /// A place does not begin a sector.
-    #[error("{address:#x} does not begin an erase sector: it lies in the one from {:#x} to {:#x}", sector.start, sector.end)]
+    #[error("{address:#x} is not the start of an erase sector: it lies in the sector from {:#x} to {:#x}", sector.start, sector.end)]
     Unaligned {
         /// The place.
         address: u64,
@@ -54,7 +54,7 @@ pub enum ProbeError {
         sector: Range,
     },
     /// Both places are in one sector.
-    #[error("the two places share erase sectors: {:#x} to {:#x} and {:#x} to {:#x}", a.start, a.end, b.start, b.end)]
+    #[error("the two blocks share erase sectors: {:#x} to {:#x} and {:#x} to {:#x}", a.start, a.end, b.start, b.end)]
     OnePlace {
         /// The sectors of the first.
         a: Range,
@@ -99,21 +99,23 @@ impl ProbeError {
     /// How to fix it.
     pub fn fix(&self) -> Option<String> {
         Some(match self {
-            Self::File { .. } | Self::NoElf { .. } => "name the ELF file of the firmware on the drive".to_owned(),
-            Self::NoSymbol { nearest: Some(nearest), .. } => format!("name it with --symbol; there is `{nearest}`"),
+            Self::File { .. } | Self::NoElf { .. } => "give the ELF file of the firmware on the drive".to_owned(),
+            Self::NoSymbol { nearest: Some(nearest), .. } => {
+                format!("give the symbol with --symbol; the file has `{nearest}`")
+            }
             Self::NoSymbol { .. } => {
-                "name the symbols of the places with --symbol A,B, or give their addresses with --address".to_owned()
+                "give the symbols of the blocks with --symbol A,B, or their addresses with --address".to_owned()
             }
             Self::Places { .. } => "give one address or symbol, or two with a comma between".to_owned(),
             Self::NoFlash { .. } => "check the address, and the chip after probe:".to_owned(),
             Self::Unaligned { sector, .. } => {
-                format!("give the block sectors of its own, such as from {:#x} on", sector.end)
+                format!("give the block separate sectors, for example from {:#x} on", sector.end)
             }
             Self::OnePlace { .. } | Self::InUse { .. } => {
-                "give each place of a block erase sectors of its own in the firmware's linker script".to_owned()
+                "give each block separate erase sectors in the firmware's linker script".to_owned()
             }
             Self::NoneAttached => {
-                "attach it, and see that this user may use it (on Linux, by probe-rs's udev rules)".to_owned()
+                "attach it, and check that this user may use it (on Linux: the udev rules of probe-rs)".to_owned()
             }
             Self::Several { .. } => "leave one attached".to_owned(),
             Self::Failed { .. } => "check the wiring, the chip's power and its name after probe:".to_owned(),

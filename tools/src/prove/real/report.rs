@@ -161,10 +161,10 @@ impl Display for RealReport {
             let lines = [
                 line("named", row.named.to_string(), judged("answers", row.named, 0.92, true)),
                 line("wrong names", format!("{} ({wrong:.2} a question)", row.wrong_names), String::new()),
-                line("error taken over textbook, median", number(row.taken_median), String::new()),
-                line("error taken over textbook, worst", number(row.taken_worst), String::new()),
+                line("error explained, over textbook, median", number(row.taken_median), String::new()),
+                line("error explained, over textbook, worst", number(row.taken_worst), String::new()),
                 line(
-                    "silent though a fifth is there",
+                    "nothing reported of a fifth or more",
                     row.silent.to_string(),
                     judged("questions", row.silent, 0.0, false),
                 ),

@@ -52,7 +52,7 @@ fn verdict(found: &Diagnosis) -> Verdict {
     let name = |e: &Effect| {
         let class: Vec<String> = e.class().map(words).collect();
         match e.name.as_str() {
-            UNKNOWN => "physics that no kind of the vocabulary explains".to_owned(),
+            UNKNOWN => "physics that no kind of the library explains".to_owned(),
             _ => class.join(" or "),
         }
     };
@@ -60,11 +60,11 @@ fn verdict(found: &Diagnosis) -> Verdict {
     names.dedup();
     let share = 1.0 - (found.heldout.rms.extended / found.heldout.rms.refitted.max(f64::MIN_POSITIVE)).powi(2);
     let gained = if share > 0.0 {
-        format!("with it, the squared error on rows held out is {} smaller", percent(share))
+        format!("with it, the squared error on held-out rows is {} smaller", percent(share))
     } else {
-        "nothing found improves the prediction of rows held out".to_owned()
+        "no effect found improves the prediction of held-out rows".to_owned()
     };
-    let sentence = format!("The model leaves out {}; {gained}.", names.join(", and "));
+    let sentence = format!("The model lacks {}; {gained}.", names.join(", and "));
     let all_named = found.effects.iter().all(|e| e.name != UNKNOWN && e.equivalents.is_empty());
     let reasons = found.effects.iter().map(|e| format!("{}: {}.", capital(&words(&e.name)), e.why)).collect();
     Verdict { tone: if all_named { Tone::Good } else { Tone::Caution }, sentence, reasons }
@@ -109,7 +109,7 @@ fn picture(finding: &Finding, unit: TorqueUnit) -> Section {
     let caption = "Recording minus model against time. Shaded: where the effect is strong.".to_owned();
     match before_and_after(finding, coordinate, unit) {
         Some(drawing) => section.figures([
-            (drawing, format!("Means over {BINS} bins with their standard errors. What depends on the {} alone stands out; noise averages away.", words(coordinate))),
+            (drawing, format!("Means over {BINS} bins with their standard errors. An effect that depends only on the {} becomes visible; noise averages out.", words(coordinate))),
             (time, caption),
         ]),
         None => section.figure(time, caption),

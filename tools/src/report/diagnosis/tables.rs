@@ -104,7 +104,7 @@ pub(super) fn evidence(finding: &Finding) -> Section {
     }
     for (kind, gain, numbers) in finding.verdict.rejected.iter().take(6) {
         rows.push(TableRow::new([
-            format!("beside all of it: {}", words(kind)),
+            format!("in addition to all of it: {}", words(kind)),
             whole(*gain),
             numbers.to_string(),
             "rejected".into(),
@@ -112,7 +112,7 @@ pub(super) fn evidence(finding: &Finding) -> Section {
     }
     let head = ["explanation", "gain of −2 ln L", "numbers", ""].map(str::to_owned).to_vec();
     Section::new("Evidence and rejected explanations")
-        .text("Each kind is refitted together with the base model, against noise whose colour is fitted with it. A name is given only where it explains what a free curve of the same coordinates can; kinds within 11 of the best cannot be distinguished.")
+        .text("Each kind is refitted together with the base model, with a noise spectrum that is fitted too. A name is given only where it explains what a free curve of the same coordinates can; kinds within 11 of the best cannot be distinguished.")
         .table(Table { caption: "Explanations tried for each effect".into(), head, rows })
 }
 
