@@ -170,12 +170,12 @@ impl Outputs {
         Ok(())
     }
 
-    /// Writes a text; see [`add`](Self::add).
-    pub fn add_text(&mut self, path: &Path, text: &str) -> Result<(), OutputError> {
-        let written: Result<(), TextError> = self.add(path, |out| Ok(out.write_all(text.as_bytes())?));
+    /// Writes a text or bytes; see [`add`](Self::add).
+    pub fn add_contents(&mut self, path: &Path, contents: impl AsRef<[u8]>) -> Result<(), OutputError> {
+        let written: Result<(), ContentsError> = self.add(path, |out| Ok(out.write_all(contents.as_ref())?));
         written.map_err(|e| match e {
-            TextError::Output(e) => e,
-            TextError::Io(source) => OutputError::System { path: path.to_owned(), source },
+            ContentsError::Output(e) => e,
+            ContentsError::Io(source) => OutputError::System { path: path.to_owned(), source },
         })
     }
 
@@ -206,22 +206,11 @@ impl Outputs {
     }
 }
 
-#[derive(Debug)]
-enum TextError {
-    Output(OutputError),
-    Io(io::Error),
-}
-
-impl From<OutputError> for TextError {
-    fn from(e: OutputError) -> Self {
-        TextError::Output(e)
-    }
-}
-
-impl From<io::Error> for TextError {
-    fn from(e: io::Error) -> Self {
-        TextError::Io(e)
-    }
+#[derive(Debug, thiserror::Error)]
+#[error(transparent)]
+enum ContentsError {
+    Output(#[from] OutputError),
+    Io(#[from] io::Error),
 }
 
 /// The file itself: a link stays a link, and what it points to is replaced.
@@ -268,20 +257,20 @@ mod tests {
         std::fs::write(&a, "before").unwrap();
 
         let mut outputs = Outputs::new();
-        outputs.add_text(&a, "after").unwrap();
-        let failed: Result<(), TextError> = outputs.add(&b, |out| {
+        outputs.add_contents(&a, "after").unwrap();
+        let failed: Result<(), ContentsError> = outputs.add(&b, |out| {
             out.write_all(b"half")?;
             Err(io::Error::other("power cut").into())
         });
-        assert!(matches!(failed, Err(TextError::Io(_))));
+        assert!(matches!(failed, Err(ContentsError::Io(_))));
         drop(outputs);
         assert_eq!(std::fs::read_to_string(&a).unwrap(), "before");
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
 
         let mut outputs = Outputs::new();
-        outputs.add_text(&a, "after").unwrap();
-        outputs.add_text(&b, "too").unwrap();
-        assert!(matches!(outputs.add_text(&a, "twice"), Err(OutputError::Twice { .. })));
+        outputs.add_contents(&a, "after").unwrap();
+        outputs.add_contents(&b, "too").unwrap();
+        assert!(matches!(outputs.add_contents(&a, "twice"), Err(OutputError::Twice { .. })));
         outputs.commit().unwrap();
         assert_eq!(std::fs::read_to_string(&a).unwrap(), "after");
         assert_eq!(std::fs::read_to_string(&b).unwrap(), "too");
@@ -290,7 +279,7 @@ mod tests {
 
     #[test]
     fn a_missing_folder_is_named() {
-        let error = Outputs::new().add_text(Path::new("no/such/folder/x"), "").unwrap_err();
+        let error = Outputs::new().add_contents(Path::new("no/such/folder/x"), "").unwrap_err();
         assert!(error.to_string().contains("no/such/folder does not exist"), "{error}");
     }
 }

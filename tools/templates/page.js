@@ -148,7 +148,6 @@ class Plot {
   path(parent, curve) {
     const { x, y, style, role } = curve;
     let d = "", dots = "", pen = false;
-    const near = style === "columns" ? 0.45 * x.reduce((least, v, k) => (k && v !== x[k - 1] ? Math.min(least, Math.abs(v - x[k - 1])) : least), Infinity) : 0;
     for (let k = 0; k < x.length; k++) {
       if (!Number.isFinite(x[k]) || !Number.isFinite(y[k])) { pen = false; continue; }
       const [px, py] = [this.px(x[k]).toFixed(1), this.py(y[k]).toFixed(1)];
@@ -157,16 +156,10 @@ class Plot {
         d += `M${px} ${low}V${high}m-5 0h10M${px - 5} ${low}h10`;
       }
       if (style === "line") { d += `${pen ? "L" : "M"}${px} ${py}`; pen = true; continue; }
-      if (style === "columns") {
-        const half = Number.isFinite(near) ? near : 0.45;
-        const [a, b] = [this.px(x[k] - half), this.px(x[k] + half)];
-        d += `M${a} ${this.py(0)}V${py}H${b}V${this.py(0)}z`;
-        continue;
-      }
       if (style === "stems") d += `M${px} ${this.py(0).toFixed(1)}V${py}`;
       dots += `M${px} ${py}h0`;
     }
-    if (d) element(parent, "path", { class: `${role} ${style === "columns" ? "columns" : "line"}`, d });
+    if (d) element(parent, "path", { class: `${role} line`, d });
     if (dots) element(parent, "path", { class: `${role} dots ${x.length > 100 ? "many" : "few"}`, d: dots });
   }
 

@@ -15,7 +15,7 @@ fn published() -> Model {
 }
 
 fn quiet() -> Options {
-    Options { noise: Some(Noise::NONE), ..Options::new() }
+    Options { noise: Some(Noise::default()), ..Options::new() }
 }
 
 fn run(experiment: Experiment, options: &Options) -> Recording {

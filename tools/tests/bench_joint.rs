@@ -117,7 +117,7 @@ fn the_figure_shows_the_compensations() {
 
 #[test]
 fn the_joint_is_recorded_while_it_tracks() {
-    let options = Options { noise: Some(Noise::NONE), ..Options::new() };
+    let options = Options { noise: Some(Noise::default()), ..Options::new() };
     let (recording, key) = simulate(&published(), Experiment::Joint, &options, 1).unwrap();
     assert_eq!((recording.len(), key.plant), (12_000, Plant::Model));
     let (input, output) = (recording.theta_in_rad.as_deref().unwrap(), recording.theta_out_rad.as_deref().unwrap());

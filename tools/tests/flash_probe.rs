@@ -5,7 +5,7 @@ use std::cell::RefCell;
 use crate::common::{PUBLISHED, WorkDir};
 use gmhm::block::verify_first;
 use gmhm_tools::device::DeviceError;
-use gmhm_tools::device::probe::{Chip, Elf, Places, ProbeError, Sectors, flash};
+use gmhm_tools::device::probe::{Chip, Elf, ProbeError, Sectors, flash};
 
 const FLASH: u64 = 0x800_0000;
 const SECTOR: u64 = 0x800;
@@ -67,8 +67,7 @@ fn packed(options: &str) -> Vec<u8> {
 
 fn put(chip: &mut Played, block: &[u8], places: &[u64]) -> Result<u32, DeviceError> {
     let heard = RefCell::new(Vec::new());
-    let places = Places::of(places)?;
-    let flashed = flash(block, &places, None, chip, |done, total| heard.borrow_mut().push((done, total)))?;
+    let flashed = flash(block, places, None, chip, |done, total| heard.borrow_mut().push((done, total)))?;
     let whole = 2 * block.len();
     assert_eq!(heard.into_inner(), [(block.len(), whole), (whole, whole)]);
     assert!(chip.memory.windows(block.len()).any(|bytes| bytes == flashed.bytes));

@@ -1,9 +1,10 @@
 //! A page of everything that a page can hold: self-contained, well nested, bounded in size, light and dark in a browser.
 
 use crate::browser::{after_script, assert_light_and_dark, assert_self_contained, assert_works, told};
+use gmhm_tools::fit::verdict::Grade;
 use gmhm_tools::recording::TorqueUnit;
 use gmhm_tools::report::figures::{self, Abscissa, TrendAxis};
-use gmhm_tools::report::page::{Input, Page, Provenance, Section, Table, TableRow, Tone, Verdict};
+use gmhm_tools::report::page::{Input, Page, Provenance, Section, Table, TableRow, Verdict};
 use gmhm_tools::report::plot::{Curve, Figure, HeatMap, Phase, Role, Side, Style};
 
 const UNIT: TorqueUnit = TorqueUnit::NewtonMetre;
@@ -31,13 +32,6 @@ fn gallery(rows: usize) -> Page {
         TrendAxis { label: "recording".into(), names: ["2024", "2025", "2026"].map(Into::into).into(), values: None };
     let warm = TrendAxis { label: "temperature in °C".into(), values: Some(vec![20.0, 35.0, 50.0]), ..axis.clone() };
     let points = [(24_700.0, Some(120.0)), (24_300.0, Some(150.0)), (23_500.0, None)];
-    let histogram = Figure {
-        title: "Where the time was spent".into(),
-        x_label: "deflection in mrad".into(),
-        y_label: "share of the rows in %".into(),
-        curves: vec![Curve::new("", Role::Model, &[-1.0, 0.0, 1.0], 1.0, &[20.0, 60.0, 20.0]).styled(Style::Columns)],
-        ..Figure::default()
-    };
     let heat = HeatMap {
         title: "Residual over time and motor angle".into(),
         legend: "mean residual in N·m".into(),
@@ -50,7 +44,7 @@ fn gallery(rows: usize) -> Page {
     Page {
         title: "Gear <7> & its loop".into(),
         verdict: Verdict {
-            tone: Tone::Caution,
+            grade: Grade::Caution,
             sentence: "Good enough to flash up to 1.1 mrad; c3 is not determined.".into(),
             reasons: vec![
                 "0.05 N·m rms are left in blocks held out".into(),
@@ -109,7 +103,6 @@ fn gallery(rows: usize) -> Page {
                         figures::trend("c1", &warm, "c1 in N·m/rad", &points, &[(20.0, 24_700.0), (50.0, 23_500.0)]),
                         "Falls.".into(),
                     ),
-                    (histogram.draw(), "Histogram.".into()),
                 ]),
             Section::new("Parameters").table(Table {
                 caption: "With intervals of two standard deviations".into(),

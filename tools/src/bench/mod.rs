@@ -30,7 +30,7 @@ mod stage;
 
 pub use error::BenchError;
 pub use hide::{Hidden, Hide, HideError};
-pub use key::{Key, KeyError};
+pub use key::Key;
 pub use noise::{Noise, NoiseError};
 pub use options::{Experiment, Options, Waveform};
 

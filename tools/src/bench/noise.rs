@@ -3,7 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-/// Faults of the sensors that are noise and not physics.
+/// Faults of the sensors that are noise and not physics; by default none.
 ///
 /// Written as `none`, or as `KEY=VALUE,…`; a key that is not named adds nothing:
 ///
@@ -63,18 +63,6 @@ pub enum NoiseError {
 }
 
 impl Noise {
-    /// Nothing: the sensors tell the truth.
-    pub const NONE: Self = Self {
-        torque_nm: 0.0,
-        autoregression: 0.0,
-        torque_step_nm: None,
-        encoder_bits: None,
-        outlier_rate: 0.0,
-        outlier_nm: 0.0,
-        velocity_rad_per_s: 0.0,
-        temperature_k: 0.0,
-    };
-
     /// A good bench: torque noise of 0.1 % of the rated torque with a = 0.9, 26-bit encoders, a converter of 16 bits over twice the range, 0.02 K.
     pub fn typical(rated_torque_nm: f64) -> Self {
         let rated_torque_nm = rated_torque_nm.abs();
@@ -84,7 +72,7 @@ impl Noise {
             torque_step_nm: (rated_torque_nm > 0.0).then_some(rated_torque_nm / f64::from(1u32 << 14)),
             encoder_bits: Some(26),
             temperature_k: 0.02,
-            ..Self::NONE
+            ..Self::default()
         }
     }
 
@@ -123,7 +111,7 @@ impl FromStr for Noise {
     type Err = NoiseError;
 
     fn from_str(text: &str) -> Result<Self, NoiseError> {
-        let mut noise = Self::NONE;
+        let mut noise = Self::default();
         if text.trim() == "none" {
             return Ok(noise);
         }

@@ -28,29 +28,22 @@ pub enum Experiment {
 }
 
 impl Experiment {
-    /// Its name on the command line and in keys.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Cycle => "cycle",
-            Self::Amplitudes => "amplitudes",
-            Self::Rates => "rates",
-            Self::Running => "running",
-            Self::Dynamic => "dynamic",
-            Self::Drift => "drift",
-            Self::Joint => "joint",
-        }
-    }
-
     /// Whether the motor stands still.
     pub const fn input_locked(self) -> bool {
         !matches!(self, Self::Running | Self::Joint)
     }
 }
 
+/// Its name on the command line and in keys.
 impl fmt::Display for Experiment {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
+        f.write_str(&value_name(self))
     }
+}
+
+/// The name of a choice on the command line.
+pub(super) fn value_name(choice: &impl ValueEnum) -> String {
+    choice.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
 }
 
 /// How a stroke goes from one turning point to the next.
@@ -63,17 +56,6 @@ pub enum Waveform {
     Triangle,
     /// The load changes in steps of a fifteenth of the rated torque (2 N·m of 30) and rests after each
     Steps,
-}
-
-impl Waveform {
-    /// Its name on the command line and in keys.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Sine => "sine",
-            Self::Triangle => "triangle",
-            Self::Steps => "steps",
-        }
-    }
 }
 
 /// The options of an experiment. What is not given takes the experiment's default (`joint`: 24 s at 500 Hz, plant `model`, compensation `off`):

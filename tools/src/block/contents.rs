@@ -178,17 +178,15 @@ impl Fields {
         self.values.iter().find(|(key, _)| key.name == name).copied()
     }
 
-    /// A number, by a factor.
-    fn number(&self, name: &str, shown: &str, unit: &str, factor: f64) -> Option<Quantity> {
+    /// A field by the name that it has in SI units, multiplied by a factor; a choice by its word.
+    fn quantity(&self, name: &str, shown: &str, unit: &str, factor: f64) -> Option<Quantity> {
         let (key, value) = self.find(name)?;
-        Some(quantity(shown, Shown::Number(value * factor), unit, key.words))
-    }
-
-    fn choice(&self, name: &str) -> Option<Quantity> {
-        let (key, value) = self.find(name)?;
-        let Form::Choice(words) = key.form else { return None };
-        let word = words.get(value as usize)?;
-        Some(quantity(name, Shown::Text((*word).to_owned()), "", key.words))
+        let value = match key.form {
+            Form::Choice(words) => Shown::Text((*words.get(value as usize)?).to_owned()),
+            _ if name == "ratio" && value == 0.0 => Shown::Absent,
+            _ => Shown::Number(value * factor),
+        };
+        Some(quantity(shown, value, unit, key.words))
     }
 
     /// A and T_A.
@@ -198,99 +196,26 @@ impl Fields {
     }
 }
 
+/// Records whose fields are shown in SI units.
+const IN_SI: [&RecordInfo; 8] = [&GEAR, &MASING, &PHASE, &TIME, &INVERSE, &JOINT, &SELF_TEST, &LARGEST_STEP];
+
 /// One record in SI units.
-fn section(record: &Record<'_>, scalar: ScalarKind, (a, t): (f64, f64), ampere: bool) -> Result<Section, BlockError> {
+fn section(record: &Record<'_>, scalar: ScalarKind, scales: (f64, f64), ampere: bool) -> Result<Section, BlockError> {
     let known = |info| Fields::of(record, info, scalar);
     let (name, quantities) = match record.tag {
-        tag if tag == GEAR.tag => {
-            let fields = known(&GEAR)?;
-            let elastic = [
-                ("k1", "c1_nm_per_rad", "N·m/rad", t / a),
-                ("k3", "c2_nm_per_rad3", "N·m/rad³", t / a.powi(3)),
-                ("k5", "c3_nm_per_rad5", "N·m/rad⁵", t / a.powi(5)),
-            ];
-            let scales = [
-                fields.number("rated_deflection", "rated_deflection_rad", "rad", 1.0),
-                fields.number("torque_scale", "torque_scale_nm", "N·m", 1.0),
-            ];
-            let elastic = elastic.map(|(name, shown, unit, factor)| fields.number(name, shown, unit, factor));
-            (GEAR.name.to_owned(), scales.into_iter().chain(elastic).flatten().collect())
-        }
-        tag if tag == MASING.tag => {
-            let fields = known(&MASING)?;
-            let play = 2.0 * if scalar == ScalarKind::F32 { 1.0 } else { a };
-            let quantities = [
-                fields.number("e", "e_nm_per_rad", "N·m/rad", t / a),
-                fields.number("h", "h_nm_per_rad", "N·m/rad", t / a),
-                fields.number("half_play", "reversal_play_rad", "rad", play),
-            ];
-            (MASING.name.to_owned(), quantities.into_iter().flatten().collect())
-        }
-        tag if tag == PHASE.tag => {
-            let fields = known(&PHASE)?;
-            let quantities = [
-                fields.choice("gate"),
-                fields.number("quadrature", "quadrature_nm", "N·m", t),
-                fields.number("in_phase", "in_phase_nm", "N·m", t),
-                fields.number("rho", "rho", "", 1.0),
-            ];
-            (PHASE.name.to_owned(), quantities.into_iter().flatten().collect())
-        }
-        tag if tag == TIME.tag => {
-            let fields = known(&TIME)?;
-            let rate = fields.find("kernel").is_some_and(|(_, kernel)| kernel == 1.0);
-            let quantities = [
-                fields.choice("kernel"),
-                fields.choice("gate"),
-                fields.number("gain", "alpha", if rate { "N·m/rad" } else { "N·m/(rad·s)" }, t / a),
-                fields.number("beta", "beta_per_s", "1/s", 1.0),
-                fields.number("forgotten", "forgotten", "", 1.0),
-            ];
-            (TIME.name.to_owned(), quantities.into_iter().flatten().collect())
-        }
-        tag if tag == INVERSE.tag => {
-            let fields = known(&INVERSE)?;
-            let quantities = [
-                fields.number("range", "range_rad", "rad", a),
-                fields.number("least_slope", "least_slope_nm_per_rad", "N·m/rad", t / a),
-            ];
-            (INVERSE.name.to_owned(), quantities.into_iter().flatten().collect())
-        }
-        tag if tag == JOINT.tag => {
-            let fields = known(&JOINT)?;
-            let ratio = fields.number("ratio", "ratio", "", 1.0).map(|ratio| match ratio.value {
-                Shown::Number(0.0) => Quantity { value: Shown::Absent, ..ratio },
-                _ => ratio,
-            });
-            let zero = fields.number("deflection_zero", "deflection_zero_rad", "rad", 1.0);
-            (JOINT.name.to_owned(), [ratio, zero, fields.choice("torque_side")].into_iter().flatten().collect())
-        }
-        tag if tag == SELF_TEST.tag => {
-            let fields = known(&SELF_TEST)?;
-            let (torque, angle) = if scalar == ScalarKind::F32 { (1.0, 1.0) } else { (t, a) };
-            let quantities = SELF_TEST.fields.iter().filter_map(|field| match field.key.name {
-                "solution" => fields.number("solution", "solution_rad", "rad", angle),
-                name => fields.number(name, &format!("{name}_nm"), "N·m", torque),
-            });
-            (SELF_TEST.name.to_owned(), quantities.collect())
-        }
         tag if tag == PREPARED.tag || tag == PREPARED_GEAR.tag => {
             let info = if tag == PREPARED.tag { &PREPARED } else { &PREPARED_GEAR };
             let words = known(info)?.values.len() as u64;
             (info.name.to_owned(), vec![quantity("words", Shown::Count(words), "", info.words)])
         }
-        tag if tag == LARGEST_STEP.tag => {
-            let angle = if scalar == ScalarKind::F32 { 1.0 } else { a };
-            let step = known(&LARGEST_STEP)?.number("largest_step", "largest_step_rad", "rad", angle);
-            (LARGEST_STEP.name.to_owned(), step.into_iter().collect())
-        }
         tag if tag == NAME.tag => {
             let name = String::from_utf8_lossy(record.payload).trim_end_matches('\0').to_owned();
             (NAME.name.to_owned(), vec![quantity("name", Shown::Text(name), "", NAME.words)])
         }
-        tag => match TermRecord::decode(record) {
-            Some(term) => return term.map(|term| term_section(&term, ampere)),
-            None => {
+        tag => match (IN_SI.into_iter().find(|info| info.tag == tag), TermRecord::decode(record)) {
+            (Some(info), _) => (info.name.to_owned(), in_si(&known(info)?, info, scalar, scales)),
+            (None, Some(term)) => return term.map(|term| term_section(&term, ampere)),
+            (None, None) => {
                 let bytes = Shown::Count(record.payload.len() as u64);
                 (format!("record {tag:#06x}"), vec![quantity("bytes", bytes, "", "not known to this version")])
             }
@@ -298,6 +223,39 @@ fn section(record: &Record<'_>, scalar: ScalarKind, (a, t): (f64, f64), ampere: 
     };
     let quantities = if ampere { quantities.into_iter().map(per_current).collect() } else { quantities };
     Ok(Section { name, quantities })
+}
+
+/// The fields of a record under their names in SI units; numbers of the search and of single steps are left out.
+fn in_si(fields: &Fields, info: &RecordInfo, scalar: ScalarKind, (a, t): (f64, f64)) -> Vec<Quantity> {
+    // In single precision angles are in rad and torques in N·m already.
+    let (angle, torque) = if scalar == ScalarKind::F32 { (1.0, 1.0) } else { (a, t) };
+    let of_rate = fields.find("kernel").is_some_and(|(_, kernel)| kernel == 1.0);
+    let shown = |name: &'static str| {
+        let (shown, unit, factor) = match name {
+            "rated_deflection" => ("rated_deflection_rad", "rad", 1.0),
+            "torque_scale" => ("torque_scale_nm", "N·m", 1.0),
+            "k1" => ("c1_nm_per_rad", "N·m/rad", t / a),
+            "k3" => ("c2_nm_per_rad3", "N·m/rad³", t / a.powi(3)),
+            "k5" => ("c3_nm_per_rad5", "N·m/rad⁵", t / a.powi(5)),
+            "e" => ("e_nm_per_rad", "N·m/rad", t / a),
+            "h" => ("h_nm_per_rad", "N·m/rad", t / a),
+            "half_play" => ("reversal_play_rad", "rad", 2.0 * angle),
+            "quadrature" => ("quadrature_nm", "N·m", t),
+            "in_phase" => ("in_phase_nm", "N·m", t),
+            "gain" => ("alpha", if of_rate { "N·m/rad" } else { "N·m/(rad·s)" }, t / a),
+            "beta" => ("beta_per_s", "1/s", 1.0),
+            "range" => ("range_rad", "rad", a),
+            "least_slope" => ("least_slope_nm_per_rad", "N·m/rad", t / a),
+            "deflection_zero" => ("deflection_zero_rad", "rad", 1.0),
+            "solution" => ("solution_rad", "rad", angle),
+            "largest_step" => ("largest_step_rad", "rad", angle),
+            "rho" | "forgotten" | "ratio" | "gate" | "kernel" | "torque_side" => (name, "", 1.0),
+            _ if info.tag == SELF_TEST.tag => return fields.quantity(name, &format!("{name}_nm"), "N·m", torque),
+            _ => return None,
+        };
+        fields.quantity(name, shown, unit, factor)
+    };
+    info.fields.iter().filter_map(|field| shown(field.key.name)).collect()
 }
 
 fn term_section(term: &TermRecord, ampere: bool) -> Section {

@@ -1,5 +1,6 @@
 //! From a model to the bytes of its block.
 
+use clap::ValueEnum;
 use gmhm::block::{
     Block, BlockError, FIRST_TERM, GEAR, Header, INVERSE, Identity, Joint, MASING, MOST_BYTES, PREPARED, Parameters,
     PreparedLaw, SELF_TEST, ScalarKind, TorqueUnit, Word, Writer, verify,
@@ -22,12 +23,12 @@ pub const DRIVE_TERMS: usize = 8;
 type InF32 = Parameters<f32, AnyLaw<f32>, Stack<f32, DRIVE_TERMS>>;
 
 /// What the drive computes in.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
 pub enum Arithmetic {
-    /// Single precision.
+    /// Single precision
     #[default]
     F32,
-    /// Fixed point, 28 bits after the point: laws `masing` and `time`, no terms.
+    /// Fixed point, 28 bits after the point, for cores without FPU: laws masing and time, no terms
     Fixed,
 }
 

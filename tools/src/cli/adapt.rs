@@ -64,13 +64,13 @@ impl AdaptArgs {
         let remarks = remarks.map_err(AdaptReplayError::from)?;
         remarks.iter().for_each(|remark| working.aside(|| session.note(&remark.to_string())));
         let mut outputs = Outputs::new();
-        outputs.add_text(&self.output, &replay.model.to_toml())?;
+        outputs.add_contents(&self.output, replay.model.to_toml())?;
         if let Some(path) = &self.json {
-            outputs.add_text(path, &json(&replay)?)?;
+            outputs.add_contents(path, json(&replay)?)?;
         }
         if let Some(path) = &self.report {
             let page = report::adapt::page(&replay, provenance(vec![(&recording).into()], None));
-            outputs.add_text(path, &page.to_html())?;
+            outputs.add_contents(path, page.to_html())?;
         }
         outputs.commit()?;
         drop(working);

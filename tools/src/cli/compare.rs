@@ -59,7 +59,7 @@ impl CompareArgs {
         drop(progress);
         let mut outputs = Outputs::new();
         if let Some(path) = &self.plot {
-            outputs.add_text(path, &figures::comparison(&lines, recordings[0].torque_unit).to_file())?;
+            outputs.add_contents(path, figures::comparison(&lines, recordings[0].torque_unit).to_file())?;
         }
         if let Some(path) = &self.json {
             let unit = recordings[0].torque_unit.suffix();
@@ -71,7 +71,7 @@ impl CompareArgs {
                     serde_json::json!({ "measured": measured, "claimed_by_the_paper": claimed })
                 }),
             });
-            outputs.add_text(path, &json(&page)?)?;
+            outputs.add_contents(path, json(&page)?)?;
         }
         outputs.commit()?;
         session.say(format_args!("{}", tables::comparison(&lines, recordings[0].torque_unit, self.seed.seed)))?;

@@ -54,7 +54,7 @@ impl DemoArgs {
         }
         let mut outputs = Outputs::new();
         for (name, bytes) in &files {
-            outputs.add(&folder.join(name), |out| Ok::<_, Failure>(out.write_all(bytes)?))?;
+            outputs.add_contents(&folder.join(name), bytes)?;
         }
         outputs.commit()?;
         session.say(format_args!(

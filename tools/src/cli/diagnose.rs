@@ -111,21 +111,21 @@ impl DiagnoseArgs {
         let Diagnosed { finding, recordings, holdout } = self.find(model()?, &files, &held_out, session)?;
         finding.remarks.iter().for_each(|remark| session.note(&remark.to_string()));
         let mut outputs = Outputs::new();
-        outputs.add_text(output, &finding.model.to_toml())?;
+        outputs.add_contents(output, finding.model.to_toml())?;
         if let Some(path) = &self.json {
-            outputs.add_text(path, &json(&finding.diagnosis)?)?;
+            outputs.add_contents(path, json(&finding.diagnosis)?)?;
         }
         if let Some(path) = &self.report {
             let mut inputs = model_file.map(|file| Input::of_file(file)).transpose()?.into_iter().collect::<Vec<_>>();
             inputs.extend(recordings.iter().chain(&holdout).map(Input::from));
             let provenance = provenance(inputs, Some(self.seed.seed));
-            outputs.add_text(path, &report::diagnosis::page(&finding, &recordings, provenance).to_html())?;
+            outputs.add_contents(path, report::diagnosis::page(&finding, &recordings, provenance).to_html())?;
         }
         if let Some(path) = &self.plot {
-            outputs.add_text(path, &report::diagnosis::drawing(&finding, &recordings).to_file())?;
+            outputs.add_contents(path, report::diagnosis::drawing(&finding, &recordings).to_file())?;
         }
         if let Some(path) = &self.plot_residual {
-            outputs.add_text(path, &report::diagnosis::residual(&finding).to_file())?;
+            outputs.add_contents(path, report::diagnosis::residual(&finding).to_file())?;
         }
         outputs.commit()?;
         session.check(self.check, finding.diagnosis.mismatch);

@@ -174,7 +174,7 @@ impl DriveArgs {
             Action::Read { output } => {
                 let bytes = trial::in_force(&mut drive)?;
                 let mut outputs = Outputs::new();
-                outputs.add(output, |out| -> Result<(), Failure> { Ok(out.write_all(&bytes)?) })?;
+                outputs.add_contents(output, &bytes)?;
                 outputs.commit()?;
                 session.written(&[("Block in force", Some(output))])
             }
@@ -248,14 +248,14 @@ impl DriveArgs {
         session.say(format_args!("{}", tables::learnt(&learnt)))?;
         let mut outputs = Outputs::new();
         if let Some(path) = json {
-            outputs.add_text(path, &common::json(&learnt)?)?;
+            outputs.add_contents(path, &common::json(&learnt)?)?;
         }
         if output.is_none() && !commit {
             return Ok(outputs.commit()?);
         }
         let new = with_params(&block, &learnt.shadow)?.bytes;
         if let Some(path) = output {
-            outputs.add(path, |out| -> Result<(), Failure> { Ok(out.write_all(&new)?) })?;
+            outputs.add_contents(path, &new)?;
         }
         outputs.commit()?;
         if !commit {
@@ -297,7 +297,7 @@ fn has_screen() -> bool {
 fn write_json(path: Option<&Path>, results: &impl Serialize) -> Result<(), Failure> {
     let Some(path) = path else { return Ok(()) };
     let mut outputs = Outputs::new();
-    outputs.add_text(path, &json(results)?)?;
+    outputs.add_contents(path, json(results)?)?;
     Ok(outputs.commit()?)
 }
 

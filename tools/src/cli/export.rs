@@ -32,7 +32,7 @@ pub struct ExportArgs {
     to: Form,
     /// Arithmetic of the C source; an FMU computes in f64
     #[arg(long, value_enum, default_value_t)]
-    scalar: Scalar,
+    scalar: Precision,
     /// Inputs of the FMU are both angles instead of the deflection; requires a ratio in the model
     #[arg(long)]
     angles: bool,
@@ -64,15 +64,6 @@ enum Form {
     Fmu,
 }
 
-#[derive(Debug, Clone, Copy, Default, ValueEnum)]
-enum Scalar {
-    /// Single precision
-    #[default]
-    F32,
-    /// Double precision
-    F64,
-}
-
 impl ExportArgs {
     pub(super) fn run(&self, session: &Session) -> Result<(), Failure> {
         let ending = ending(&self.output);
@@ -86,10 +77,7 @@ impl ExportArgs {
         let model = model::load(&self.model)?;
         let origin = Origin::from(&Input::of_file(&self.model)?);
         let options = ExportOptions {
-            precision: match self.scalar {
-                Scalar::F32 => Precision::F32,
-                Scalar::F64 => Precision::F64,
-            },
+            precision: self.scalar,
             prefix: self.prefix.clone(),
             period_s: self.period,
             rated_deflection_rad: self.rated_deflection,
@@ -123,7 +111,7 @@ impl ExportArgs {
         let mut outputs = Outputs::new();
         let paths: Vec<PathBuf> = exported.files.iter().map(|(name, _)| self.output.join(name)).collect();
         for (path, (_, text)) in paths.iter().zip(&exported.files) {
-            outputs.add_text(path, text)?;
+            outputs.add_contents(path, text)?;
         }
         outputs.commit()?;
         if let Some(why) = &exported.without_inverse {
@@ -135,7 +123,7 @@ impl ExportArgs {
 
     fn write_fmu(&self, fmu: &Fmu, session: &Session) -> Result<(), Failure> {
         let mut outputs = Outputs::new();
-        outputs.add(&self.output, |out| -> Result<(), Failure> { Ok(out.write_all(&fmu.bytes)?) })?;
+        outputs.add_contents(&self.output, &fmu.bytes)?;
         outputs.commit()?;
         if let Some(why) = &fmu.without_binary {
             session.note(&format!("the FMU contains its sources but no binary: {why}"));

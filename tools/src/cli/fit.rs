@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use serde_json::Value;
 
 use super::Session;
@@ -11,9 +11,8 @@ use super::each::EachArgs;
 use super::failure::Failure;
 use super::progress::Progress;
 use super::tables;
-use crate::fit;
-use crate::fit::FitOptions;
 use crate::fit::verdict::Grade;
+use crate::fit::{FitOptions, Method};
 use crate::jobs::{self, fit::Identified};
 use crate::model::{self, Model};
 use crate::output::Outputs;
@@ -67,14 +66,6 @@ pub struct FitArgs {
     each: EachArgs,
 }
 
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum Method {
-    /// Eliminate the linear parameters exactly, search the others
-    Auto,
-    /// The paper's particle swarm over all six parameters
-    Pso,
-}
-
 impl FitArgs {
     pub(super) fn run(&self, session: &Session) -> Result<(), Failure> {
         self.each.check();
@@ -101,10 +92,7 @@ impl FitArgs {
     ) -> Result<Identified, Failure> {
         let recordings = self.reading.read_all(files, start, session)?;
         let options = FitOptions {
-            method: match self.method {
-                Method::Auto => fit::Method::Auto,
-                Method::Pso => fit::Method::Pso,
-            },
+            method: self.method,
             seed: self.seed.seed,
             start: start.cloned(),
             rated_deflection_rad: self.reading.rated_deflection,
@@ -137,17 +125,17 @@ impl FitArgs {
         let everything = identified.results();
         let verdict = &everything.verdict;
         let mut outputs = Outputs::new();
-        outputs.add_text(output, &fit.model.to_toml())?;
+        outputs.add_contents(output, fit.model.to_toml())?;
         if let Some(path) = &self.json {
-            outputs.add_text(path, &json(&everything)?)?;
+            outputs.add_contents(path, json(&everything)?)?;
         }
         if let Some(path) = &self.report {
             let provenance = provenance(recordings.iter().map(Into::into).collect(), Some(fit.seed));
-            outputs.add_text(path, &report::fit::page(fit, assessment, recordings, provenance).to_html())?;
+            outputs.add_contents(path, report::fit::page(fit, assessment, recordings, provenance).to_html())?;
         }
         let plot = self.plot.clone().or_else(|| session.side_file(&output.with_extension("svg"), "--plot"));
         if let Some(path) = &plot {
-            outputs.add_text(path, &report::fit::loop_figure(fit, assessment, recordings).to_file())?;
+            outputs.add_contents(path, report::fit::loop_figure(fit, assessment, recordings).to_file())?;
         }
         outputs.commit()?;
         session.check(self.check, verdict.grade == Grade::Bad);

@@ -10,7 +10,7 @@ use super::common::address;
 use super::failure::Failure;
 use super::progress::Progress;
 use crate::block::read;
-use crate::device::probe::{self, Elf, Places, ProbeError};
+use crate::device::probe::{self, Elf, ProbeError};
 use crate::device::{self, Client, DeviceError, Flashed, Target, key, line};
 use crate::output::Outputs;
 
@@ -61,7 +61,7 @@ impl FlashArgs {
         let flashed = self.flash(&block, session)?;
         if let Some(path) = &self.read_back {
             let mut outputs = Outputs::new();
-            outputs.add(path, |out| -> Result<(), Failure> { Ok(out.write_all(&flashed.bytes)?) })?;
+            outputs.add_contents(path, &flashed.bytes)?;
             outputs.commit()?;
         }
         let gear = verify(&flashed.bytes).map_err(DeviceError::from)?.header().identity;
@@ -92,13 +92,13 @@ impl FlashArgs {
         Ok(probe::flash_attached(block, &places, firmware.as_ref(), chip.as_deref(), at)?)
     }
 
-    fn places(&self, firmware: Option<&Elf>) -> Result<Places, ProbeError> {
+    fn places(&self, firmware: Option<&Elf>) -> Result<Vec<u64>, ProbeError> {
         match firmware {
-            Some(elf) => Places::of(&self.symbol.iter().map(|name| elf.address(name)).collect::<Result<Vec<_>, _>>()?),
+            Some(elf) => self.symbol.iter().map(|name| elf.address(name)).collect(),
             None if self.address.is_empty() => {
                 super::wrong_usage("a debug probe needs the address of the blocks in flash: --address or --elf")
             }
-            None => Places::of(&self.address.iter().copied().map(u64::from).collect::<Vec<_>>()),
+            None => Ok(self.address.iter().copied().map(u64::from).collect()),
         }
     }
 }

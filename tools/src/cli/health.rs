@@ -102,11 +102,11 @@ impl HealthArgs {
         };
         let mut outputs = Outputs::new();
         if let Some(path) = &self.json {
-            outputs.add_text(path, &json(&found)?)?;
+            outputs.add_contents(path, json(&found)?)?;
         }
         if let Some(path) = &self.report {
             let provenance = provenance(inputs, Some(found.seed));
-            outputs.add_text(path, &report::health::page(&found, provenance).to_html())?;
+            outputs.add_contents(path, report::health::page(&found, provenance).to_html())?;
         }
         outputs.commit()?;
         session.say(format_args!("{}", tables::health(&found)))?;

@@ -35,7 +35,7 @@ impl InspectArgs {
         let contents = Contents::of(&verify(&file.bytes).map_err(refused)?).map_err(refused)?;
         if let Some(path) = &self.json {
             let mut outputs = Outputs::new();
-            outputs.add_text(path, &json(&contents.json())?)?;
+            outputs.add_contents(path, json(&contents.json())?)?;
             outputs.commit()?;
         }
         session.say(format_args!("{contents}"))?;

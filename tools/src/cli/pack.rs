@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use gmhm::block::{GEAR, Identity, verify};
 use gmhm::terms::Side;
 
@@ -25,7 +25,7 @@ pub struct PackArgs {
     model: PathBuf,
     /// Arithmetic of the drive
     #[arg(long, value_enum, default_value_t)]
-    scalar: Scalar,
+    scalar: Arithmetic,
     /// Control period of the drive; required for law time
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = positive)]
     period: Option<f64>,
@@ -52,15 +52,6 @@ pub struct PackArgs {
     output: PathBuf,
 }
 
-#[derive(Debug, Clone, Copy, Default, ValueEnum)]
-enum Scalar {
-    /// Single precision
-    #[default]
-    F32,
-    /// Fixed point, 28 bits after the point, for cores without FPU: laws masing and time, no terms
-    Fixed,
-}
-
 fn identity(label: &str) -> Result<Identity, String> {
     Identity::new(label).ok_or_else(|| "must have at most 16 bytes".to_owned())
 }
@@ -72,10 +63,7 @@ impl PackArgs {
         self.eds.as_deref().map_or(Ok(()), Outputs::check)?;
         let model = model::load(&self.model)?;
         let options = PackOptions {
-            arithmetic: match self.scalar {
-                Scalar::F32 => Arithmetic::F32,
-                Scalar::Fixed => Arithmetic::Fixed,
-            },
+            arithmetic: self.scalar,
             period_s: self.period,
             top_speed_rad_per_s: self.top_speed,
             rated_deflection_rad: self.rated_deflection,
@@ -88,11 +76,10 @@ impl PackArgs {
         let bytes = block::write(form, &self.output, &block, self.address)?;
 
         let mut outputs = Outputs::new();
-        outputs.add(&self.output, |out| -> Result<(), Failure> { Ok(out.write_all(&bytes)?) })?;
+        outputs.add_contents(&self.output, &bytes)?;
         if let Some(path) = &self.eds {
             let name = path.file_name().map(|name| name.to_string_lossy()).unwrap_or_default();
-            let text = block::eds(&name);
-            outputs.add(path, |out| -> Result<(), Failure> { Ok(out.write_all(text.as_bytes())?) })?;
+            outputs.add_contents(path, block::eds(&name))?;
         }
         outputs.commit()?;
         session.say(format_args!(

@@ -65,7 +65,7 @@ impl PlotArgs {
             true => pictures::drawing(&shown).to_file(),
             false => pictures::page(&shown, provenance(inputs, None)).to_html(),
         };
-        outputs.add_text(&self.output, &text)?;
+        outputs.add_contents(&self.output, text)?;
         outputs.commit()?;
         session.written(&[("Picture", Some(&self.output))])
     }

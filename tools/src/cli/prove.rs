@@ -154,7 +154,7 @@ impl ProveArgs {
 
 fn write(path: &Path, text: &str) -> Result<(), Failure> {
     let mut outputs = Outputs::new();
-    outputs.add_text(path, text)?;
+    outputs.add_contents(path, text)?;
     Ok(outputs.commit()?)
 }
 

@@ -89,7 +89,7 @@ impl SimulateArgs {
         let mut outputs = Outputs::new();
         outputs.add(&self.output, |out| Ok::<(), Failure>(recording.write_under(out, &working)?))?;
         if let Some(path) = &self.key {
-            outputs.add_text(path, &key.to_toml())?;
+            outputs.add_contents(path, key.to_toml())?;
         }
         drop(working);
         let mut picture = None;
@@ -118,12 +118,12 @@ impl SimulateArgs {
             drop(progress);
             text += &format!("\n{report}\n");
             if let Some(path) = &self.json {
-                outputs.add_text(path, &json(&report)?)?;
+                outputs.add_contents(path, json(&report)?)?;
             }
             picture = self.plot.clone().or_else(|| session.side_file(&self.output.with_extension("svg"), "--plot"));
             if let Some(path) = &picture {
                 let figure = joint::figure(&model, given.unwrap_or(Plant::MaxwellSlip), seed)?;
-                outputs.add_text(path, &figure.to_file())?;
+                outputs.add_contents(path, figure.to_file())?;
             }
         }
         outputs.commit()?;

@@ -17,11 +17,6 @@ const SOURCES: &[(&str, &str)] = sources! {
     thermal_stiffness torque_ripple viscous_damping viscous_friction wear
 };
 
-/// Whether a kind has a source.
-pub fn exports(kind: &str) -> bool {
-    KindSource::of(kind).is_some()
-}
-
 /// The parts of a kind's file.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct KindSource {
@@ -53,7 +48,12 @@ mod tests {
     fn every_kind_of_the_plant_has_a_source_and_no_other() {
         for info in KINDS {
             let exported = info.side == Side::Plant;
-            assert_eq!(exports(info.name), exported, "{}: add its source to templates/export/kinds", info.name);
+            assert_eq!(
+                KindSource::of(info.name).is_some(),
+                exported,
+                "{}: add its source to templates/export/kinds",
+                info.name
+            );
         }
         for (name, _) in SOURCES {
             assert!(kind(name).is_some() && KindSource::of(name).is_some(), "{name}");

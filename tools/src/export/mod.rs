@@ -27,7 +27,6 @@ mod template;
 mod terms;
 
 pub use error::ExportError;
-pub use kinds::exports;
 pub use plan::Precision;
 
 use crate::report::page::Input;

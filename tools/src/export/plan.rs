@@ -1,5 +1,6 @@
 //! What of a model is exported.
 
+use clap::ValueEnum;
 use gmhm::memory::AnyLaw;
 use gmhm::terms::{Domain, KindInfo, Need, Setting, Side, Term as CoreTerm};
 use gmhm::{Inverse, Law, Params};
@@ -10,12 +11,12 @@ use crate::model::{Model, Term};
 use crate::physics::term::sigma;
 
 /// What the source computes in.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
 pub enum Precision {
-    /// Single precision.
+    /// Single precision
     #[default]
     F32,
-    /// Double precision.
+    /// Double precision
     F64,
 }
 

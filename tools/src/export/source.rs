@@ -85,7 +85,7 @@ pub fn c(model: &Model, origin: &Origin, options: &ExportOptions) -> Result<Expo
         .into_iter()
         .filter(|(name, _)| *name == SAMPLE[0].0 || mentions(&body, &format!("sample->{name}")))
         .collect();
-    let body = with_sample(&body, &plan, &sample);
+    let body = with_sample(&body, &sample);
     let body = format!("{}{body}", helpers(&body));
     let [turn_1, turn_2, turn_3] = match plan.precision {
         Precision::F32 => ["6.28125f", "0.0019350052f", "3.0199159e-7f"],
@@ -229,7 +229,7 @@ fn parameters(statements: &str, names: &[&'static str], of_sample: bool) -> (Str
 }
 
 /// Fills what depends on the signals of the sample.
-fn with_sample(body: &str, _plan: &Plan, sample: &[(&str, &str)]) -> String {
+fn with_sample(body: &str, sample: &[(&str, &str)]) -> String {
     let mut finite = String::new();
     for (name, _) in &sample[1..] {
         if *name == "period_s" {

@@ -1,16 +1,18 @@
 //! What to fit and how.
 
+use clap::ValueEnum;
+
 use crate::model::{GearSection, Model, TorqueSide};
 use crate::recording::TorqueUnit;
 
 /// How the parameters are found.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, ValueEnum)]
 #[serde(rename_all = "snake_case")]
 pub enum Method {
-    /// Linear parameters eliminated, the others searched and polished; noise, selection.
+    /// Eliminate the linear parameters exactly, search the others
     #[default]
     Auto,
-    /// The paper's swarm over all six parameters.
+    /// The paper's particle swarm over all six parameters
     Pso,
 }
 

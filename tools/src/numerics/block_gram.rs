@@ -76,11 +76,6 @@ impl Targets {
     pub fn count(&self) -> usize {
         self.total.ncols()
     }
-
-    /// The squares of one target over all blocks.
-    pub fn power(&self, target: usize) -> f64 {
-        self.squares.iter().map(|s| s[target]).sum()
-    }
 }
 
 impl BlockGram {

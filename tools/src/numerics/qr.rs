@@ -32,11 +32,6 @@ impl Block {
         self.rows = rows;
     }
 
-    /// Rows in use.
-    pub fn rows(&self) -> usize {
-        self.rows
-    }
-
     /// Number of columns.
     pub fn columns(&self) -> usize {
         self.data.len().checked_div(self.capacity).unwrap_or(0)
@@ -61,9 +56,6 @@ pub struct Triangle {
     r: Vec<f64>,
 }
 
-/// Rows taken at a time.
-const ROWS: usize = 256;
-
 /// Squared norms below this are no numbers to work with.
 const NOTHING: f64 = 1e-280;
 
@@ -71,23 +63,6 @@ impl Triangle {
     /// The factor of no rows.
     pub fn new(columns: usize) -> Self {
         Self { columns, r: vec![0.0; columns * columns] }
-    }
-
-    /// The factor of columns of equal length, the right-hand side last.
-    pub fn of_columns<'c>(columns: impl Iterator<Item = &'c [f64]>) -> Self {
-        let columns: Vec<&[f64]> = columns.collect();
-        let rows = columns.first().map_or(0, |c| c.len());
-        let mut factor = Self::new(columns.len());
-        let mut block = Block::new(columns.len(), ROWS.min(rows));
-        for from in (0..rows).step_by(ROWS) {
-            let range = from..(from + ROWS).min(rows);
-            block.set_rows(range.len());
-            for (j, column) in columns.iter().enumerate() {
-                block.column_mut(j).copy_from_slice(&column[range.clone()]);
-            }
-            factor.absorb(&mut block);
-        }
-        factor
     }
 
     /// Number of columns, right-hand side included.

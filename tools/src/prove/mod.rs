@@ -42,7 +42,6 @@ pub use sealed::{Answer, Sealed};
 use crate::diagnose::diagnosis::Diagnosis;
 use crate::model::Model;
 use crate::recording::Recording;
-use table::ProveReport;
 
 /// Cases of a run that takes minutes.
 pub const QUICK_CASES: usize = 60;
@@ -71,22 +70,4 @@ pub trait Detector: Sync {
     /// # Errors
     /// Why it refused; scored as a prediction of nothing.
     fn predict(&self, model: &Model, recording: &Recording) -> Result<Vec<f64>, String>;
-}
-
-/// Proves `detector` on the first `cases` cases of `seed`, in parallel. `real` holds residuals of real recordings
-/// ([`generator::real_residuals`]); without any, the cases that need one are left out, and the report says so.
-///
-/// `progress` gets the number of cases done.
-pub fn run(
-    seed: u64,
-    cases: usize,
-    real: &[Vec<f64>],
-    detector: &dyn Detector,
-    progress: &(dyn Fn(usize) + Sync),
-) -> ProveReport {
-    let suite = mix::suite(seed, cases, real);
-    let left_out = cases - suite.len();
-    let mut report = Sealed::new(seed, suite).run(detector, progress);
-    report.note_left_out(left_out);
-    report
 }

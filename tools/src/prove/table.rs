@@ -243,23 +243,13 @@ impl ProveReport {
             self.notes.push(format!("{cases} cases of block real noise left out: no real recordings at hand"));
         }
     }
-
-    /// The report as JSON.
-    ///
-    /// # Errors
-    /// None that this data can cause.
-    pub fn to_json(&self) -> serde_json::Result<String> {
-        serde_json::to_string_pretty(self)
-    }
 }
 
 fn aims(blocks: &[BlockRow], all: &BlockRow) -> Vec<Aim> {
     let row = |name: &str| blocks.iter().find(|b| b.block == name);
     let (clear, faint, pair, open) = (row("single 0.15"), row("single 0.05"), row("pair"), row("open world"));
     let (left_out, maxwell, simulation, loud) = (row("left out"), row("maxwell slip"), row("simulation"), row("loud"));
-    let share = |aim: &str, things: &str, rate: Option<Rate>, bound: f64, at_least: bool| {
-        Aim::share(aim, things, rate, bound, at_least)
-    };
+    let share = Aim::share;
     let number =
         |aim: &str, block: Option<&BlockRow>, of: &dyn Fn(&BlockRow) -> Option<f64>, bound: f64, least: bool| {
             Aim::number(aim, "cases", block.and_then(of), block.map_or(0, |b| b.cases), bound, least)
@@ -305,7 +295,8 @@ fn aims(blocks: &[BlockRow], all: &BlockRow) -> Vec<Aim> {
     aims
 }
 
-fn median(mut x: Vec<f64>) -> Option<f64> {
+/// The median; nothing of nothing.
+pub(super) fn median(mut x: Vec<f64>) -> Option<f64> {
     x.sort_by(f64::total_cmp);
     match x.len() {
         0 => None,

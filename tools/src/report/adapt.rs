@@ -1,14 +1,15 @@
 //! The report of a replay through the adaptation of the drive.
 
-use super::page::{Page, Provenance, Section, Tone, Verdict};
+use super::page::{Page, Provenance, Section, Verdict};
 use super::plot::{Curve, Drawing, Figure, Role};
 use crate::adapt::{NAMES, Replay, TracePoint};
+use crate::fit::verdict::Grade;
 use crate::number::number;
 
 /// The page.
 pub fn page(replay: &Replay, provenance: Provenance) -> Page {
     let (block, adapted) = (replay.rms.block, replay.rms.adapted);
-    let tone = if adapted > block || !replay.warnings.is_empty() { Tone::Caution } else { Tone::Good };
+    let grade = if adapted > block || !replay.warnings.is_empty() { Grade::Caution } else { Grade::Good };
     let unit = replay.unit.symbol();
     let sentence = format!(
         "Torque error one step ahead: {} {unit} rms with the adapted parameters, {} {unit} with the block.",
@@ -32,7 +33,7 @@ pub fn page(replay: &Replay, provenance: Provenance) -> Page {
     coefficients = coefficients.figures((0..NAMES.len()).map(|k| (coefficient(replay, k), String::new())));
     Page {
         title: "Adaptation on the drive".into(),
-        verdict: Verdict { tone, sentence, reasons },
+        verdict: Verdict { grade, sentence, reasons },
         sections: vec![errors, coefficients],
         provenance,
     }
@@ -47,17 +48,12 @@ fn errors(replay: &Replay) -> Drawing {
         let errors: Vec<f64> = replay.trace.iter().map(of).collect();
         Curve::new(label, role, &times(replay), 1.0, &errors)
     };
-    Figure {
-        title: "Torque error one step ahead".into(),
-        x_label: "time in s".into(),
-        y_label: format!("rms in {}", replay.unit.symbol()),
-        curves: vec![
-            curve("block", Role::Second, |point| point.rms.block),
-            curve("adapted", Role::Model, |point| point.rms.adapted),
-        ],
-        ..Figure::default()
-    }
-    .draw()
+    let curves = [
+        curve("block", Role::Second, |point| point.rms.block),
+        curve("adapted", Role::Model, |point| point.rms.adapted),
+    ];
+    let y_label = format!("rms in {}", replay.unit.symbol());
+    Figure::of("Torque error one step ahead", "time in s", y_label, curves).draw()
 }
 
 fn coefficient(replay: &Replay, k: usize) -> Drawing {
@@ -68,17 +64,12 @@ fn coefficient(replay: &Replay, k: usize) -> Drawing {
     };
     let block = vec![replay.block[k]; replay.trace.len()];
     let curve = |label: &str, role, values: &[f64]| Curve::new(label, role, &times(replay), 1.0, values);
-    Figure {
-        title: NAMES[k].into(),
-        x_label: "time in s".into(),
-        y_label: format!("{} in {}{}", NAMES[k], replay.unit.symbol(), powers[k]),
-        curves: vec![
-            curve("+ 1 sd", Role::Third, &band(1.0)),
-            curve("− 1 sd", Role::Third, &band(-1.0)),
-            curve("block", Role::Second, &block),
-            curve("estimate", Role::Model, &values),
-        ],
-        ..Figure::default()
-    }
-    .draw()
+    let curves = [
+        curve("+ 1 sd", Role::Third, &band(1.0)),
+        curve("− 1 sd", Role::Third, &band(-1.0)),
+        curve("block", Role::Second, &block),
+        curve("estimate", Role::Model, &values),
+    ];
+    let y_label = format!("{} in {}{}", NAMES[k], replay.unit.symbol(), powers[k]);
+    Figure::of(NAMES[k], "time in s", y_label, curves).draw()
 }

@@ -53,9 +53,7 @@ pub fn torque_over(
     let mut curves = vec![Curve::new("recording", Role::Measured, at, over.scale, measured)];
     curves.extend(models.iter().map(|(label, role, torque)| Curve::new(*label, *role, at, over.scale, torque)));
     let what = if unit == TorqueUnit::Ampere { unit.quantity() } else { "torque T" };
-    let y_label = torque_axis(what, unit);
-    Figure { title: title.into(), x_label: over.label.into(), y_label, curves, by_row: true, ..Figure::default() }
-        .draw()
+    Figure::of(title, over.label, torque_axis(what, unit), curves).by_row().draw()
 }
 
 /// The two parts of the torque against deflection: elastic f and hysteresis z.
@@ -66,13 +64,11 @@ pub fn decomposition(
     hysteresis: &[f64],
     unit: TorqueUnit,
 ) -> Drawing {
-    let curves = vec![
+    let curves = [
         Curve::new("elastic torque f", Role::Third, deflection_rad, MRAD, elastic),
         Curve::new("hysteresis torque z", Role::Second, deflection_rad, MRAD, hysteresis),
     ];
-    let y_label = torque_axis(unit.quantity(), unit);
-    Figure { title: title.into(), x_label: DEFLECTION.into(), y_label, curves, by_row: true, ..Figure::default() }
-        .draw()
+    Figure::of(title, DEFLECTION, torque_axis(unit.quantity(), unit), curves).by_row().draw()
 }
 
 /// What each model leaves of the measured torque, against deflection. The last model's dots lie on top.
@@ -83,15 +79,11 @@ pub fn residual(
     models: &[(&str, Role, &[f64])],
     unit: TorqueUnit,
 ) -> Drawing {
-    let curves = models
-        .iter()
-        .map(|(label, role, torque)| {
-            let residual: Vec<f64> = measured.iter().zip(*torque).map(|(a, b)| a - b).collect();
-            Curve::new(*label, *role, deflection_rad, MRAD, &residual)
-        })
-        .collect();
-    let y_label = torque_axis("recording minus model", unit);
-    Figure { title: title.into(), x_label: DEFLECTION.into(), y_label, curves, ..Figure::default() }.draw()
+    let curves = models.iter().map(|(label, role, torque)| {
+        let residual: Vec<f64> = measured.iter().zip(*torque).map(|(a, b)| a - b).collect();
+        Curve::new(*label, *role, deflection_rad, MRAD, &residual)
+    });
+    Figure::of(title, DEFLECTION, torque_axis("recording minus model", unit), curves).draw()
 }
 
 /// A residual over a coordinate, apart for rising and falling: structure shows where the clouds part.
@@ -109,10 +101,7 @@ pub fn residual_by_direction(title: &str, over: Abscissa, at: &[f64], residual: 
         curves[0].points.push((x, up));
         curves[1].points.push((x, down));
     }
-    let y_label = torque_axis("recording minus model", unit);
-    let curves = curves.into();
-    Figure { title: title.into(), x_label: over.label.into(), y_label, curves, by_row: true, ..Figure::default() }
-        .draw()
+    Figure::of(title, over.label, torque_axis("recording minus model", unit), curves).by_row().draw()
 }
 
 /// Of several curves, which shows the base model and which the extended one.
@@ -137,30 +126,15 @@ pub fn residual_over_time(
     let curve = |(label, role, residual): &(&str, Role, &[f64])| {
         Curve::new(*label, *role, time_s, 1.0, residual).styled(Style::Line).in_phase(phase(*role))
     };
-    Figure {
-        title: title.into(),
-        x_label: "time in s".into(),
-        y_label: torque_axis("recording minus model", unit),
-        curves: residuals.iter().map(curve).collect(),
-        shaded: seconds.iter().map(|(from, to)| *from..*to).collect(),
-        by_row: true,
-        ..Figure::default()
-    }
-    .draw()
+    let figure =
+        Figure::of(title, "time in s", torque_axis("recording minus model", unit), residuals.iter().map(curve));
+    Figure { shaded: seconds.iter().map(|(from, to)| *from..*to).collect(), ..figure.by_row() }.draw()
 }
 
 /// Parts of a torque against time.
 pub fn parts_over_time(title: &str, time_s: &[f64], parts: &[(&str, Role, &[f64])], unit: TorqueUnit) -> Drawing {
     let curve = |(label, role, torque): &(&str, Role, &[f64])| Curve::new(*label, *role, time_s, 1.0, torque);
-    Figure {
-        title: title.into(),
-        x_label: "time in s".into(),
-        y_label: torque_axis(unit.quantity(), unit),
-        curves: parts.iter().map(curve).collect(),
-        by_row: true,
-        ..Figure::default()
-    }
-    .draw()
+    Figure::of(title, "time in s", torque_axis(unit.quantity(), unit), parts.iter().map(curve)).by_row().draw()
 }
 
 /// Lines of a spectrum, with the level that noise stays under.
@@ -172,17 +146,13 @@ pub fn spectrum(
     noise: Option<f64>,
     prominent: &[(f64, f64)],
 ) -> Drawing {
-    let stems = |label: &str, role, points: &[(f64, f64)]| {
-        let points = points.to_vec();
-        Curve { label: label.into(), points, role, style: Style::Stems, error: Vec::new(), phase: None }
-    };
+    let stems = |label, role, points: &[(f64, f64)]| Curve::through(label, role, Style::Stems, points.to_vec());
     let mut curves = vec![stems(if prominent.is_empty() { "" } else { "spectrum" }, Role::Measured, lines)];
     if !prominent.is_empty() {
         curves.push(stems("above the noise", Role::Second, prominent));
     }
     let levels = noise.map(|height| Level { label: "noise".into(), height }).into_iter().collect();
-    let (x_label, y_label) = (x_label.into(), y_label.into());
-    Figure { title: title.into(), x_label, y_label, curves, levels, ..Figure::default() }.draw()
+    Figure { levels, ..Figure::of(title, x_label, y_label, curves) }.draw()
 }
 
 /// Where in deflection and rate the rows of the recordings lie.
@@ -233,29 +203,14 @@ pub fn correlation<N: AsRef<str>>(names: &[N], matrix: &[Vec<f64>]) -> Drawing {
 pub fn trend(title: &str, x: &TrendAxis, y_label: &str, points: &[(f64, Option<f64>)], line: &[(f64, f64)]) -> Drawing {
     let at = |k: usize| x.values.as_ref().map_or(k as f64, |values| values[k]);
     let values: Vec<(f64, f64)> = points.iter().enumerate().map(|(k, p)| (at(k), p.0)).collect();
-    let error = points.iter().map(|p| p.1.map_or(f64::NAN, |sd| 2.0 * sd)).collect();
+    let regression = (!line.is_empty()).then(|| Curve::through("regression", Role::Second, Style::Line, line.to_vec()));
     let dots = Curve {
-        label: "estimate ± 2 standard deviations".into(),
-        points: values,
-        role: Role::Model,
-        style: Style::Dots,
-        error,
-        phase: None,
+        error: points.iter().map(|p| p.1.map_or(f64::NAN, |sd| 2.0 * sd)).collect(),
+        ..Curve::through("estimate ± 2 standard deviations", Role::Model, Style::Dots, values)
     };
-    let mut curves = vec![dots];
-    if !line.is_empty() {
-        let points = line.to_vec();
-        let label = "regression".into();
-        curves
-            .insert(0, Curve { label, points, role: Role::Second, style: Style::Line, error: Vec::new(), phase: None });
-    }
     Figure {
-        title: title.into(),
-        x_label: x.label.clone(),
-        y_label: y_label.into(),
-        curves,
         x_names: if x.values.is_some() { Vec::new() } else { x.names.clone() },
-        ..Figure::default()
+        ..Figure::of(title, &x.label, y_label, regression.into_iter().chain([dots]))
     }
     .draw()
 }

@@ -1,14 +1,15 @@
 //! The report of a fit: good enough to flash or not, and why.
 
+use super::capitalised;
 use super::figures::{self, Abscissa, symbol};
 use super::fit_words::worded;
 use super::note_words::notes;
-use super::page::{Page, Provenance, Section, Table, TableRow, Tone, Verdict};
+use super::page::{Page, Provenance, Section, Table, TableRow, Verdict};
 use super::plot::{Drawing, Role};
 use crate::fit::Fit;
 use crate::fit::Method;
 use crate::fit::coverage::{Coverage, JointCoverage};
-use crate::fit::verdict::{Assessment, FitVerdict, Grade};
+use crate::fit::verdict::{Assessment, FitVerdict};
 use crate::number::{estimate, number};
 use crate::numerics::particle_swarm::Stop;
 use crate::recording::{Recording, TorqueUnit};
@@ -41,23 +42,9 @@ pub fn page(fit: &Fit, assessment: &Assessment, recordings: &[Recording], proven
 /// A verdict as the head of a page.
 fn verdict(verdict: &FitVerdict, unit: TorqueUnit) -> Verdict {
     let worded = worded(verdict, unit);
-    let tone = match worded.grade {
-        Grade::Good => Tone::Good,
-        Grade::Caution => Tone::Caution,
-        Grade::Bad => Tone::Bad,
-    };
     // The sentence holds the first reason.
     let reasons = worded.reasons.iter().skip(1).map(|reason| capitalised(&reason.words) + ".").collect();
-    Verdict { tone, sentence: worded.sentence, reasons }
-}
-
-fn capitalised(words: &str) -> String {
-    // Names of parameters stay as they are.
-    if words.split(' ').next().is_some_and(|first| first.contains('_')) {
-        return words.to_owned();
-    }
-    let mut letters = words.chars();
-    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+    Verdict { grade: worded.grade, sentence: worded.sentence, reasons }
 }
 
 /// A file's name without folder and ending.

@@ -1,8 +1,9 @@
 //! The report of the condition of a gear.
 
 use super::figures::{self, TrendAxis};
-use super::page::{Page, Provenance, Section, Table, TableRow, Tone, Verdict};
+use super::page::{Page, Provenance, Section, Table, TableRow, Verdict};
 use super::plot::Drawing;
+use crate::fit::verdict::Grade;
 use crate::health::{Against, Health};
 use crate::number::{number, plus_minus};
 use crate::report::health_words::words;
@@ -12,7 +13,7 @@ pub fn page(health: &Health, provenance: Provenance) -> Page {
     let changed = health.changes.iter().any(|c| c.moved);
     let tested = health.changes.iter().any(|c| c.p_value.is_some());
     let alone = health.conditions.len() == 1;
-    let tone = if changed || !tested && !alone { Tone::Caution } else { Tone::Good };
+    let grade = if changed || !tested && !alone { Grade::Caution } else { Grade::Good };
     let mut sections = if alone { Vec::new() } else { vec![changes(health), trends(health)] };
     sections.push(conditions(health));
     let beside = health.against.as_ref().filter(|_| !alone).map(|against| beside(health, against));
@@ -23,7 +24,7 @@ pub fn page(health: &Health, provenance: Provenance) -> Page {
         true => "Condition of a gear".to_owned(),
         false => format!("Condition of a gear over {} states", health.conditions.len()),
     };
-    let verdict = Verdict { tone, sentence: health.sentence(), reasons: health.reasons() };
+    let verdict = Verdict { grade, sentence: health.sentence(), reasons: health.reasons() };
     Page { title, verdict, sections, provenance }
 }
 

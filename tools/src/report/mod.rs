@@ -21,3 +21,12 @@ pub mod note_words;
 pub mod page;
 pub mod pictures;
 pub mod plot;
+
+/// A text with a capital at its beginning; names of parameters stay as they are.
+fn capitalised(words: &str) -> String {
+    if words.split(' ').next().is_some_and(|first| first.contains('_')) {
+        return words.to_owned();
+    }
+    let mut letters = words.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}

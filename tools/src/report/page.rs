@@ -6,6 +6,7 @@
 use askama::Template;
 
 use super::plot::{self, Drawing};
+use crate::fit::verdict::Grade;
 
 /// A page.
 #[derive(Debug, Clone)]
@@ -20,23 +21,11 @@ pub struct Page {
     pub provenance: Provenance,
 }
 
-/// How a verdict sounds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Tone {
-    /// Go ahead.
-    Good,
-    /// Go ahead, knowing this.
-    Caution,
-    /// Do not.
-    Bad,
-}
-
 /// One sentence, and the reasons.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Verdict {
-    /// How it sounds.
-    pub tone: Tone,
+    /// The grade, by which it is coloured.
+    pub grade: Grade,
     /// The sentence.
     pub sentence: String,
     /// Why, a sentence each.
@@ -270,11 +259,12 @@ struct Whole<'p> {
 }
 
 impl Whole<'_> {
-    fn tone(&self) -> (&'static str, &'static str) {
-        match self.page.verdict.tone {
-            Tone::Good => ("good", "✓"),
-            Tone::Caution => ("caution", "!"),
-            Tone::Bad => ("bad", "✕"),
+    /// Class and mark of the verdict.
+    fn grade(&self) -> (&'static str, &'static str) {
+        match self.page.verdict.grade {
+            Grade::Good => ("good", "✓"),
+            Grade::Caution => ("caution", "!"),
+            Grade::Bad => ("bad", "✕"),
         }
     }
 }

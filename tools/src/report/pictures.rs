@@ -2,9 +2,10 @@
 
 use std::path::Path;
 
-use super::figures;
-use super::page::{Page, Provenance, Section, Tone, Verdict};
+use super::page::{Page, Provenance, Section, Verdict};
 use super::plot::{Curve, Drawing, Figure, Role, Style};
+use super::{capitalised, figures};
+use crate::fit::verdict::Grade;
 use crate::model::Model;
 use crate::physics::{PredictError, predict};
 use crate::recording::{Recording, Samples, TorqueUnit};
@@ -67,15 +68,9 @@ fn loops(shown: &[Shown]) -> Option<Drawing> {
         let style = if shown.is_model { Style::Line } else { Style::Dots };
         Some(Curve::new(&shown.recording.name, ROLES[at % ROLES.len()], theta, 1e3, torque).styled(style))
     });
-    let figure = Figure {
-        title: format!("{} over deflection", unit.quantity()),
-        x_label: figures::Abscissa::DEFLECTION.label.into(),
-        y_label: format!("{} in {}", unit.quantity(), unit.symbol()),
-        by_row: shown.len() == 1,
-        curves: curves.collect(),
-        ..Figure::default()
-    };
-    Some(figure.draw())
+    let (title, label) = (format!("{} over deflection", unit.quantity()), figures::Abscissa::DEFLECTION.label);
+    let figure = Figure::of(title, label, format!("{} in {}", unit.quantity(), unit.symbol()), curves);
+    Some(Figure { by_row: shown.len() == 1, ..figure }.draw())
 }
 
 fn over_time(
@@ -90,15 +85,8 @@ fn over_time(
         let role = ROLES[at % ROLES.len()];
         Some(Curve::new(&shown.recording.name, role, &shown.recording.time_s, 1.0, &values).styled(Style::Line))
     });
-    Figure {
-        title: format!("{what} over time"),
-        x_label: "time in s".into(),
-        y_label: format!("{what} in {unit}"),
-        by_row: shown.len() == 1,
-        curves: curves.collect(),
-        ..Figure::default()
-    }
-    .draw()
+    let figure = Figure::of(format!("{what} over time"), "time in s", format!("{what} in {unit}"), curves);
+    Figure { by_row: shown.len() == 1, ..figure }.draw()
 }
 
 /// All figures on one page.
@@ -129,11 +117,6 @@ pub fn page(shown: &[Shown], provenance: Provenance) -> Page {
         }
     }
     let rows: usize = shown.iter().filter(|shown| !shown.is_model).map(|shown| shown.recording.len()).sum();
-    let verdict = Verdict { tone: Tone::Good, sentence: format!("{rows} rows recorded."), reasons: Vec::new() };
+    let verdict = Verdict { grade: Grade::Good, sentence: format!("{rows} rows recorded."), reasons: Vec::new() };
     Page { title: names.join(", "), verdict, sections, provenance }
-}
-
-fn capitalised(text: &str) -> String {
-    let mut letters = text.chars();
-    letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
 }

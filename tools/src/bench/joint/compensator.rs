@@ -3,9 +3,11 @@
 use clap::ValueEnum;
 use gmhm::feedforward::{Controls, Source};
 use gmhm::{Elastic, Memory, ParamError, Params};
+use serde::Serialize;
 
 /// How the drive makes up for the deflection of the gear.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Compensation {
     /// Not at all
     Off,

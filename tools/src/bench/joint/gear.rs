@@ -5,9 +5,13 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use clap::ValueEnum;
+use serde::Serialize;
+
+use crate::bench::options::value_name;
 
 /// Which gear sits in the joint.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, ValueEnum, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Plant {
     /// The model's own
     #[default]
@@ -24,19 +28,22 @@ pub enum Plant {
     Windup,
     /// Eight elements of random reach and torque
     #[value(name = "random-1")]
+    #[serde(rename = "random-1")]
     Random1,
     /// Eight others
     #[value(name = "random-2")]
+    #[serde(rename = "random-2")]
     Random2,
     /// Eight others
     #[value(name = "random-3")]
+    #[serde(rename = "random-3")]
     Random3,
 }
 
 impl Plant {
     /// Its name on the command line and in reports.
     pub fn name(self) -> String {
-        self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
+        value_name(&self)
     }
 }
 

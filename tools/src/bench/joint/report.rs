@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use serde::{Serialize, Serializer};
+use serde::Serialize;
 
 use super::{Compensation, Plant};
 use crate::report::plot::{Curve, Drawing, Figure, Role};
@@ -23,15 +23,6 @@ pub enum Knows {
 impl Knows {
     /// All of them.
     pub const ALL: [Self; 3] = [Self::Fitted, Self::MemoryOff, Self::AllOff];
-
-    /// In words.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Fitted => "fitted",
-            Self::MemoryOff => "hysteresis 10 % too large",
-            Self::AllOff => "all 10 % too large",
-        }
-    }
 
     /// Factors of stiffness and hysteresis.
     pub(super) const fn factors(self) -> [f64; 2] {
@@ -72,12 +63,10 @@ impl Errors {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Line {
     /// The gear in the joint.
-    #[serde(serialize_with = "plant_name")]
     pub plant: Plant,
     /// What the drive knows of it.
     pub knows: Knows,
     /// How the drive made up for it.
-    #[serde(serialize_with = "compensation_name")]
     pub compensation: Compensation,
     /// What was off in all.
     pub all: Errors,
@@ -86,19 +75,10 @@ pub struct Line {
     pub by_hysteresis: Errors,
 }
 
-fn plant_name<S: Serializer>(plant: &Plant, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.serialize_str(&plant.name())
-}
-
-fn compensation_name<S: Serializer>(compensation: &Compensation, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.serialize_str(compensation.name())
-}
-
 /// What law masing cannot say of a gear.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Identified {
     /// The gear.
-    #[serde(serialize_with = "plant_name")]
     pub plant: Plant,
     /// Rms of the torque that the fit leaves, noise and all, N·m.
     pub left_nm: f64,
@@ -190,12 +170,6 @@ pub(super) fn figure(plant: Plant, traces: &[(Compensation, Vec<(f64, f64)>)]) -
         let (x, y): (Vec<f64>, Vec<f64>) = trace.iter().copied().unzip();
         curves.push(Curve::new(format!("{words} {rms:.1}"), role, &x, 1.0, &y));
     }
-    Figure {
-        title: format!("Link on gear {}, tracking (synthetic{off})", plant.name()),
-        x_label: "time, s".to_owned(),
-        y_label: "position error, µrad (rms above)".to_owned(),
-        curves,
-        ..Figure::default()
-    }
-    .draw()
+    let title = format!("Link on gear {}, tracking (synthetic{off})", plant.name());
+    Figure::of(title, "time, s", "position error, µrad (rms above)", curves).draw()
 }

@@ -52,57 +52,29 @@ pub trait Chip {
     fn restart(&mut self) -> Result<(), ProbeError>;
 }
 
-/// Where the firmware keeps its blocks.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Places {
-    /// One block.
-    One(u64),
-    /// The newest of two.
-    Two([u64; 2]),
-}
-
-impl Places {
-    /// Of one or two addresses.
-    ///
-    /// # Errors
-    /// Of none, or of more.
-    pub fn of(addresses: &[u64]) -> Result<Self, ProbeError> {
-        match *addresses {
-            [one] => Ok(Self::One(one)),
-            [a, b] => Ok(Self::Two([a, b])),
-            _ => Err(ProbeError::Places { found: addresses.len() }),
-        }
-    }
-
-    fn addresses(&self) -> &[u64] {
-        match self {
-            Self::One(address) => std::slice::from_ref(address),
-            Self::Two(addresses) => addresses,
-        }
-    }
-}
-
-/// Writes a block where the firmware looks for it, reads it back, compares and restarts the chip. It gets the sequence number that follows that of the newest block there.
+/// Writes a block to the address, or to one of the two addresses, where the firmware looks for it, reads it back, compares and restarts the chip. It gets the sequence number
+/// that follows that of the newest block there.
 ///
 /// With the firmware's ELF file, its sectors must hold nothing else of it. `progress` hears how many bytes of how many have gone either way.
 ///
 /// # Errors
-/// A place that is no flash, does not begin a sector or shares one; a block for another gear or arithmetic than the newest there; a probe or a chip that fails; bytes
+/// Neither one address nor two; a place that is no flash, does not begin a sector or shares one; a block for another gear or arithmetic than the newest there; a probe or a chip that fails; bytes
 /// that read back otherwise.
 pub fn flash(
     block: &[u8],
-    places: &Places,
+    places: &[u64],
     firmware: Option<&Elf>,
     chip: &mut impl Chip,
     mut progress: impl FnMut(usize, usize),
 ) -> Result<Flashed, DeviceError> {
+    check_count(places)?;
     let header = *verify(block)?.header();
-    let taken = sector::of_places(places.addresses(), block.len() as u64, |address| chip.sectors(address))?;
+    let taken = sector::of_places(places, block.len() as u64, |address| chip.sectors(address))?;
     if let Some(elf) = firmware {
         elf.leaves(&taken)?;
     }
     let mut held = Vec::new();
-    for address in places.addresses() {
+    for address in places {
         held.push(held_at(*address, chip)?);
     }
     let newest = held
@@ -121,7 +93,7 @@ pub fn flash(
         }
         None => (0, 1),
     };
-    let address = places.addresses()[place];
+    let address = places[place];
     let mut stamped = block.to_vec();
     block::stamp(&mut stamped, sequence)?;
     let total = 2 * stamped.len();
@@ -134,22 +106,28 @@ pub fn flash(
     Ok(flashed)
 }
 
+/// Checks that there are one or two addresses.
+fn check_count(places: &[u64]) -> Result<(), ProbeError> {
+    if (1..=2).contains(&places.len()) { Ok(()) } else { Err(ProbeError::Places { found: places.len() }) }
+}
+
 /// [`flash()`] into the chip of this name, or the one that is found, behind the one probe that is attached.
 ///
 /// # Errors
 /// As there; without the feature `probe`, always.
 pub fn flash_attached(
     block: &[u8],
-    places: &Places,
+    places: &[u64],
     firmware: Option<&Elf>,
     chip: Option<&str>,
     progress: impl FnMut(usize, usize),
 ) -> Result<Flashed, DeviceError> {
+    check_count(places)?;
     #[cfg(feature = "probe")]
     return flash(block, places, firmware, &mut chip::Attached::to(chip)?, progress);
     #[cfg(not(feature = "probe"))]
     {
-        let _ = (block, places, firmware, chip, progress);
+        let _ = (block, firmware, chip, progress);
         Err(DeviceError::NoProbe)
     }
 }

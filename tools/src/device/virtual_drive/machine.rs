@@ -28,13 +28,14 @@ const WARM: [f32; 2] = [0.9, 1.2];
 const NOISE: f32 = 0.02;
 
 /// The joint and what its drive computes.
+#[derive(Default)]
 pub struct Machine {
     in_force: Option<Parameters>,
     running: Option<Running>,
     /// Whether the power stage is on.
     pub enabled: bool,
-    /// The gear warms within so many seconds from the start of its parameters on; infinite: it stays cold.
-    pub warms_s: f32,
+    /// The gear warms within so many seconds from the start of its parameters on; otherwise it stays cold.
+    pub warms_s: Option<f32>,
     compensation: CompensationSetting,
     diagnostics: Diagnostics,
     ticks: u32,
@@ -91,22 +92,6 @@ impl Adapting {
     }
 }
 
-impl Default for Machine {
-    fn default() -> Self {
-        Self {
-            in_force: None,
-            running: None,
-            enabled: false,
-            warms_s: f32::INFINITY,
-            compensation: CompensationSetting::default(),
-            diagnostics: Diagnostics::default(),
-            ticks: 0,
-            loop_cost: 0,
-            waiting_s: 0.0,
-        }
-    }
-}
-
 /// The sample of a control period.
 fn sample(tick: u32, rated_deflection_rad: f64) -> Sample<f32> {
     let time = f64::from(tick) * PERIOD_S;
@@ -139,7 +124,7 @@ impl Machine {
             let merged = running.gear.gear.merged_pairs(running.state.gear());
             let began = Instant::now();
             running.gear.step(&mut running.state, &sample);
-            let warm = (self.ticks as f32 * PERIOD_S as f32 / self.warms_s).min(1.0);
+            let warm = self.warms_s.map_or(0.0, |warms_s| (self.ticks as f32 * PERIOD_S as f32 / warms_s).min(1.0));
             if let Some(gear) = running.adapting.as_mut().and_then(|adapting| adapting.period(&running.state, warm)) {
                 let next = Compensated { gear, stack: running.gear.stack.clone() };
                 next.take_over(&running.gear.gear, &mut running.state);

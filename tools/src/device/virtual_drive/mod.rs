@@ -58,6 +58,12 @@ pub struct VirtualDrive {
     lock: Option<(Key, [u8; PROOF_BYTES])>,
 }
 
+/// The link of a drive that has just got power.
+fn port(chip: &Chip, nonce: u32) -> Result<Port<Chip, ROOM>, PlaceError> {
+    let [a, b] = SLOTS;
+    Ok(Port::new(Store::new(chip.clone(), a, b)?, nonce))
+}
+
 impl VirtualDrive {
     /// A drive whose flash is erased. `nonce` should differ from run to run: it distinguishes sessions.
     ///
@@ -65,10 +71,9 @@ impl VirtualDrive {
     /// [`PlaceError`]: the slots do not fit the flash.
     pub fn new(nonce: u32) -> Result<Self, PlaceError> {
         let chip = Chip::erased();
-        let port = Port::new(Store::new(chip.clone(), SLOTS[0].clone(), SLOTS[1].clone())?, nonce);
         let mut drive = Self {
+            port: port(&chip, nonce)?,
             chip,
-            port,
             machine: Machine::default(),
             receiver: Receiver::new(),
             lockstep: lockstep::Drive::default(),
@@ -96,7 +101,7 @@ impl VirtualDrive {
     /// The same with a gear that warms within so many seconds from the start of its parameters on: its stiffness falls by 10 %, its hysteresis grows by 20 %.
     #[must_use]
     pub fn warming(mut self, seconds: f32) -> Self {
-        self.machine.warms_s = seconds;
+        self.machine.warms_s = Some(seconds);
         self
     }
 
@@ -143,12 +148,11 @@ impl VirtualDrive {
         self.chip.switch_on();
         self.restarts = self.restarts.wrapping_add(1);
         self.nonce = self.nonce.wrapping_mul(0x0019_660D).wrapping_add(0x3C6E_F35F);
-        self.port = Port::new(Store::new(self.chip.clone(), SLOTS[0].clone(), SLOTS[1].clone())?, self.nonce);
+        self.port = port(&self.chip, self.nonce)?;
         if let Some((key, mut entropy)) = self.lock {
             // No two power-ups have the same.
             entropy.iter_mut().zip(self.restarts.to_le_bytes()).for_each(|(byte, count)| *byte ^= count);
-            self.port = Port::new(Store::new(self.chip.clone(), SLOTS[0].clone(), SLOTS[1].clone())?, self.nonce)
-                .with_lock(key, entropy);
+            self.port = port(&self.chip, self.nonce)?.with_lock(key, entropy);
         }
         let warms_s = self.machine.warms_s;
         self.machine = Machine::default();

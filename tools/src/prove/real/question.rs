@@ -24,10 +24,11 @@ const ADDED: [f64; 3] = [0.01, 0.03, 0.10];
 const TERMS: [&str; 5] = ["gravity_load", "inertia", "coulomb_friction", "viscous_friction", "torque_ripple"];
 
 /// What kind of question.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Part {
     /// The base lacks what is known of the recording.
+    #[default]
     Answers,
     /// One term of the full textbook base is dropped.
     Dropped,

@@ -6,14 +6,14 @@ use serde::{Deserialize, Serialize};
 
 use super::entry::Split;
 use super::question::Part;
-use crate::prove::table::{Rate, judged};
+use crate::prove::table::{Rate, judged, median};
 use crate::text_table::{Head, text_table};
 
 /// "No structure" is wrong while textbook terms take this share of the squared error.
 const SILENT_SHARE: f64 = 0.2;
 
 /// How a detector did on one question.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct RealScore {
     /// What kind of question.
     pub part: Part,
@@ -53,32 +53,6 @@ pub struct RealScore {
     pub seconds: f64,
     /// Why it refused.
     pub failed: Option<String>,
-}
-
-impl Default for RealScore {
-    fn default() -> Self {
-        Self {
-            part: Part::Answers,
-            file: String::new(),
-            machine: String::new(),
-            split: Split::Development,
-            detail: String::new(),
-            asked: Vec::new(),
-            missed: Vec::new(),
-            named: Vec::new(),
-            verdicts: Vec::new(),
-            wrong_names: Vec::new(),
-            mismatch: false,
-            base_error: 0.0,
-            textbook_error: 0.0,
-            refitted: None,
-            extended: None,
-            taken: None,
-            predictable: None,
-            seconds: 0.0,
-            failed: None,
-        }
-    }
 }
 
 /// One half of one part.
@@ -134,16 +108,15 @@ impl RealRow {
         let missed: usize = scores.iter().map(|s| s.missed.len()).sum();
         let share = |s: &RealScore| 1.0 - (s.textbook_error / s.base_error).powi(2);
         let loud: Vec<_> = scores.iter().filter(|s| !s.asked.is_empty() && share(s) >= SILENT_SHARE).collect();
-        let mut taken: Vec<f64> = loud.iter().map(|s| s.taken.unwrap_or(0.0)).collect();
-        taken.sort_by(f64::total_cmp);
+        let taken: Vec<f64> = loud.iter().map(|s| s.taken.unwrap_or(0.0)).collect();
         Self {
             part,
             split,
             questions: scores.len(),
             named: Rate::new(asked - missed, asked),
             wrong_names: scores.iter().map(|s| s.wrong_names.len()).sum(),
-            taken_median: (!taken.is_empty()).then(|| 0.5 * (taken[(taken.len() - 1) / 2] + taken[taken.len() / 2])),
-            taken_worst: taken.first().copied(),
+            taken_worst: taken.iter().copied().min_by(f64::total_cmp),
+            taken_median: median(taken),
             silent: Rate::new(loud.iter().filter(|s| !s.mismatch).count(), loud.len()),
             refused: scores.iter().filter(|s| s.failed.is_some()).count(),
         }

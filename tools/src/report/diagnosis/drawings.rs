@@ -1,12 +1,12 @@
 //! What a diagnosis draws: recording and models over a coordinate, what is left along it, over time, and over two coordinates.
 
-use super::{capital, words};
+use super::words;
 use crate::diagnose::Finding;
 use crate::diagnose::report_data::ReportData;
 use crate::recording::{Recording, TorqueUnit};
 use crate::report::bins::{binned, drawn_range};
-use crate::report::figures;
 use crate::report::plot::{Curve, Drawing, Figure, HeatMap, Role, Side, Style};
+use crate::report::{capitalised, figures};
 
 /// A coordinate of every row with its label; angles within a turn.
 pub(super) fn along<'s>(
@@ -51,20 +51,15 @@ pub(super) fn before_and_after(finding: &Finding, coordinate: &str, unit: Torque
     let curve = |name: &str, role, residual: &[f64]| {
         let (points, error) = binned(&x, residual);
         let phase = figures::phase_of(if finding.diagnosis.mismatch { 2 } else { 1 })(role);
-        Curve { label: name.into(), points, role, style: Style::Dots, error, phase }
+        Curve { error, phase, ..Curve::through(name, role, Style::Dots, points) }
     };
     let mut curves = vec![curve("base model refitted", Role::Second, &verdict.base.residual)];
     if finding.diagnosis.mismatch {
         curves.push(curve("with the effects found", Role::Model, &verdict.extended.residual));
     }
-    let figure = Figure {
-        title: format!("Residual along the {}", words(coordinate)),
-        x_label: label.into(),
-        y_label: format!("mean of recording minus model in {}", unit.symbol()),
-        curves,
-        ..Figure::default()
-    };
-    Some(figure.draw())
+    let title = format!("Residual along the {}", words(coordinate));
+    let y_label = format!("mean of recording minus model in {}", unit.symbol());
+    Some(Figure::of(title, label, y_label, curves).draw())
 }
 
 /// A line of rows, broken between recordings.
@@ -100,9 +95,9 @@ pub(super) fn torques(finding: &Finding, recordings: &[Recording], unit: TorqueU
         if coordinate.ends_with("angle") {
             curves = curves.into_iter().map(|curve| curve.styled(Style::Dots)).collect();
         }
-        let title = capital(&format!("{of}{} over {}", unit.quantity(), words(coordinate)));
+        let title = capitalised(&format!("{of}{} over {}", unit.quantity(), words(coordinate)));
         let y_label = format!("{} in {}", unit.quantity(), unit.symbol());
-        Some(Figure { title, x_label: label.into(), y_label, curves, by_row: true, ..Figure::default() }.draw())
+        Some(Figure::of(title, label, y_label, curves).by_row().draw())
     };
     let deflection = finding.report_data.coordinates.deflection.as_deref();
     let seen = finding.diagnosis.locations.first().map_or("", |place| place.coordinate.as_str());

@@ -6,11 +6,13 @@ mod tables;
 use self::drawings::{along, axis, before_and_after, heat, residual_over_time, torques};
 use self::tables::{bias, effects, evidence, gain, open};
 use super::bins::BINS;
+use super::capitalised;
 use super::figures;
-use super::page::{Page, Provenance, Section, Table, TableRow, Tone, Verdict};
+use super::page::{Page, Provenance, Section, Table, TableRow, Verdict};
 use super::plot::Drawing;
 use crate::diagnose::Finding;
 use crate::diagnose::diagnosis::{Diagnosis, Effect, UNKNOWN, Unit};
+use crate::fit::verdict::Grade;
 use crate::number::percent;
 use crate::recording::{Recording, TorqueUnit};
 
@@ -47,7 +49,7 @@ fn verdict(found: &Diagnosis) -> Verdict {
     if !found.mismatch {
         let sentence = "The recordings differ from the model only by noise.".to_owned();
         let rate = format!("False alarms: in {} of 100 recordings with noise alone.", 100.0 * found.false_alarm_rate);
-        return Verdict { tone: Tone::Good, sentence, reasons: vec![rate] };
+        return Verdict { grade: Grade::Good, sentence, reasons: vec![rate] };
     }
     let name = |e: &Effect| {
         let class: Vec<String> = e.class().map(words).collect();
@@ -66,13 +68,8 @@ fn verdict(found: &Diagnosis) -> Verdict {
     };
     let sentence = format!("The model lacks {}; {gained}.", names.join(", and "));
     let all_named = found.effects.iter().all(|e| e.name != UNKNOWN && e.equivalents.is_empty());
-    let reasons = found.effects.iter().map(|e| format!("{}: {}.", capital(&words(&e.name)), e.why)).collect();
-    Verdict { tone: if all_named { Tone::Good } else { Tone::Caution }, sentence, reasons }
-}
-
-fn capital(text: &str) -> String {
-    let mut letters = text.chars();
-    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+    let reasons = found.effects.iter().map(|e| format!("{}: {}.", capitalised(&words(&e.name)), e.why)).collect();
+    Verdict { grade: if all_named { Grade::Good } else { Grade::Caution }, sentence, reasons }
 }
 
 fn torque_unit(finding: &Finding) -> TorqueUnit {

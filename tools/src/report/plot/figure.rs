@@ -2,6 +2,7 @@
 
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
+use serde::Serialize;
 
 use super::decimate::{self, Window};
 use super::interactive::{self, Interactive};
@@ -12,7 +13,8 @@ use super::{
 use crate::number::tick;
 
 /// How a curve is drawn.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Style {
     /// A line through the points.
     Line,
@@ -20,12 +22,11 @@ pub enum Style {
     Dots,
     /// A vertical line from zero and a dot: lines of a spectrum.
     Stems,
-    /// A column from zero about each point, as wide as the points are apart: a histogram.
-    Columns,
 }
 
 /// Which state of a model a curve shows; the reader of a page switches between them.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Phase {
     /// Before an extension.
     Before,
@@ -53,8 +54,12 @@ pub struct Curve {
 impl Curve {
     /// A curve of x, scaled to the unit of the axis, and y: dots for what was measured, else a line.
     pub fn new(label: impl Into<String>, role: Role, x: &[f64], scale: f64, y: &[f64]) -> Self {
-        let points = x.iter().zip(y).map(|(x, y)| (x * scale, *y)).collect();
         let style = if role == Role::Measured { Style::Dots } else { Style::Line };
+        Self::through(label, role, style, x.iter().zip(y).map(|(x, y)| (x * scale, *y)).collect())
+    }
+
+    /// A curve through points in the units of the axes.
+    pub fn through(label: impl Into<String>, role: Role, style: Style, points: Vec<(f64, f64)>) -> Self {
         Self { label: label.into(), points, role, style, error: Vec::new(), phase: None }
     }
 
@@ -72,22 +77,14 @@ impl Curve {
         self
     }
 
-    /// Half the width of a column.
-    fn half(&self) -> f64 {
-        let apart = self.points.windows(2).map(|w| (w[1].0 - w[0].0).abs()).filter(|d| *d > 0.0);
-        let nearest = apart.fold(f64::INFINITY, f64::min);
-        if nearest.is_finite() { 0.45 * nearest } else { 0.45 }
-    }
-
     fn places(&self) -> impl Iterator<Item = f64> + '_ {
-        let half = if self.style == Style::Columns { self.half() } else { 0.0 };
-        self.points.iter().flat_map(move |p| [p.0 - half, p.0 + half])
+        self.points.iter().map(|p| p.0)
     }
 
     fn heights(&self) -> impl Iterator<Item = f64> + '_ {
         let error = |k: usize| self.error.get(k).copied().filter(|e| e.is_finite()).unwrap_or(0.0);
         let ends = self.points.iter().enumerate().flat_map(move |(k, p)| [p.1 - error(k), p.1 + error(k)]);
-        let zero = matches!(self.style, Style::Stems | Style::Columns).then_some(0.0);
+        let zero = (self.style == Style::Stems).then_some(0.0);
         ends.chain(zero)
     }
 }
@@ -126,6 +123,24 @@ pub struct Figure {
 const MOST_NAMES: usize = 12;
 
 impl Figure {
+    /// A figure of curves.
+    pub fn of(
+        title: impl Into<String>,
+        x_label: impl Into<String>,
+        y_label: impl Into<String>,
+        curves: impl IntoIterator<Item = Curve>,
+    ) -> Self {
+        let (title, x_label, y_label) = (title.into(), x_label.into(), y_label.into());
+        Self { title, x_label, y_label, curves: curves.into_iter().collect(), ..Self::default() }
+    }
+
+    /// Its curves have a point for each row of the recordings.
+    #[must_use]
+    pub fn by_row(mut self) -> Self {
+        self.by_row = true;
+        self
+    }
+
     /// The figure drawn: less than 400 kB whatever the length of the curves.
     pub fn draw(&self) -> Drawing {
         let drawing = drawing(&self.title, |canvas| self.draw_on(canvas).map_err(|e| e.to_string()));
@@ -214,10 +229,6 @@ impl Figure {
                     [(at, middle), (at + wide, middle)],
                     colour.stroke_width(3 * SHARPNESS / 2),
                 ))?,
-                Style::Columns => canvas.draw(&Rectangle::new(
-                    [(at, middle - px(5) as i32), (at + wide, middle + px(5) as i32)],
-                    colour.filled(),
-                ))?,
                 _ => canvas.draw(&Circle::new((at + wide / 2, middle), px(4), colour.filled()))?,
             }
             let words = anchored(WORDS, HPos::Left, VPos::Center);
@@ -265,11 +276,6 @@ fn draw_curve<'b>(chart: &mut Chart<'_, 'b>, curve: &Curve, window: &Window) -> 
             chart.draw_series(kept.iter().map(stem))?;
             let radius = if kept.len() > 100 { px(1) } else { px(3) };
             chart.draw_series(kept.iter().map(|p| Circle::new(*p, radius, colour.filled())))?;
-        }
-        Style::Columns => {
-            let half = curve.half();
-            let column = |p: &(f64, f64)| Rectangle::new([(p.0 - half, 0.0), (p.0 + half, p.1)], colour.filled());
-            chart.draw_series(points.iter().map(column))?;
         }
     }
     Ok(())

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use serde::Serialize;
 
+use super::Role;
 use super::decimate::{self, Window};
 use super::figure::{Curve, Figure, Phase, Style};
 use super::heat::Side;
@@ -39,10 +40,10 @@ struct Axis<'f> {
 #[derive(Serialize)]
 struct Trace<'f> {
     label: &'f str,
-    role: &'static str,
-    style: &'static str,
+    role: Role,
+    style: Style,
     #[serde(skip_serializing_if = "Option::is_none")]
-    phase: Option<&'static str>,
+    phase: Option<Phase>,
     /// Absent where it is that of the first curve.
     #[serde(skip_serializing_if = "Option::is_none")]
     x: Option<String>,
@@ -69,17 +70,9 @@ impl<'f> Interactive<'f> {
             let error = (!curve.error.is_empty()).then(|| floats(&curve.error));
             curves.push(Trace {
                 label: &curve.label,
-                role: curve.role.name(),
-                style: match curve.style {
-                    Style::Line => "line",
-                    Style::Dots => "dots",
-                    Style::Stems => "stems",
-                    Style::Columns => "columns",
-                },
-                phase: curve.phase.map(|phase| match phase {
-                    Phase::Before => "before",
-                    Phase::After => "after",
-                }),
+                role: curve.role,
+                style: curve.style,
+                phase: curve.phase,
                 x: (!shared).then(|| floats(&x)),
                 y: floats(&y),
                 error,
@@ -170,7 +163,6 @@ fn fewer(curve: &Curve, window: &Window) -> Vec<(f64, f64)> {
         _ if !curve.error.is_empty() => curve.points.clone(),
         Style::Dots => decimate::dots(&decimate::finite(&curve.points), window),
         Style::Stems => decimate::highest(&decimate::finite(&curve.points)),
-        Style::Columns => decimate::finite(&curve.points),
     }
 }
 

@@ -16,7 +16,8 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 /// What a curve stands for decides its colour.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Role {
     /// What was measured: grey.
     Measured,
@@ -40,17 +41,6 @@ impl Role {
             Self::Fourth => RGBColor(0xCC, 0x79, 0xA7),
         }
     }
-
-    /// Its class in a page.
-    fn name(self) -> &'static str {
-        match self {
-            Self::Measured => "measured",
-            Self::Model => "model",
-            Self::Second => "second",
-            Self::Third => "third",
-            Self::Fourth => "fourth",
-        }
-    }
 }
 
 /// A finished figure.
@@ -64,11 +54,6 @@ pub struct Drawing {
 }
 
 impl Drawing {
-    /// Its title.
-    pub fn title(&self) -> &str {
-        &self.title
-    }
-
     /// As a file of its own, with its colours for dark viewers.
     pub fn to_file(&self) -> String {
         let style = format!("<style>{}</style>", dark("", ""));
