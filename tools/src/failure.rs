@@ -77,38 +77,23 @@ pub enum Failure {
     #[error(transparent)]
     Health(#[from] HealthError),
     /// A proof on real noise only, without any.
-    #[error("{}: has none of the real recordings that block real-noise takes its noise from", folder.display())]
-    NoRealNoise {
-        /// The folder that was looked into.
-        folder: PathBuf,
-    },
+    #[error("{}: has none of the real recordings that block real-noise takes its noise from", .0.display())]
+    NoRealNoise(PathBuf),
     /// A real recording that is known and cannot be read.
     #[error(transparent)]
     RealRecording(#[from] RealError),
     /// A folder without any real recording that is known.
-    #[error("{}: holds none of the real recordings whose answers are known", folder.display())]
-    NoRealRecordings {
-        /// The folder that was looked into.
-        folder: PathBuf,
-    },
+    #[error("{}: holds none of the real recordings whose answers are known", .0.display())]
+    NoRealRecordings(PathBuf),
     /// A folder that is not there.
-    #[error("{}: there is no such folder", folder.display())]
-    NoFolder {
-        /// The folder.
-        folder: PathBuf,
-    },
+    #[error("{}: there is no such folder", .0.display())]
+    NoFolder(PathBuf),
     /// A folder without any answer to a proof.
-    #[error("{}: holds no answer to any case of this seed", folder.display())]
-    NoAnswers {
-        /// The folder.
-        folder: PathBuf,
-    },
+    #[error("{}: holds no answer to any case of this seed", .0.display())]
+    NoAnswers(PathBuf),
     /// A diagnosis without anything to compare a recording with.
-    #[error("{file}: there is nothing to compare it with: no model file is given, and column torque_sim_nm is missing")]
-    NoModel {
-        /// The recording.
-        file: String,
-    },
+    #[error("{0}: there is nothing to compare it with: no model file is given, and column torque_sim_nm is missing")]
+    NoModel(String),
     /// No block got into a drive.
     #[error(transparent)]
     Device(#[from] DeviceError),
@@ -123,7 +108,7 @@ impl Failure {
         matches!(
             self,
             Failure::Bench(BenchError::NotInExperiment { .. } | BenchError::Value { .. })
-                | Failure::Output(OutputError::Twice { .. })
+                | Failure::Output(OutputError::Twice(_))
         )
     }
 
@@ -144,21 +129,21 @@ impl Failure {
             Failure::Invert(e) => e.fix(),
             Failure::Discover(DiagnoseError::Implausible(e)) => Some(e.fix()),
             Failure::Estimate(e) | Failure::Assess(AssessError::Estimate(e)) => e.fix(),
-            Failure::NoFolder { .. } => Some("check the path".to_owned()),
-            Failure::NoAnswers { .. } => Some(
+            Failure::NoFolder(_) => Some("check the path".to_owned()),
+            Failure::NoAnswers(_) => Some(
                 "write the answer to case 7 as case_0007.json in this folder; the cases are written by --export with the same --seed and --cases"
                     .to_owned(),
             ),
-            Failure::NoModel { .. } => Some(
+            Failure::NoModel(_) => Some(
                 "name a model file first, as in gmhm diagnose M.toml RECORDING -o M2.toml (gmhm fit makes one); or add the simulated torque as torque_sim_nm"
                     .to_owned(),
             ),
             Failure::Discover(DiagnoseError::Estimate(e)) => e.fix(),
             Failure::Adapt(AdaptReplayError::Implausible(e)) => Some(e.fix()),
-            Failure::NoRealNoise { .. } => {
+            Failure::NoRealNoise(_) => {
                 Some("name their folder with --recordings FOLDER, or prove other blocks".to_owned())
             }
-            Failure::NoRealRecordings { .. } => {
+            Failure::NoRealRecordings(_) => {
                 Some("name the folder that holds them with --real FOLDER; docs/proof.md lists their files".to_owned())
             }
             Failure::Adapt(AdaptReplayError::Predict(e)) => e.fix(),

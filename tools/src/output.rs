@@ -25,23 +25,14 @@ pub enum OutputError {
         folder: PathBuf,
     },
     /// A file where a folder is to be made.
-    #[error("{}: is a file, and a folder is needed", path.display())]
-    NotAFolder {
-        /// The file.
-        path: PathBuf,
-    },
+    #[error("{}: is a file, and a folder is needed", .0.display())]
+    NotAFolder(PathBuf),
     /// Two outputs of one name.
-    #[error("{}: named for two outputs", path.display())]
-    Twice {
-        /// The output.
-        path: PathBuf,
-    },
+    #[error("{}: named for two outputs", .0.display())]
+    Twice(PathBuf),
     /// A recording that would be written over.
-    #[error("{}: is the recording that was to be read; what was measured is not written over", path.display())]
-    OverRecording {
-        /// The output.
-        path: PathBuf,
-    },
+    #[error("{}: is the recording that was to be read; what was measured is not written over", .0.display())]
+    OverRecording(PathBuf),
     /// The system refused.
     #[error("{}: cannot be written: {source}", path.display())]
     System {
@@ -58,9 +49,9 @@ impl OutputError {
     pub fn fix(&self) -> Option<&'static str> {
         match self {
             OutputError::NoFolder { .. } => Some("create the folder first, or write elsewhere"),
-            OutputError::Twice { .. } => Some("give each output a name of its own"),
-            OutputError::OverRecording { .. } => Some("write to another file"),
-            OutputError::NotAFolder { .. } => Some("name another folder"),
+            OutputError::Twice(_) => Some("give each output a name of its own"),
+            OutputError::OverRecording(_) => Some("write to another file"),
+            OutputError::NotAFolder(_) => Some("name another folder"),
             OutputError::System { .. } => Some("write elsewhere, or check the permissions and the space on the disk"),
         }
     }
@@ -130,7 +121,7 @@ impl Outputs {
     pub fn check_beside(path: &Path, recordings: &[RecordingFile]) -> Result<(), OutputError> {
         let target = resolved(path);
         if !is_device(&target) && recordings.iter().any(|recording| resolved(&recording.path) == target) {
-            return Err(OutputError::OverRecording { path: path.to_owned() });
+            return Err(OutputError::OverRecording(path.to_owned()));
         }
         Self::check(path)
     }
@@ -138,7 +129,7 @@ impl Outputs {
     /// Makes the folder that outputs are to appear in, with those above it.
     pub fn make_folder(path: &Path) -> Result<(), OutputError> {
         if path.exists() && !path.is_dir() {
-            return Err(OutputError::NotAFolder { path: path.to_owned() });
+            return Err(OutputError::NotAFolder(path.to_owned()));
         }
         std::fs::create_dir_all(path).map_err(|source| OutputError::System { path: path.to_owned(), source })
     }
@@ -152,7 +143,7 @@ impl Outputs {
         Self::check(path)?;
         let target = resolved(path);
         if self.files.iter().any(|(other, _)| *other == target) {
-            return Err(OutputError::Twice { path: path.to_owned() }.into());
+            return Err(OutputError::Twice(path.to_owned()).into());
         }
         let system = |source| OutputError::System { path: path.to_owned(), source };
         let folder = if is_device(&target) { std::env::temp_dir() } else { folder_of(&target) };
@@ -270,7 +261,7 @@ mod tests {
         let mut outputs = Outputs::new();
         outputs.add_contents(&a, "after").unwrap();
         outputs.add_contents(&b, "too").unwrap();
-        assert!(matches!(outputs.add_contents(&a, "twice"), Err(OutputError::Twice { .. })));
+        assert!(matches!(outputs.add_contents(&a, "twice"), Err(OutputError::Twice(_))));
         outputs.commit().unwrap();
         assert_eq!(std::fs::read_to_string(&a).unwrap(), "after");
         assert_eq!(std::fs::read_to_string(&b).unwrap(), "too");

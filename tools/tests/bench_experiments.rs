@@ -214,7 +214,7 @@ fn a_model_without_a_ratio_has_no_angles_and_cannot_run() {
     assert!(recording.theta_in_rad.is_none() && recording.theta_out_rad.is_none());
     assert!(recording.deflection_rad.is_some());
     let refused = simulate(&model, Experiment::Running, &Options::new(), 1);
-    assert!(matches!(refused, Err(BenchError::NoRatio { .. })));
+    assert!(matches!(refused, Err(BenchError::NoRatio(_))));
 }
 
 #[test]

@@ -156,7 +156,7 @@ fn what_the_experiment_cannot_show_is_refused() {
         |experiment, options: &Options| simulate(&published(), experiment, options, 1).map(|_| ()).unwrap_err();
     let invisible = |experiment, options: &Options| {
         let error = refusal(experiment, options);
-        assert!(matches!(error, BenchError::Hide(HideError::Invisible { .. })), "{error}");
+        assert!(matches!(error, BenchError::Hide(HideError::Invisible(_))), "{error}");
     };
     // Without a turn of the motor both are constants.
     invisible(Experiment::Cycle, &hiding(&["kinematic_error=0.15"]));

@@ -1,27 +1,13 @@
 //! `fit` with a model that has terms.
 
-use crate::common::WorkDir;
+use crate::common::{PUBLISHED, WorkDir};
 use gmhm_tools::bench::{Experiment, Noise, Options, simulate};
 use gmhm_tools::fit::verdict::Assessment;
 use gmhm_tools::fit::{Fit, FitOptions, fit};
 use gmhm_tools::model::{Model, parse};
 use gmhm_tools::recording::Recording;
 
-const GEAR: &str = r#"format = 1
-name = "gear"
-[gear]
-ratio = 100.0
-rated_deflection_rad = 1.168e-3
-[elastic]
-c1_nm_per_rad = 2.4737e4
-c2_nm_per_rad3 = 1.0e9
-c3_nm_per_rad5 = -1.1774e14
-[memory]
-law = "masing"
-alpha = 2.6532e6
-beta_per_s = 422.68
-omega_per_s = 226.31
-[[term]]
+const TERMS: &str = r#"[[term]]
 kind = "kinematic_error"
 orders = [2.0, 4.0]
 cos_rad = [5.8e-6, 1.1e-6]
@@ -32,9 +18,15 @@ torque_nm = 0.4
 smoothing_rad_per_s = 0.02
 "#;
 
+/// The published gear with these terms.
+fn gear() -> String {
+    format!("{PUBLISHED}{TERMS}")
+}
+
 /// The same structure with every number off.
 fn start() -> String {
-    GEAR.replace("2.4737e4", "2.6e4")
+    gear()
+        .replace("2.4737e4", "2.6e4")
         .replace("2.6532e6", "2.2e6")
         .replace("[5.8e-6, 1.1e-6]", "[3.0e-6, 0.0]")
         .replace("[0.0, -4.0e-6]", "[1.0e-6, 0.0]")
@@ -42,7 +34,7 @@ fn start() -> String {
 }
 
 fn recording(seed: u64) -> Recording {
-    let model = parse("gear.toml", GEAR).unwrap();
+    let model = parse("gear.toml", &gear()).unwrap();
     let noise = "torque=0.05,ar=0.5".parse::<Noise>().unwrap();
     let options = Options { noise: Some(noise), duration_s: Some(40.0), sample_rate_hz: Some(200.0), ..Options::new() };
     simulate(&model, Experiment::Running, &options, seed).unwrap().0
@@ -81,7 +73,7 @@ fn gear_and_terms_are_refitted_together_with_standard_deviations() {
 #[test]
 fn the_command_writes_the_refitted_model() {
     let dir = WorkDir::new();
-    dir.write("gear.toml", GEAR);
+    dir.write("gear.toml", gear());
     dir.write("start.toml", start());
     dir.succeed(
         "simulate gear.toml --experiment running --duration 40 --sample-rate 200 --noise torque=0.05 --seed 3 -o r.csv",

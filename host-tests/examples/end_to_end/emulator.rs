@@ -95,7 +95,7 @@ impl Emulator {
 
     /// Its serial port, as `gmhm flash` names it.
     pub fn target(&self) -> Target {
-        Target::Tcp { address: format!("127.0.0.1:{}", self.serial) }
+        Target::Tcp(format!("127.0.0.1:{}", self.serial))
     }
 
     /// The drive behind its serial port.

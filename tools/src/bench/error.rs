@@ -20,11 +20,8 @@ pub enum BenchError {
     #[error("the model has no rated_deflection_rad in [gear]: the bench scales its experiments by it")]
     NoRatedDeflection,
     /// The motor cannot run without a ratio.
-    #[error("experiment {experiment} turns the motor: the model needs ratio in [gear]")]
-    NoRatio {
-        /// The experiment.
-        experiment: Experiment,
-    },
+    #[error("experiment {0} turns the motor: the model needs ratio in [gear]")]
+    NoRatio(Experiment),
     /// The core refused the gear.
     #[error("no gear has the parameters of this model: {}", refusal::of_parameters(.0))]
     Params(#[from] ParamError),
@@ -101,7 +98,7 @@ impl BenchError {
         let text = match self {
             BenchError::Params(_) => "correct the model, or fit the gear again",
             BenchError::NoRatedDeflection => "add rated_deflection_rad to [gear]",
-            BenchError::NoRatio { .. } => "add ratio to [gear]",
+            BenchError::NoRatio(_) => "add ratio to [gear]",
             BenchError::Predict(error) => return error.fix(),
             BenchError::Device(error) => return error.fix(),
             BenchError::Estimate(error) => return error.fix(),

@@ -71,7 +71,7 @@ pub fn simulate_under(
 ) -> Result<(Recording, Key), BenchError> {
     let params = gear_of(model)?;
     if !experiment.input_locked() && model.gear.ratio.is_none() {
-        return Err(BenchError::NoRatio { experiment });
+        return Err(BenchError::NoRatio(experiment));
     }
     plan::check(experiment, options)?;
     let mut motion = random(seed, Stream::Motion);

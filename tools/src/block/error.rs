@@ -37,11 +37,8 @@ pub enum PackError {
     #[error("law phase is not computed in fixed point")]
     FixedLaw,
     /// Terms, which fixed point does not compute.
-    #[error("the model's term `{kind}` is not computed in fixed point")]
-    FixedTerms {
-        /// The first one's kind.
-        kind: String,
-    },
+    #[error("the model's term `{0}` is not computed in fixed point")]
+    FixedTerms(String),
     /// The model holds neither gear nor terms.
     #[error("the model has neither [elastic] and [memory] nor any [[term]]: there is nothing to pack")]
     EmptyModel,
@@ -72,7 +69,7 @@ impl PackError {
             Self::NoPeriod | Self::NoPeriodOfTopSpeed => "add --period SECONDS".to_owned(),
             Self::TopSpeedWithoutGear => "leave --top-speed out".to_owned(),
             Self::FixedLaw => "pack it with --scalar f32, or fit the gear with law masing".to_owned(),
-            Self::FixedTerms { .. } => "pack it with --scalar f32, or leave the [[term]] tables out".to_owned(),
+            Self::FixedTerms(_) => "pack it with --scalar f32, or leave the [[term]] tables out".to_owned(),
             Self::TooManyTerms(_) => {
                 "leave out the terms with the smallest share, or those of the measurement".to_owned()
             }
@@ -96,11 +93,8 @@ pub enum FileError {
         error: std::io::Error,
     },
     /// A name that tells no form.
-    #[error("{}: a block is written as .bin, .hex (Intel HEX) or .h (C)", path.display())]
-    Form {
-        /// The file.
-        path: PathBuf,
-    },
+    #[error("{}: a block is written as .bin, .hex (Intel HEX) or .h (C)", .0.display())]
+    Form(PathBuf),
     /// An address where no block fits.
     #[error("at the address {address:#x} a block of {length} bytes runs past the end of 32 bits")]
     Address {
@@ -133,7 +127,7 @@ impl FileError {
     /// How to fix it.
     pub fn fix(&self) -> Option<String> {
         Some(match self {
-            Self::Form { .. } => "end the name in .bin, .hex or .h".to_owned(),
+            Self::Form(_) => "end the name in .bin, .hex or .h".to_owned(),
             Self::Address { .. } => "give a lower --address".to_owned(),
             Self::Hex { .. } => "write it again with gmhm pack, or read the .bin".to_owned(),
             Self::Block { error: BlockError::Magic, .. } => {

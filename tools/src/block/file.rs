@@ -35,7 +35,7 @@ impl Form {
             Some("bin") => Ok(Self::Binary),
             Some("hex") => Ok(Self::IntelHex),
             Some("h") => Ok(Self::CHeader),
-            _ => Err(FileError::Form { path: path.to_owned() }),
+            _ => Err(FileError::Form(path.to_owned())),
         }
     }
 }

@@ -80,7 +80,7 @@ pub fn pack(model: &Model, options: &PackOptions) -> Result<Packed, PackError> {
         return Err(PackError::TooManyTerms(model.terms.len()));
     }
     if let (Arithmetic::Fixed, Some(term)) = (options.arithmetic, model.terms.first()) {
-        return Err(PackError::FixedTerms { kind: term.kind.clone() });
+        return Err(PackError::FixedTerms(term.kind.clone()));
     }
     let period_s = options.period_s.unwrap_or(0.0);
     let mut header = Header {

@@ -7,6 +7,7 @@ use clap::Args;
 use super::Session;
 use super::common::{ReadingArgs, json, model_file, page, provenance};
 use super::failure::Failure;
+use super::files::Files;
 use super::progress::Working;
 use super::tables;
 use crate::adapt::{self, AdaptReplayError};
@@ -63,22 +64,13 @@ impl AdaptArgs {
         let remarks = plausible::examine(std::slice::from_ref(&recording), &[], &compared);
         let remarks = remarks.map_err(AdaptReplayError::from)?;
         remarks.iter().for_each(|remark| working.aside(|| session.note(&remark.to_string())));
-        let mut outputs = Outputs::new();
-        outputs.add_contents(&self.output, replay.model.to_toml())?;
-        if let Some(path) = &self.json {
-            outputs.add_contents(path, json(&replay)?)?;
-        }
-        if let Some(path) = &self.report {
-            let page = report::adapt::page(&replay, provenance(vec![(&recording).into()], None));
-            outputs.add_contents(path, page.to_html())?;
-        }
-        outputs.commit()?;
+        let mut files = Files::new(session);
+        files.add("Model", Some(&self.output), || Ok(replay.model.to_toml()))?;
+        files.add("JSON", self.json.as_ref(), || json(&replay))?;
+        files.add("Report", self.report.as_ref(), || {
+            Ok(report::adapt::page(&replay, provenance(vec![(&recording).into()], None)).to_html())
+        })?;
         drop(working);
-        session.say(format_args!("{}", tables::adapt(&replay)))?;
-        session.written(&[
-            ("Model", Some(&self.output)),
-            ("JSON", self.json.as_ref()),
-            ("Report", self.report.as_ref()),
-        ])
+        files.finish(tables::adapt(&replay))
     }
 }

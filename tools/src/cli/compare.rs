@@ -7,6 +7,7 @@ use clap::Args;
 use super::Session;
 use super::common::{ReadingArgs, RecordingArgs, SeedArgs, drawing, json};
 use super::failure::Failure;
+use super::files::Files;
 use super::progress::Progress;
 use super::tables;
 use crate::fit::FitOptions;
@@ -57,24 +58,19 @@ impl CompareArgs {
         let progress = Progress::new("Comparing", Progress::WHOLE, session.quiet);
         let lines = compare(&recordings, &options, &progress)?;
         drop(progress);
-        let mut outputs = Outputs::new();
-        if let Some(path) = &self.plot {
-            outputs.add_contents(path, figures::comparison(&lines, recordings[0].torque_unit).to_file())?;
-        }
-        if let Some(path) = &self.json {
-            let unit = recordings[0].torque_unit.suffix();
-            let page = serde_json::json!({
+        let unit = recordings[0].torque_unit;
+        let mut files = Files::new(session);
+        files.add("Plot", self.plot.as_ref(), || Ok(figures::comparison(&lines, unit).to_file()))?;
+        files.add("JSON", self.json.as_ref(), || {
+            json(&serde_json::json!({
                 "seed": self.seed.seed,
-                "unit": unit,
+                "unit": unit.suffix(),
                 "models": lines,
                 "two_lines_over_gmhm": paper::two_lines_over_model(&lines).map(|(measured, claimed)| {
                     serde_json::json!({ "measured": measured, "claimed_by_the_paper": claimed })
                 }),
-            });
-            outputs.add_contents(path, json(&page)?)?;
-        }
-        outputs.commit()?;
-        session.say(format_args!("{}", tables::comparison(&lines, recordings[0].torque_unit, self.seed.seed)))?;
-        session.written(&[("Plot", self.plot.as_ref()), ("JSON", self.json.as_ref())])
+            }))
+        })?;
+        files.finish(tables::comparison(&lines, unit, self.seed.seed))
     }
 }

@@ -5,9 +5,10 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::Session;
-use super::common::{ReadingArgs, SeedArgs, drawing, json, model_file, page, provenance, with_model};
+use super::common::{ReadingArgs, SeedArgs, drawing, ending, json, model_file, page, provenance, with_model};
 use super::each::EachArgs;
 use super::failure::Failure;
+use super::files::Files;
 use super::progress::Progress;
 use super::tables;
 use crate::diagnose::Options;
@@ -110,43 +111,27 @@ impl DiagnoseArgs {
         }
         let Diagnosed { finding, recordings, holdout } = self.find(model()?, &files, &held_out, session)?;
         finding.remarks.iter().for_each(|remark| session.note(&remark.to_string()));
-        let mut outputs = Outputs::new();
-        outputs.add_contents(output, finding.model.to_toml())?;
-        if let Some(path) = &self.json {
-            outputs.add_contents(path, json(&finding.diagnosis)?)?;
-        }
-        if let Some(path) = &self.report {
+        let mut files = Files::new(session);
+        files.add("Model", Some(output), || Ok(finding.model.to_toml()))?;
+        files.add("JSON", self.json.as_ref(), || json(&finding.diagnosis))?;
+        files.add("Report", self.report.as_ref(), || {
             let mut inputs = model_file.map(|file| Input::of_file(file)).transpose()?.into_iter().collect::<Vec<_>>();
             inputs.extend(recordings.iter().chain(&holdout).map(Input::from));
             let provenance = provenance(inputs, Some(self.seed.seed));
-            outputs.add_contents(path, report::diagnosis::page(&finding, &recordings, provenance).to_html())?;
-        }
-        if let Some(path) = &self.plot {
-            outputs.add_contents(path, report::diagnosis::drawing(&finding, &recordings).to_file())?;
-        }
-        if let Some(path) = &self.plot_residual {
-            outputs.add_contents(path, report::diagnosis::residual(&finding).to_file())?;
-        }
-        outputs.commit()?;
+            Ok(report::diagnosis::page(&finding, &recordings, provenance).to_html())
+        })?;
+        files.add("Picture", self.plot.as_ref(), || Ok(report::diagnosis::drawing(&finding, &recordings).to_file()))?;
+        files.add("Picture", self.plot_residual.as_ref(), || Ok(report::diagnosis::residual(&finding).to_file()))?;
         session.check(self.check, finding.diagnosis.mismatch);
         let grade = if finding.diagnosis.mismatch { Grade::Caution } else { Grade::Good };
         let text = tables::diagnosis(&finding.diagnosis);
         let (first, rest) = text.split_once('\n').unwrap_or((&text, ""));
-        session.say(format_args!("{}\n{rest}", session.graded(first, grade)))?;
-        session.say(format_args!("Seed {}\n", self.seed.seed))?;
-        session.written(&[
-            ("Model", Some(output)),
-            ("JSON", self.json.as_ref()),
-            ("Report", self.report.as_ref()),
-            ("Picture", self.plot.as_ref()),
-            ("Picture", self.plot_residual.as_ref()),
-        ])
+        files.finish(format_args!("{}\n{rest}Seed {}\n", session.graded(first, grade), self.seed.seed))
     }
 
     /// Whether the first input is a model file.
     fn has_model(&self) -> bool {
-        let ending = self.inputs.first().and_then(|path| path.extension());
-        ending.is_some_and(|ending| ending.eq_ignore_ascii_case("toml"))
+        self.inputs.first().is_some_and(|path| ending(path) == "toml")
     }
 
     /// Reads recordings of one gear or joint and diagnoses them.
@@ -161,7 +146,7 @@ impl DiagnoseArgs {
         if !self.has_model()
             && let Some(file) = recordings.iter().find(|recording| recording.torque_sim_nm.is_none())
         {
-            return Err(Failure::NoModel { file: file.name.clone() });
+            return Err(Failure::NoModel(file.name.clone()));
         }
         let holdout = self.reading.read_needed(held_out, &NEEDS, Some(&model), session)?;
         let options =

@@ -7,12 +7,14 @@ use std::time::{Duration, Instant};
 use clap::{Args, Subcommand};
 use gmhm::block::verify;
 use gmhm::link::Request;
+use gmhm::link::message::ERASE;
 use serde::Serialize;
 
 use super::Session;
 use super::common::{self, json, positive};
 use super::drive_state::{Counted, Moment, State, compensation};
 use super::failure::Failure;
+use super::files::Files;
 use super::live::Screen;
 use super::progress::Progress;
 use super::tables;
@@ -173,10 +175,9 @@ impl DriveArgs {
             }
             Action::Read { output } => {
                 let bytes = trial::in_force(&mut drive)?;
-                let mut outputs = Outputs::new();
-                outputs.add_contents(output, &bytes)?;
-                outputs.commit()?;
-                session.written(&[("Block in force", Some(output))])
+                let mut files = Files::new(session);
+                files.add("Block in force", Some(output), || Ok(bytes))?;
+                files.finish("")
             }
             Action::Adaptation { json, output, commit } => {
                 self.adaptation(drive, json.as_deref(), output.as_deref(), *commit, session)
@@ -193,7 +194,7 @@ impl DriveArgs {
                 )
             }
             Action::Revert => {
-                trial::revert(&mut drive)?;
+                drive.change(&Request::Revert)?;
                 self.say("trial ended", session)
             }
             Action::Commit => {
@@ -208,15 +209,14 @@ impl DriveArgs {
                 self.say(&format!("in force again: sequence {sequence}, CRC-32 {crc:#010x}"), session)
             }
             Action::EraseUnreadable => {
-                trial::erase_unreadable(&mut drive)?;
+                drive.change(&Request::EraseUnreadable { signature: ERASE })?;
                 self.say("all slots can be read", session)
             }
             Action::On => self.send(&mut drive, &Request::Compensate { on: true }, session),
             Action::Off => self.send(&mut drive, &Request::Compensate { on: false }, session),
             Action::Gain { ratio } => self.send(&mut drive, &Request::Gain { ratio: *ratio }, session),
             Action::Bound { share } => {
-                drive.identify()?;
-                drive.tell(&Request::Bound { share: *share })?;
+                drive.change(&Request::Bound { share: *share })?;
                 self.say(&format!("on an enabled drive, torques may differ by {share} of the rated one"), session)
             }
             Action::Diagnostics { clear, json } => {
@@ -224,8 +224,7 @@ impl DriveArgs {
                 session.say(format_args!("{}", counted.text()))?;
                 write_json(json.as_deref(), &counted)?;
                 if *clear {
-                    drive.identify()?;
-                    drive.tell(&Request::ClearDiagnostics)?;
+                    drive.change(&Request::ClearDiagnostics)?;
                 }
                 Ok(())
             }
@@ -272,8 +271,7 @@ impl DriveArgs {
 
     /// Changes a setting and prints what is in force then.
     fn send(&self, drive: &mut Client, request: &Request<'_>, session: &Session) -> Result<(), Failure> {
-        drive.identify()?;
-        drive.tell(request)?;
+        drive.change(request)?;
         let status = drive.status()?;
         self.say(&compensation(status.compensating, status.gain_ratio), session)
     }

@@ -66,6 +66,6 @@ impl EachArgs {
         let done_before = before(done_before, "done before");
         let failed_before = before(failed_before, "failed before (--retry-failed tries them again)");
         session.say(format_args!("{done} recordings done, {failed} failed{done_before}{failed_before}\n"))?;
-        session.written(&[("Lines", Some(output))])
+        session.written("Lines", output)
     }
 }

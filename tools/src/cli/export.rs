@@ -7,6 +7,7 @@ use clap::{Args, ValueEnum};
 use super::Session;
 use super::common::{depth, ending, positive};
 use super::failure::Failure;
+use super::files::Files;
 use crate::export::fmu::{DeflectionInput, Fmu, fmu};
 use crate::export::{self, ExportOptions, Exported, Origin, Precision};
 use crate::model;
@@ -108,26 +109,22 @@ impl ExportArgs {
 
     fn write_source(&self, exported: &Exported, session: &Session) -> Result<(), Failure> {
         Outputs::make_folder(&self.output)?;
-        let mut outputs = Outputs::new();
-        let paths: Vec<PathBuf> = exported.files.iter().map(|(name, _)| self.output.join(name)).collect();
-        for (path, (_, text)) in paths.iter().zip(&exported.files) {
-            outputs.add_contents(path, text)?;
+        let mut files = Files::new(session);
+        for (name, text) in &exported.files {
+            files.add("Source", Some(&self.output.join(name)), || Ok(text))?;
         }
-        outputs.commit()?;
         if let Some(why) = &exported.without_inverse {
             session.note(&format!("the source can predict but not invert: {why}"));
         }
-        let named: Vec<(&str, Option<&PathBuf>)> = paths.iter().map(|path| ("Source", Some(path))).collect();
-        session.written(&named)
+        files.finish("")
     }
 
     fn write_fmu(&self, fmu: &Fmu, session: &Session) -> Result<(), Failure> {
-        let mut outputs = Outputs::new();
-        outputs.add_contents(&self.output, &fmu.bytes)?;
-        outputs.commit()?;
+        let mut files = Files::new(session);
+        files.add("FMU", Some(&self.output), || Ok(&fmu.bytes))?;
         if let Some(why) = &fmu.without_binary {
             session.note(&format!("the FMU contains its sources but no binary: {why}"));
         }
-        session.written(&[("FMU", Some(&self.output))])
+        files.finish("")
     }
 }

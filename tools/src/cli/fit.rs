@@ -9,6 +9,7 @@ use super::Session;
 use super::common::{ReadingArgs, RecordingArgs, SeedArgs, drawing, json, model_file, page, provenance, with_model};
 use super::each::EachArgs;
 use super::failure::Failure;
+use super::files::Files;
 use super::progress::Progress;
 use super::tables;
 use crate::fit::verdict::Grade;
@@ -124,31 +125,19 @@ impl FitArgs {
         let Identified { fit, recordings, assessment } = identified;
         let everything = identified.results();
         let verdict = &everything.verdict;
-        let mut outputs = Outputs::new();
-        outputs.add_contents(output, fit.model.to_toml())?;
-        if let Some(path) = &self.json {
-            outputs.add_contents(path, json(&everything)?)?;
-        }
-        if let Some(path) = &self.report {
-            let provenance = provenance(recordings.iter().map(Into::into).collect(), Some(fit.seed));
-            outputs.add_contents(path, report::fit::page(fit, assessment, recordings, provenance).to_html())?;
-        }
         let plot = self.plot.clone().or_else(|| session.side_file(&output.with_extension("svg"), "--plot"));
-        if let Some(path) = &plot {
-            outputs.add_contents(path, report::fit::loop_figure(fit, assessment, recordings).to_file())?;
-        }
-        outputs.commit()?;
+        let mut files = Files::new(session);
+        files.add("Model", Some(output), || Ok(fit.model.to_toml()))?;
+        files.add("Plot", plot.as_ref(), || Ok(report::fit::loop_figure(fit, assessment, recordings).to_file()))?;
+        files.add("JSON", self.json.as_ref(), || json(&everything))?;
+        files.add("Report", self.report.as_ref(), || {
+            let provenance = provenance(recordings.iter().map(Into::into).collect(), Some(fit.seed));
+            Ok(report::fit::page(fit, assessment, recordings, provenance).to_html())
+        })?;
         session.check(self.check, verdict.grade == Grade::Bad);
-        session.say(format_args!("{}\n", session.graded(&verdict.sentence, verdict.grade)))?;
-        for reason in verdict.reasons.iter().skip(1).filter(|reason| reason.grade != Grade::Good) {
-            session.say(format_args!("  {}\n", reason.words))?;
-        }
-        session.say(format_args!("{}", tables::fit(fit)))?;
-        session.written(&[
-            ("Model", Some(output)),
-            ("Plot", plot.as_ref()),
-            ("JSON", self.json.as_ref()),
-            ("Report", self.report.as_ref()),
-        ])
+        let reasons = verdict.reasons.iter().skip(1).filter(|reason| reason.grade != Grade::Good);
+        let reasons: String = reasons.map(|reason| format!("  {}\n", reason.words)).collect();
+        let verdict = session.graded(&verdict.sentence, verdict.grade);
+        files.finish(format_args!("{verdict}\n{reasons}{}", tables::fit(fit)))
     }
 }

@@ -79,7 +79,7 @@ impl FlashArgs {
     fn flash(&self, block: &[u8], session: &Session) -> Result<Flashed, Failure> {
         let progress = Progress::new("flashing", 2 * block.len() as u64, session.quiet);
         let at = |done, _| progress.at(done as u64);
-        let Target::Probe { chip } = &self.to else {
+        let Target::Probe(chip) = &self.to else {
             if self.elf.is_some() || !self.address.is_empty() {
                 super::wrong_usage("--address and --elf are for a debug probe: --to probe:CHIP");
             }

@@ -8,6 +8,7 @@ use super::Session;
 use super::common::{ReadingArgs, SeedArgs, json, page, positive, provenance};
 use super::each::EachArgs;
 use super::failure::Failure;
+use super::files::Files;
 use super::progress::Progress;
 use super::tables;
 use crate::health::catalogue::Asked;
@@ -100,17 +101,12 @@ impl HealthArgs {
         } else {
             self.of_models(&options)?
         };
-        let mut outputs = Outputs::new();
-        if let Some(path) = &self.json {
-            outputs.add_contents(path, json(&found)?)?;
-        }
-        if let Some(path) = &self.report {
-            let provenance = provenance(inputs, Some(found.seed));
-            outputs.add_contents(path, report::health::page(&found, provenance).to_html())?;
-        }
-        outputs.commit()?;
-        session.say(format_args!("{}", tables::health(&found)))?;
-        session.written(&[("JSON", self.json.as_ref()), ("Report", self.report.as_ref())])
+        let mut files = Files::new(session);
+        files.add("JSON", self.json.as_ref(), || json(&found))?;
+        files.add("Report", self.report.as_ref(), || {
+            Ok(report::health::page(&found, provenance(inputs, Some(found.seed))).to_html())
+        })?;
+        files.finish(tables::health(&found))
     }
 
     fn of_recordings(

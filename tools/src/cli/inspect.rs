@@ -8,6 +8,7 @@ use gmhm::block::verify;
 use super::Session;
 use super::common::json;
 use super::failure::Failure;
+use super::files::Files;
 use crate::block::{Contents, FileError, read};
 use crate::output::Outputs;
 
@@ -33,12 +34,8 @@ impl InspectArgs {
         let file = read(&self.block)?;
         let refused = |error| FileError::Block { path: self.block.clone(), error };
         let contents = Contents::of(&verify(&file.bytes).map_err(refused)?).map_err(refused)?;
-        if let Some(path) = &self.json {
-            let mut outputs = Outputs::new();
-            outputs.add_contents(path, json(&contents.json())?)?;
-            outputs.commit()?;
-        }
-        session.say(format_args!("{contents}"))?;
-        session.written(&[("JSON", self.json.as_ref())])
+        let mut files = Files::new(session);
+        files.add("JSON", self.json.as_ref(), || json(&contents.json()))?;
+        files.finish(contents)
     }
 }

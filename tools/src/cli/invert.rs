@@ -7,6 +7,7 @@ use clap::Args;
 use super::Session;
 use super::common::{ReadingArgs, rows_file};
 use super::failure::Failure;
+use super::files::Files;
 use super::progress::Working;
 use crate::jobs;
 use crate::model;
@@ -55,12 +56,11 @@ impl InvertArgs {
         let saturated: Vec<f64> = found.saturated.iter().map(|&saturated| f64::from(u8::from(saturated))).collect();
         let columns = [("deflection_rad", found.deflection_rad.as_slice()), ("saturated", saturated.as_slice())];
 
-        let mut outputs = Outputs::new();
-        outputs.add(&self.output, |out| -> Result<(), Failure> {
+        let mut files = Files::new(session);
+        files.stream("Rows", &self.output, |out| {
             Ok(copy_with_columns(&file, &self.reading.reading(&needs), &columns, out, &working)?)
         })?;
-        outputs.commit()?;
         drop(working);
-        session.written(&[("Rows", Some(&self.output))])
+        files.finish("")
     }
 }

@@ -118,7 +118,7 @@ impl<'d> Screen<'d> {
                 }),
                 None => Ok("no block to try: start with --block params.bin".to_owned()),
             },
-            KeyCode::Char('r') => trial::revert(self.drive).map(|()| "trial ended".to_owned()),
+            KeyCode::Char('r') => self.drive.change(&Request::Revert).map(|()| "trial ended".to_owned()),
             KeyCode::Char('c') => self.drive.tell(&Request::ClearDiagnostics).map(|()| "counters cleared".to_owned()),
             _ => return Ok(()),
         };

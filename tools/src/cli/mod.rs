@@ -10,6 +10,7 @@ mod drive;
 mod drive_state;
 mod each;
 mod export;
+mod files;
 mod fit;
 mod flash;
 mod health;
@@ -38,6 +39,7 @@ use ratatui::crossterm::style::Color;
 use crate::failure::{self, Failure};
 use crate::fit::verdict::Grade;
 use crate::output::OutputError;
+use common::ending;
 
 const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (", env!("GMHM_BUILD"), ")");
 
@@ -120,17 +122,15 @@ impl Session {
         self.objects.fetch_or(asked && is_bad, Ordering::Relaxed);
     }
 
-    /// Says which outputs were written.
-    fn written(&self, outputs: &[(&str, Option<&PathBuf>)]) -> Result<(), Failure> {
-        for (what, path) in outputs {
-            if let Some(path) = path.filter(|path| path.as_path() != Path::new("-")) {
-                if *what == "Model" && path.extension().is_none_or(|ending| !ending.eq_ignore_ascii_case("toml")) {
-                    self.note(&format!("{}: commands recognise a model file by the ending .toml", path.display()));
-                }
-                self.say(format_args!("{what} written to {}\n", path.display()))?;
-            }
+    /// Says that an output was written.
+    fn written(&self, what: &str, path: &Path) -> Result<(), Failure> {
+        if path == Path::new("-") {
+            return Ok(());
         }
-        Ok(())
+        if what == "Model" && ending(path) != "toml" {
+            self.note(&format!("{}: commands recognise a model file by the ending .toml", path.display()));
+        }
+        self.say(format_args!("{what} written to {}\n", path.display()))
     }
 
     /// A file that nobody named, beside an output: none where one is there already, or beside standard output.

@@ -1,6 +1,6 @@
 //! `gmhm pack`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use gmhm::block::{GEAR, Identity, verify};
@@ -9,6 +9,7 @@ use gmhm::terms::Side;
 use super::Session;
 use super::common::{address, depth, positive};
 use super::failure::Failure;
+use super::files::Files;
 use crate::block::{self, Arithmetic, FileError, Form, PackOptions};
 use crate::model;
 use crate::output::Outputs;
@@ -75,20 +76,18 @@ impl PackArgs {
         let block = verify(&packed.bytes).map_err(refused)?;
         let bytes = block::write(form, &self.output, &block, self.address)?;
 
-        let mut outputs = Outputs::new();
-        outputs.add_contents(&self.output, &bytes)?;
-        if let Some(path) = &self.eds {
-            let name = path.file_name().map(|name| name.to_string_lossy()).unwrap_or_default();
-            outputs.add_contents(path, block::eds(&name))?;
-        }
-        outputs.commit()?;
-        session.say(format_args!(
+        let mut files = Files::new(session);
+        files.add("Block", Some(&self.output), || Ok(&bytes))?;
+        files.add("Data sheet", self.eds.as_ref(), || {
+            let name = self.eds.as_deref().and_then(Path::file_name).unwrap_or_default();
+            Ok(block::eds(&name.to_string_lossy()))
+        })?;
+        files.finish(format_args!(
             "Block of gear \"{}\", {} bytes, CRC-32 {:#010x}\n",
             block.header().identity.label(),
             packed.bytes.len(),
             block.crc()
         ))?;
-        session.written(&[("Block", Some(&self.output)), ("Data sheet", self.eds.as_ref())])?;
         if let Some(why) = &packed.without_inverse {
             session.note(&format!("the drive can predict but not invert: {why}"));
         }

@@ -7,6 +7,7 @@ use clap::Args;
 use super::Session;
 use super::common::{ReadingArgs, provenance};
 use super::failure::Failure;
+use super::files::Files;
 use super::progress::Progress;
 use crate::model;
 use crate::output::Outputs;
@@ -60,14 +61,13 @@ impl PlotArgs {
             inputs.push((&recording).into());
             shown.push(Shown::recording(recording));
         }
-        let mut outputs = Outputs::new();
         let text = match self.output.extension().is_some_and(|ending| ending == "svg") {
             true => pictures::drawing(&shown).to_file(),
             false => pictures::page(&shown, provenance(inputs, None)).to_html(),
         };
-        outputs.add_contents(&self.output, text)?;
-        outputs.commit()?;
-        session.written(&[("Picture", Some(&self.output))])
+        let mut written = Files::new(session);
+        written.add("Picture", Some(&self.output), || Ok(text))?;
+        written.finish("")
     }
 }
 

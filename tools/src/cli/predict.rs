@@ -7,6 +7,7 @@ use clap::Args;
 use super::Session;
 use super::common::{ReadingArgs, rows_file};
 use super::failure::Failure;
+use super::files::Files;
 use super::progress::Working;
 use crate::jobs;
 use crate::model;
@@ -56,12 +57,11 @@ impl PredictArgs {
             base.chain(terms).map(|(name, values)| (format!("{name}_{suffix}"), values.as_slice())).collect();
         let columns: Vec<_> = named.iter().map(|(name, values)| (name.as_str(), *values)).collect();
 
-        let mut outputs = Outputs::new();
-        outputs.add(&self.output, |out| -> Result<(), Failure> {
+        let mut files = Files::new(session);
+        files.stream("Rows", &self.output, |out| {
             Ok(copy_with_columns(&file, &self.reading.reading(&needs), &columns, out, &working)?)
         })?;
-        outputs.commit()?;
         drop(working);
-        session.written(&[("Rows", Some(&self.output))])
+        files.finish("")
     }
 }

@@ -73,7 +73,7 @@ impl ProveArgs {
             Outputs::check(output)?;
         }
         if let Some(folder) = self.real.as_ref().or(self.answers.as_ref()).filter(|folder| !folder.is_dir()) {
-            return Err(Failure::NoFolder { folder: folder.clone() });
+            return Err(Failure::NoFolder(folder.clone()));
         }
         if let Some(folder) = &self.real {
             return self.ask_real(folder, session);
@@ -83,7 +83,7 @@ impl ProveArgs {
         let cases = mix::only(blocks, seed, self.cases, &generator::real_residuals(&self.recordings));
         let left_out = self.cases - cases.len();
         if cases.is_empty() {
-            return Err(Failure::NoRealNoise { folder: self.recordings.clone() });
+            return Err(Failure::NoRealNoise(self.recordings.clone()));
         }
         if let Some(folder) = &self.export {
             Outputs::make_folder(folder)?;
@@ -100,7 +100,7 @@ impl ProveArgs {
         if let Some(folder) = &self.answers
             && !cases.iter().any(|(index, _)| answers::path(folder, *index).exists())
         {
-            return Err(Failure::NoAnswers { folder: folder.clone() });
+            return Err(Failure::NoAnswers(folder.clone()));
         }
         let sealed = Sealed::new(seed, cases);
         session.say(format_args!(
@@ -139,7 +139,7 @@ impl ProveArgs {
         let parts = if self.ask.is_empty() { &Part::ALL[..] } else { &self.ask };
         let (questions, missing) = real::questions(folder, self.split, parts)?;
         if questions.is_empty() {
-            return Err(Failure::NoRealRecordings { folder: folder.to_owned() });
+            return Err(Failure::NoRealRecordings(folder.to_owned()));
         }
         let progress = Progress::new("Asking", questions.len() as u64, session.quiet);
         let scores = real::run(&questions, &Diagnostician, &|done| progress.at(done as u64));

@@ -7,6 +7,7 @@ use clap::{Args, ValueEnum};
 use super::Session;
 use super::common::{SeedArgs, drawing, json, rows_file};
 use super::failure::Failure;
+use super::files::Files;
 use super::progress::{Progress, Working};
 use crate::bench::joint::{self, Plant};
 use crate::bench::{self, BenchError, Experiment, Options};
@@ -86,13 +87,10 @@ impl SimulateArgs {
         let working = Working::new("Simulating", session.quiet);
         let (recording, mut key) = bench::simulate_under(&model, self.experiment, &self.options, seed, &working)?;
         key.command = std::env::args().collect::<Vec<_>>().join(" ");
-        let mut outputs = Outputs::new();
-        outputs.add(&self.output, |out| Ok::<(), Failure>(recording.write_under(out, &working)?))?;
-        if let Some(path) = &self.key {
-            outputs.add_contents(path, key.to_toml())?;
-        }
+        let mut files = Files::new(session);
+        files.stream("Recording", &self.output, |out| Ok(recording.write_under(out, &working)?))?;
+        files.add("Key", self.key.as_ref(), || Ok(key.to_toml()))?;
         drop(working);
-        let mut picture = None;
         let mut text = format!(
             "Synthetic recording of experiment {}: {} rows, {} s, seed {}, noise {}\n",
             self.experiment,
@@ -117,22 +115,12 @@ impl SimulateArgs {
             let report = joint::run(&model, plants, seed, &progress)?;
             drop(progress);
             text += &format!("\n{report}\n");
-            if let Some(path) = &self.json {
-                outputs.add_contents(path, json(&report)?)?;
-            }
-            picture = self.plot.clone().or_else(|| session.side_file(&self.output.with_extension("svg"), "--plot"));
-            if let Some(path) = &picture {
-                let figure = joint::figure(&model, given.unwrap_or(Plant::MaxwellSlip), seed)?;
-                outputs.add_contents(path, figure.to_file())?;
-            }
+            let beside = || session.side_file(&self.output.with_extension("svg"), "--plot");
+            files.add("Picture", self.plot.clone().or_else(beside).as_ref(), || {
+                Ok(joint::figure(&model, given.unwrap_or(Plant::MaxwellSlip), seed)?.to_file())
+            })?;
+            files.add("JSON", self.json.as_ref(), || json(&report))?;
         }
-        outputs.commit()?;
-        session.say(format_args!("{text}"))?;
-        session.written(&[
-            ("Recording", Some(&self.output)),
-            ("Key", self.key.as_ref()),
-            ("Picture", picture.as_ref()),
-            ("JSON", self.json.as_ref()),
-        ])
+        files.finish(text)
     }
 }

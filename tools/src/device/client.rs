@@ -148,6 +148,15 @@ impl Client {
         self.ask(request).map(drop)
     }
 
+    /// [`tell`](Self::tell) in a session of its own.
+    ///
+    /// # Errors
+    /// [`DeviceError`].
+    pub fn change(&mut self, request: &Request<'_>) -> Result<(), DeviceError> {
+        self.identify()?;
+        self.tell(request)
+    }
+
     /// Has a block stored or erased: the sequence number and the CRC-32 of the newest stored block from then on.
     ///
     /// # Errors
@@ -207,7 +216,7 @@ impl Client {
                 }
             }
         }
-        Err(DeviceError::Silent { seconds: patience.as_secs() })
+        Err(DeviceError::Silent(patience.as_secs()))
     }
 }
 

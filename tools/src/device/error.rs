@@ -43,11 +43,8 @@ pub enum DeviceError {
     #[error("the drive closed the connection")]
     Closed,
     /// No answer.
-    #[error("the drive did not answer within {seconds} s")]
-    Silent {
-        /// How long it was waited for.
-        seconds: u64,
-    },
+    #[error("the drive did not answer within {0} s")]
+    Silent(u64),
     /// An answer that makes no sense.
     #[error("the drive's answer is not understood: the drive may use a newer version of the link")]
     NotUnderstood,
@@ -140,21 +137,21 @@ fn detail(refused: Refused) -> String {
 impl DeviceError {
     /// Whether another attempt may help: the line failed, not the drive.
     pub fn is_of_the_line(&self) -> bool {
-        matches!(self, Self::Line(_) | Self::Closed | Self::Silent { .. })
+        matches!(self, Self::Line(_) | Self::Closed | Self::Silent(_))
             || matches!(self, Self::Refused { refused, .. } if matches!(refused.refusal, Refusal::Session | Refusal::Order))
     }
 
     /// How to fix it.
     pub fn fix(&self) -> Option<String> {
         Some(match self {
-            Self::Unreachable { target: Target::Serial { .. }, .. } => {
+            Self::Unreachable { target: Target::Serial(_), .. } => {
                 "give the system's name of the serial port, and close other programs that use it".to_owned()
             }
             Self::Unreachable { .. } => "check host and port, and that the drive or its bridge is listening".to_owned(),
             Self::NotListening { .. } => "choose another port; port 0 takes a free one".to_owned(),
             Self::NoLine => "give the drive's connection: serial:PORT or tcp:HOST:PORT".to_owned(),
             Self::NoProbe => "build gmhm with `--features probe`, use serial: or tcp:, or write the file of gmhm pack -o params.hex --address ADDRESS with the tool of the probe".to_owned(),
-            Self::Line(_) | Self::Closed | Self::Silent { .. } => {
+            Self::Line(_) | Self::Closed | Self::Silent(_) => {
                 "check cable, power and --baud; the stored block is unchanged or completely replaced".to_owned()
             }
             Self::Enabled => "disable the drive, then flash again".to_owned(),

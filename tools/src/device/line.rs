@@ -25,11 +25,11 @@ impl<T: Read + Write> Line for T {}
 pub fn open(target: &Target, baud: u32) -> Result<Box<dyn Line>, DeviceError> {
     let refused = |error: std::io::Error| DeviceError::Unreachable { target: target.clone(), error };
     match target {
-        Target::Serial { port } => {
+        Target::Serial(port) => {
             let port = serialport::new(port, baud).timeout(PATIENCE).open().map_err(|error| refused(error.into()))?;
             Ok(Box::new(port))
         }
-        Target::Tcp { address } => {
+        Target::Tcp(address) => {
             let mut last = None;
             for address in address.to_socket_addrs().map_err(refused)? {
                 match TcpStream::connect_timeout(&address, CONNECTING) {
@@ -43,6 +43,6 @@ pub fn open(target: &Target, baud: u32) -> Result<Box<dyn Line>, DeviceError> {
             }
             Err(refused(last.unwrap_or_else(|| std::io::Error::other("the host has no address"))))
         }
-        Target::Probe { .. } => Err(DeviceError::NoLine),
+        Target::Probe(_) => Err(DeviceError::NoLine),
     }
 }

@@ -50,6 +50,6 @@ impl Lockstep {
                 }
             }
         }
-        Err(DeviceError::Silent { seconds: PATIENCE.as_secs() })
+        Err(DeviceError::Silent(PATIENCE.as_secs()))
     }
 }

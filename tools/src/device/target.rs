@@ -7,20 +7,11 @@ use std::str::FromStr;
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Target {
     /// `serial:PORT`, the system's name of a serial port.
-    Serial {
-        /// The port.
-        port: String,
-    },
+    Serial(String),
     /// `tcp:HOST:PORT`, a bridge to a serial port or an emulator.
-    Tcp {
-        /// Host and port.
-        address: String,
-    },
+    Tcp(String),
     /// `probe` or `probe:CHIP`, a debug probe.
-    Probe {
-        /// The chip as probe-rs calls it; found out where it is not given.
-        chip: Option<String>,
-    },
+    Probe(Option<String>),
 }
 
 impl FromStr for Target {
@@ -29,15 +20,15 @@ impl FromStr for Target {
     fn from_str(text: &str) -> Result<Self, String> {
         let (kind, rest) = text.split_once(':').map_or((text, None), |(kind, rest)| (kind, Some(rest)));
         match (kind, rest) {
-            ("serial", Some(port)) if !port.is_empty() => Ok(Self::Serial { port: port.to_owned() }),
+            ("serial", Some(port)) if !port.is_empty() => Ok(Self::Serial(port.to_owned())),
             ("tcp", Some(address)) => match address.rsplit_once(':') {
                 Some((host, port)) if !host.is_empty() && port.parse::<u16>().is_ok() => {
-                    Ok(Self::Tcp { address: address.to_owned() })
+                    Ok(Self::Tcp(address.to_owned()))
                 }
                 _ => Err("give a host and a port from 0 to 65535, such as tcp:localhost:5000".to_owned()),
             },
-            ("probe", None) => Ok(Self::Probe { chip: None }),
-            ("probe", Some(chip)) if !chip.is_empty() => Ok(Self::Probe { chip: Some(chip.to_owned()) }),
+            ("probe", None) => Ok(Self::Probe(None)),
+            ("probe", Some(chip)) if !chip.is_empty() => Ok(Self::Probe(Some(chip.to_owned()))),
             _ => Err("must be serial:PORT, tcp:HOST:PORT, probe or probe:CHIP".to_owned()),
         }
     }
@@ -46,10 +37,10 @@ impl FromStr for Target {
 impl fmt::Display for Target {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Serial { port } => write!(f, "serial:{port}"),
-            Self::Tcp { address } => write!(f, "tcp:{address}"),
-            Self::Probe { chip: None } => write!(f, "probe"),
-            Self::Probe { chip: Some(chip) } => write!(f, "probe:{chip}"),
+            Self::Serial(port) => write!(f, "serial:{port}"),
+            Self::Tcp(address) => write!(f, "tcp:{address}"),
+            Self::Probe(None) => write!(f, "probe"),
+            Self::Probe(Some(chip)) => write!(f, "probe:{chip}"),
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Parameters on trial: in force in RAM until they are kept, taken back, or the power fails.
 
 use gmhm::block::{self, verify};
-use gmhm::link::message::{ERASE, LOAD, MOST_BYTES, SAVE};
+use gmhm::link::message::{LOAD, MOST_BYTES, SAVE};
 use gmhm::link::{Origin, Refusal, Request};
 
 use super::client::Client;
@@ -35,15 +35,6 @@ pub fn try_out(
     read_back(&stamped, drive, &mut progress)
 }
 
-/// Ends a trial: the stored block is in force again.
-///
-/// # Errors
-/// [`DeviceError`]: nothing is on trial, or the compensation is on.
-pub fn revert(drive: &mut Client) -> Result<(), DeviceError> {
-    drive.identify()?;
-    drive.tell(&Request::Revert)
-}
-
 /// Stores what is on trial: its sequence number and CRC-32.
 ///
 /// # Errors
@@ -62,15 +53,6 @@ pub fn roll_back(drive: &mut Client) -> Result<(u32, u32), DeviceError> {
     drive.identify()?;
     let sequence = drive.status()?.stored_sequence;
     drive.store(&Request::RollBack { signature: LOAD, sequence })
-}
-
-/// Erases the slots of the drive's flash that cannot be read.
-///
-/// # Errors
-/// [`DeviceError`]: the drive is enabled, or a slot still cannot be read.
-pub fn erase_unreadable(drive: &mut Client) -> Result<(), DeviceError> {
-    drive.identify()?;
-    drive.tell(&Request::EraseUnreadable { signature: ERASE })
 }
 
 /// The block in force.

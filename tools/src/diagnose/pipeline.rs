@@ -331,24 +331,11 @@ const LAG: usize = 4;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::parse;
+    use crate::model::{TEST_GEAR, parse};
 
     #[test]
     fn a_gear_is_followed_along_means_only_where_it_moves_slowly() {
-        let text = r#"format = 1
-            [gear]
-            rated_deflection_rad = 1e-3
-            [elastic]
-            c1_nm_per_rad = 2.4e4
-            c2_nm_per_rad3 = 2.1e9
-            c3_nm_per_rad5 = 0.0
-            [memory]
-            law = "masing"
-            alpha = 2.3e6
-            beta_per_s = 416.0
-            omega_per_s = 200.0
-"#;
-        let model = parse("gear.toml", text).unwrap();
+        let model = parse("gear.toml", TEST_GEAR).unwrap();
         for (rad_per_s, in_means) in [(2.0, true), (600.0, false)] {
             let time_s: Vec<f64> = (0..6000).map(|row| 0.001 * f64::from(row)).collect();
             let mut recording = Recording {

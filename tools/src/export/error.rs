@@ -38,26 +38,17 @@ pub enum ExportError {
         error: TermError,
     },
     /// A kind that has no source.
-    #[error("the model's term `{kind}` cannot be exported: there is no C source of this kind")]
-    Kind {
-        /// The kind.
-        kind: String,
-    },
+    #[error("the model's term `{0}` cannot be exported: there is no C source of this kind")]
+    Kind(String),
     /// Two angles without a ratio.
     #[error("the model has no ratio in [gear], which is required for two angles")]
     NoRatio,
     /// The archive cannot be made.
-    #[error("the FMU cannot be packed: {error}")]
-    Archive {
-        /// Why.
-        error: String,
-    },
+    #[error("the FMU cannot be packed: {0}")]
+    Archive(String),
     /// No name of C.
-    #[error("`{prefix}` is not a valid name in C")]
-    Prefix {
-        /// What was asked for.
-        prefix: String,
-    },
+    #[error("`{0}` is not a valid name in C")]
+    Prefix(String),
 }
 
 impl ExportError {
@@ -69,14 +60,12 @@ impl ExportError {
             Self::NoGear | Self::OnSimulation => {
                 "export a model with [elastic] and [memory], as written by gmhm fit for recordings of a gear".to_owned()
             }
-            Self::Kind { .. } => {
-                "remove the term from the model, or use the Rust crate or the C library (c/)".to_owned()
-            }
-            Self::Prefix { .. } => "use at most 24 letters, digits and _, beginning with a letter".to_owned(),
+            Self::Kind(_) => "remove the term from the model, or use the Rust crate or the C library (c/)".to_owned(),
+            Self::Prefix(_) => "use at most 24 letters, digits and _, beginning with a letter".to_owned(),
             Self::NoRatio => "add ratio to [gear], or take the deflection as input".to_owned(),
             Self::Params { .. } => "correct the model, fit the gear again, or give --rated-deflection".to_owned(),
             Self::Term { .. } => "correct the term, or remove it".to_owned(),
-            Self::Archive { .. } => return None,
+            Self::Archive(_) => return None,
         })
     }
 }

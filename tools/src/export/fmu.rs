@@ -129,7 +129,7 @@ pub fn fmu(
         }
         Err(why) => Some(why),
     };
-    let bytes = zip(&files).map_err(|error| ExportError::Archive { error: error.to_string() })?;
+    let bytes = zip(&files).map_err(|error| ExportError::Archive(error.to_string()))?;
     Ok(Fmu { bytes, left_out: exported.left_out, without_binary })
 }
 

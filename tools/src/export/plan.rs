@@ -82,7 +82,7 @@ impl<'a> Plan<'a> {
                 left_out.push(term.kind.clone());
                 continue;
             }
-            let no_source = || ExportError::Kind { kind: term.kind.clone() };
+            let no_source = || ExportError::Kind(term.kind.clone());
             let source = KindSource::of(info.name).ok_or_else(no_source)?;
             let same = |other: &&PlannedTerm| other.info.name == info.name;
             let number = 1 + terms.iter().filter(same).count();
@@ -118,7 +118,7 @@ fn prefix(asked: Option<&str>, name: &str) -> Result<String, ExportError> {
     if let Some(asked) = asked {
         let is_name = |c: char| c.is_ascii_alphanumeric() || c == '_';
         let accepted = begins(asked) && asked.len() <= LONGEST_PREFIX && asked.chars().all(is_name);
-        let refused = || ExportError::Prefix { prefix: asked.to_owned() };
+        let refused = || ExportError::Prefix(asked.to_owned());
         return accepted.then(|| asked.to_owned()).ok_or_else(refused);
     }
     let mut prefix = String::new();

@@ -66,10 +66,7 @@ pub enum Cause {
         share: f64,
     },
     /// Held-out rows are predicted worse than fitted ones.
-    Overfit {
-        /// Held-out rms over that of the rows fitted.
-        ratio: f64,
-    },
+    Overfit(f64),
     /// The torque falls while the deflection rises.
     TorqueFalls,
     /// Another rated deflection predicts better.
@@ -81,17 +78,11 @@ pub enum Cause {
     /// The deflection never turns back.
     SingleStroke,
     /// Feed-forward has an inverse up to this share of the rated deflection only.
-    InverseRange {
-        /// Over the rated deflection.
-        share: f64,
-    },
+    InverseRange(f64),
     /// The core refuses feed-forward with this gear.
     FeedForwardRefused(InverseError),
     /// The parameters are held where feed-forward has an inverse.
-    HeldInvertible {
-        /// Up to the rated deflection; else up to half of it.
-        up_to_rated: bool,
-    },
+    HeldInvertible(bool),
     /// A parameter is at its bound.
     AtBound {
         /// Its name.
@@ -102,15 +93,9 @@ pub enum Cause {
     /// Only one load direction was recorded.
     OneLoadDirection,
     /// Only a part of ±A was recorded in both load directions.
-    Reach {
-        /// Over A.
-        share: f64,
-    },
+    Reach(f64),
     /// What is left repeats.
-    Repeats {
-        /// Of its power.
-        share: f64,
-    },
+    Repeats(f64),
     /// What is left is physics more than noise.
     PhysicsLeft,
     /// Another model predicts better.
@@ -260,7 +245,7 @@ fn decide(fit: &Fit, evidence: &Assessment) -> FitVerdict {
     let [careful, bad] = THRESHOLDS.overfit_ratios;
     if fit.heldout_rms > careful * rms + floor {
         let grade = if fit.heldout_rms > bad * rms + floor { Grade::Bad } else { Grade::Caution };
-        add(grade, Cause::Overfit { ratio: fit.heldout_rms / rms });
+        add(grade, Cause::Overfit(fit.heldout_rms / rms));
     }
     let rated = evidence.coverage.as_ref().map_or(f64::NAN, |c| c.rated_deflection_rad);
     // In another unit the deflection may be any angle, and its sign tells nothing.
@@ -280,25 +265,25 @@ fn decide(fit: &Fit, evidence: &Assessment) -> FitVerdict {
         match invertible_range(&params, THRESHOLDS.drive_period_s) {
             Ok(share) if share > whole => {}
             Ok(share) => {
-                add(if share < half { Grade::Bad } else { Grade::Caution }, Cause::InverseRange { share });
+                add(if share < half { Grade::Bad } else { Grade::Caution }, Cause::InverseRange(share));
             }
             Err(refusal) => add(Grade::Bad, Cause::FeedForwardRefused(refusal)),
         }
     }
     if let Some(up_to_rated) = fit.held_invertible_up_to_rated() {
-        add(Grade::Caution, Cause::HeldInvertible { up_to_rated });
+        add(Grade::Caution, Cause::HeldInvertible(up_to_rated));
     }
     for p in fit.uncertainty.parameters.iter().filter(|p| p.at_bound) {
         add(Grade::Caution, Cause::AtBound { name: p.name.to_string(), value: p.value });
     }
     match evidence.coverage.as_ref().map(Coverage::reach) {
         Some(share) if share < THRESHOLDS.one_sided_share => add(Grade::Caution, Cause::OneLoadDirection),
-        Some(share) if share < THRESHOLDS.reach_share => add(Grade::Caution, Cause::Reach { share }),
+        Some(share) if share < THRESHOLDS.reach_share => add(Grade::Caution, Cause::Reach(share)),
         _ => {}
     }
     match evidence.structure {
         Some(Structure { share, significant: true }) if share > THRESHOLDS.repeated_share => {
-            add(Grade::Caution, Cause::Repeats { share });
+            add(Grade::Caution, Cause::Repeats(share));
         }
         _ if fit.leaves_physics() => add(Grade::Caution, Cause::PhysicsLeft),
         _ => {}

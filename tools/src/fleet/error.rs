@@ -6,11 +6,8 @@ use std::path::PathBuf;
 #[derive(Debug, thiserror::Error)]
 pub enum FleetError {
     /// It is there already.
-    #[error("{}: exists already", path.display())]
-    Exists {
-        /// The file.
-        path: PathBuf,
-    },
+    #[error("{}: exists already", .0.display())]
+    Exists(PathBuf),
     /// A line in it is none of a fleet.
     #[error("{}: line {line} is not the result of a recording", path.display())]
     Foreign {
@@ -20,11 +17,8 @@ pub enum FleetError {
         line: usize,
     },
     /// Another run writes to it.
-    #[error("{}: another run writes to it", path.display())]
-    Taken {
-        /// The file.
-        path: PathBuf,
-    },
+    #[error("{}: another run writes to it", .0.display())]
+    Taken(PathBuf),
     /// The system refuses.
     #[error("{}: {source}", path.display())]
     System {
@@ -39,9 +33,9 @@ impl FleetError {
     /// How to fix it.
     pub fn fix(&self) -> Option<String> {
         Some(match self {
-            Self::Exists { .. } => "continue it with --resume, or give another file".to_owned(),
+            Self::Exists(_) => "continue it with --resume, or give another file".to_owned(),
             Self::Foreign { .. } => "give a file that --each wrote, or a new one".to_owned(),
-            Self::Taken { .. } => "give each run its own file, such as part-1.ndjson with --shard 1/2".to_owned(),
+            Self::Taken(_) => "give each run its own file, such as part-1.ndjson with --shard 1/2".to_owned(),
             Self::System { .. } => return None,
         })
     }

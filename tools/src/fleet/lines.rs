@@ -25,13 +25,13 @@ impl Lines {
         let file = File::options().read(true).write(true).create(true).truncate(false).open(path);
         let mut file = file.map_err(system)?;
         file.try_lock().map_err(|error| match error {
-            TryLockError::WouldBlock => FleetError::Taken { path: path.to_owned() },
+            TryLockError::WouldBlock => FleetError::Taken(path.to_owned()),
             TryLockError::Error(source) => system(source),
         })?;
         let mut text = Vec::new();
         file.read_to_end(&mut text).map_err(system)?;
         if resume == Resume::No && !text.is_empty() {
-            return Err(FleetError::Exists { path: path.to_owned() });
+            return Err(FleetError::Exists(path.to_owned()));
         }
         let whole = text.iter().rposition(|byte| *byte == b'\n').map_or(0, |end| end + 1);
         let (mut held, mut results) = (HashMap::new(), Vec::new());

@@ -8,6 +8,7 @@ use super::HealthError;
 use super::change::holm;
 use super::condition::Condition;
 use crate::number::number;
+use crate::numerics::extremes::range;
 use crate::recording::Recording;
 
 /// A property and its value for each condition.
@@ -81,13 +82,11 @@ pub fn property(asked: &str, recordings: &[Recording]) -> Result<Property, Healt
     let (mut values, mut within) = (Vec::new(), 0.0_f64);
     for recording in recordings {
         let column = column(recording)?.ok_or_else(|| fault(format!("{} has no such column", recording.name)))?;
-        let (low, high) =
-            column.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(*v), high.max(*v)));
+        let (low, high) = range(column.iter());
         values.push(column.iter().sum::<f64>() / column.len() as f64);
         within = within.max(high - low);
     }
-    let (low, high) =
-        values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(*v), high.max(*v)));
+    let (low, high) = range(&values);
     if high - low < 0.1 * within {
         let problem = format!(
             "its means differ by {}, and within a recording it changes by {}: no regression is possible",

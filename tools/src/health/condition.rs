@@ -94,7 +94,7 @@ impl Gear {
     pub fn of_model(path: &Path, model: &Model) -> Result<Self, HealthError> {
         let name = path.display().to_string();
         if model.elastic.is_none() || model.memory.is_none() || model.gear.rated_deflection_rad.is_none() {
-            return Err(HealthError::NoGear { name });
+            return Err(HealthError::NoGear(name));
         }
         let beside = path.with_extension("json");
         let stated = if beside.is_file() { Some(Stated::read(&beside)?) } else { None };

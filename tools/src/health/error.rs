@@ -19,11 +19,8 @@ pub enum HealthError {
     #[error(transparent)]
     Predict(#[from] PredictError),
     /// A model without a gear.
-    #[error("{name}: the model has no [elastic] and [memory]: there is no stiffness to follow")]
-    NoGear {
-        /// The model.
-        name: String,
-    },
+    #[error("{0}: the model has no [elastic] and [memory]: there is no stiffness to follow")]
+    NoGear(String),
     /// Models that do not compare.
     #[error("{name}: {what} differs from that of {first}: parameters of different structures do not compare")]
     Differs {

@@ -10,6 +10,22 @@ pub use error::{ModelError, ModelProblem};
 pub use read::{load, parse};
 pub use unit::key_per;
 
+/// A gear of law `masing` for tests.
+#[cfg(test)]
+pub(crate) const TEST_GEAR: &str = r#"format = 1
+[gear]
+rated_deflection_rad = 1e-3
+[elastic]
+c1_nm_per_rad = 2.4e4
+c2_nm_per_rad3 = 2.1e9
+c3_nm_per_rad5 = -6e14
+[memory]
+law = "masing"
+alpha = 2.3e6
+beta_per_s = 416.0
+omega_per_s = 200.0
+"#;
+
 use std::collections::BTreeMap;
 
 use crate::recording::TorqueUnit;

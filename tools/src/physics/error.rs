@@ -44,18 +44,12 @@ pub enum PredictError {
     },
     /// A model whose terms are added to a simulation, and a recording without one.
     #[error(
-        "{file}: the model's terms are added to a simulation's torque (base = \"simulation\"), and column torque_sim_nm is missing"
+        "{0}: the model's terms are added to a simulation's torque (base = \"simulation\"), and column torque_sim_nm is missing"
     )]
-    NoSimulation {
-        /// The recording.
-        file: String,
-    },
+    NoSimulation(String),
     /// A term of a gear in the model of a joint.
-    #[error("the term `{kind}` needs a gear: the model has no [elastic] and [memory]")]
-    NoGear {
-        /// The term's kind.
-        kind: String,
-    },
+    #[error("the term `{0}` needs a gear: the model has no [elastic] and [memory]")]
+    NoGear(String),
     /// A deflection beyond anything that the model can extrapolate to.
     #[error(
         "{file}, row {row}: the deflection {deflection_rad:?} rad is absurd for a rated deflection of {rated_deflection_rad:?} rad"
@@ -115,8 +109,8 @@ impl PredictError {
             PredictError::MissingSignal { .. } => {
                 "name the column, or map another to it with --map; or remove the term"
             }
-            PredictError::NoSimulation { .. } => "add the column, or map another to it with --map torque_sim_nm=…",
-            PredictError::NoGear { .. } => "remove the term, or add the gear's sections",
+            PredictError::NoSimulation(_) => "add the column, or map another to it with --map torque_sim_nm=…",
+            PredictError::NoGear(_) => "remove the term, or add the gear's sections",
             PredictError::Absurd { .. } => {
                 "check the column's unit and the model's deflection_zero_rad; --map scales and shifts columns"
             }

@@ -72,7 +72,7 @@ impl<'a> RecordingContext<'a> {
             let needs = term.info().needs.iter().chain(term.needs_besides());
             for &need in needs {
                 if need == Need::Gear && self.params.is_none() {
-                    return Err(PredictError::NoGear { kind: kind() });
+                    return Err(PredictError::NoGear(kind()));
                 }
                 if !self.signals.tell(need) {
                     return Err(PredictError::MissingSignal { file: self.file.to_owned(), kind: kind(), need });

@@ -107,7 +107,7 @@ pub fn context<'a>(
     let seen = || signals.deflection_rad.as_ref().map(|theta| theta.iter().fold(0.0, |a: f64, x| a.max(x.abs())));
     let rated = asked_rad.or(model.gear.rated_deflection_rad).or_else(seen).unwrap_or(f64::NAN);
     if model.is_simulation() && signals.torque_sim_nm.is_none() {
-        return Err(PredictError::NoSimulation { file: recording.name.clone() });
+        return Err(PredictError::NoSimulation(recording.name.clone()));
     }
     let params = model.params(rated);
     if params.is_none() && model.terms.is_empty() && !model.is_simulation() {

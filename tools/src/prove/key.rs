@@ -42,10 +42,11 @@ pub struct Key {
 }
 
 /// Why an effect is in a key.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Role {
     /// Hidden on purpose: to be found.
+    #[default]
     Hidden,
     /// The plant model is not the base model's: may be found.
     #[serde(rename = "nature")]
@@ -53,7 +54,7 @@ pub enum Role {
 }
 
 /// One hidden effect.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct HiddenEffect {
     /// A kind of MODEL.md section 7, or one of the open world.
     pub kind: String,

@@ -307,7 +307,7 @@ pub fn named(model: &Model, free: FreeParameter) -> (Cow<'static, str>, Cow<'sta
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::parse;
+    use crate::model::{TEST_GEAR, parse};
 
     const STRIBECK: &str = r#"
             [[term]]
@@ -321,20 +321,7 @@ mod tests {
 
     #[test]
     fn a_derivative_has_two_sides_however_large_the_number_has_become() {
-        let text = r#"format = 1
-            [gear]
-            rated_deflection_rad = 1e-3
-            [elastic]
-            c1_nm_per_rad = 2.4e4
-            c2_nm_per_rad3 = 2.1e9
-            c3_nm_per_rad5 = -6e14
-            [memory]
-            law = "masing"
-            alpha = 2.3e6
-            beta_per_s = 416.0
-            omega_per_s = 200.0
-"#;
-        let model = parse("gear.toml", &format!("{text}{STRIBECK}")).unwrap();
+        let model = parse("gear.toml", &format!("{TEST_GEAR}{STRIBECK}")).unwrap();
         let free = of_gear(&model).into_iter().chain([FreeParameter::Zero]).chain(of_term(&model, 0));
         for parameter in free {
             for size in [1.0, 1e16, 1e28] {

@@ -70,7 +70,7 @@ pub fn clause(cause: &Cause, torque_unit: TorqueUnit) -> String {
             number(100.0 * share, 2),
             torque_unit.quantity()
         ),
-        Cause::Overfit { ratio } => {
+        Cause::Overfit(ratio) => {
             format!("rows not used in the fit are predicted {ratio:.1} times worse than those fitted")
         }
         Cause::TorqueFalls => "the torque falls while the deflection rises, so one of them is counted backwards: flip it with --map deflection_rad=-COLUMN".to_owned(),
@@ -97,19 +97,19 @@ pub fn clause(cause: &Cause, torque_unit: TorqueUnit) -> String {
         ),
         Cause::Clipped(clipped) => format!("{clipped}: repeat with a larger range, or less load"),
         Cause::SingleStroke => "the deflection never turns back, so the hysteresis is extrapolated from one branch: record a closed cycle".to_owned(),
-        Cause::InverseRange { share } => format!(
+        Cause::InverseRange(share) => format!(
             "feed-forward has an inverse up to {:.0} % of the rated deflection only: beyond, the torque can fall while the deflection rises",
             100.0 * share
         ),
         Cause::FeedForwardRefused(error) => format!("feed-forward: {}", refusal::of_inverse(error)),
-        Cause::HeldInvertible { up_to_rated } => format!("the parameters are {}", held_invertible(*up_to_rated)),
+        Cause::HeldInvertible(up_to_rated) => format!("the parameters are {}", held_invertible(*up_to_rated)),
         Cause::AtBound { name, value } => format!("{name} is at its bound {value}"),
         Cause::OneLoadDirection => "only one load direction was recorded; the other is extrapolated".to_owned(),
-        Cause::Reach { share } => format!(
+        Cause::Reach(share) => format!(
             "only {:.0} % of the rated deflection was recorded in both load directions; the rest is extrapolated",
             100.0 * share
         ),
-        Cause::Repeats { share } => format!(
+        Cause::Repeats(share) => format!(
             "{:.0} % of the residual repeats at the same position and direction, so physics is missing: run gmhm diagnose",
             100.0 * share
         ),

@@ -36,7 +36,7 @@ pub(super) fn inject(
             progress.report("Finding the sizes", (at as f64 + of_this) / hides.len() as f64);
         };
         let measures = Measures::of(&stage.record(&truth)?);
-        let kind = kinds::of(&hide.kind).ok_or_else(|| HideError::Kind { kind: hide.kind.clone() })?;
+        let kind = kinds::of(&hide.kind).ok_or_else(|| HideError::Kind(hide.kind.clone()))?;
         let shape = match (&hide.shape, kind.hidden_shapes()) {
             (Some(shape), _) => shape,
             (None, []) => "",

@@ -27,11 +27,8 @@ pub enum HideError {
     #[error("hide {0:?}: the size must be a number of N·m greater than 0")]
     Size(String),
     /// No such kind.
-    #[error("hide {kind}: no such kind of effect; known are {}", gmhm::terms::KINDS.iter().map(|k| k.name).collect::<Vec<_>>().join(", "))]
-    Kind {
-        /// What was asked for.
-        kind: String,
-    },
+    #[error("hide {}: no such kind of effect; known are {}", .0, gmhm::terms::KINDS.iter().map(|k| k.name).collect::<Vec<_>>().join(", "))]
+    Kind(String),
     /// No such shape.
     #[error("hide {kind}:{shape}: no such shape; {}", if known.is_empty() { "this kind has none".to_owned() } else { format!("known are {}", known.join(", ")) })]
     Shape {
@@ -44,12 +41,9 @@ pub enum HideError {
     },
     /// Nothing of it is left.
     #[error(
-        "hide {kind}: invisible in this experiment, the base model takes it up or nothing moves it; choose another experiment"
+        "hide {0}: invisible in this experiment, the base model takes it up or nothing moves it; choose another experiment"
     )]
-    Invisible {
-        /// The kind.
-        kind: String,
-    },
+    Invisible(String),
     /// It cannot be made so large.
     #[error(
         "hide {kind}: at most {} N·m of it can be hidden in this experiment, not {size_nm}: choose a smaller size or another experiment",
@@ -88,7 +82,7 @@ impl FromStr for Hide {
         let size_nm = size.trim().parse().ok().filter(|x: &f64| *x > 0.0 && x.is_finite());
         let hide =
             Self { kind: kind.to_owned(), shape, size_nm: size_nm.ok_or_else(|| HideError::Size(text.to_owned()))? };
-        let known = kinds::of(kind).ok_or_else(|| HideError::Kind { kind: hide.kind.clone() })?.hidden_shapes();
+        let known = kinds::of(kind).ok_or_else(|| HideError::Kind(hide.kind.clone()))?.hidden_shapes();
         match &hide.shape {
             Some(shape) if !known.contains(&shape.as_str()) => {
                 Err(HideError::Shape { kind: hide.kind.clone(), shape: shape.clone(), known: known.to_vec() })

@@ -37,7 +37,7 @@ pub(super) fn size(
     stage: &Stage,
     tried: &dyn Fn(usize),
 ) -> Result<(Term, Hidden), BenchError> {
-    let invisible = || HideError::Invisible { kind: hide.kind.clone() };
+    let invisible = || HideError::Invisible(hide.kind.clone());
     let refit = Refit::new(model, stage)?;
     let mut factor = hide.size_nm;
     let mut largest_nm = 0.0_f64;

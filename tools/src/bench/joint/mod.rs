@@ -134,7 +134,7 @@ pub fn in_lockstep(
 
 /// A run and its rms error.
 fn recorded(model: &Model, options: &Options, seed: u64, servo: Servo<'_>) -> Result<(Recording, f64), BenchError> {
-    let ratio = model.gear.ratio.ok_or(BenchError::NoRatio { experiment: Experiment::Joint })?;
+    let ratio = model.gear.ratio.ok_or(BenchError::NoRatio(Experiment::Joint))?;
     let sample_rate_hz = options.sample_rate_hz.unwrap_or(500.0);
     let every = (1.0 / (PERIOD_S * sample_rate_hz)).round();
     if !(1.0..=1000.0).contains(&every) || (every * PERIOD_S * sample_rate_hz - 1.0).abs() > 1e-9 {

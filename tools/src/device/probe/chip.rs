@@ -32,7 +32,7 @@ impl Attached {
         let found = Lister::new().list_all();
         let [probe] = found.as_slice() else {
             let found: Vec<String> = found.iter().map(ToString::to_string).collect();
-            return Err(if found.is_empty() { ProbeError::NoneAttached } else { ProbeError::Several { found } });
+            return Err(if found.is_empty() { ProbeError::NoneAttached } else { ProbeError::Several(found) });
         };
         let target = name.map_or(TargetSelector::Auto, |name| TargetSelector::Unspecified(name.to_owned()));
         let probe = probe.open().map_err(failed("open"))?;

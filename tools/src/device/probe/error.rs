@@ -34,17 +34,11 @@ pub enum ProbeError {
         nearest: Option<String>,
     },
     /// Neither one place nor two.
-    #[error("{found} addresses for blocks: firmware has one block, or two of which the newest is used")]
-    Places {
-        /// How many there are.
-        found: usize,
-    },
+    #[error("{0} addresses for blocks: firmware has one block, or two of which the newest is used")]
+    Places(usize),
     /// There is no flash.
-    #[error("the chip has no flash for the block at {address:#x}")]
-    NoFlash {
-        /// Where.
-        address: u64,
-    },
+    #[error("the chip has no flash for the block at {0:#x}")]
+    NoFlash(u64),
     /// A place does not begin a sector.
     #[error("{address:#x} is not the start of an erase sector: it lies in the sector from {:#x} to {:#x}", sector.start, sector.end)]
     Unaligned {
@@ -80,11 +74,8 @@ pub enum ProbeError {
     #[error("no debug probe is attached")]
     NoneAttached,
     /// More than one is.
-    #[error("{} debug probes are attached: {}", found.len(), found.join("; "))]
-    Several {
-        /// All of them.
-        found: Vec<String>,
-    },
+    #[error("{} debug probes are attached: {}", .0.len(), .0.join("; "))]
+    Several(Vec<String>),
     /// Probe or chip failed.
     #[error("the debug probe failed to {doing}: {error}")]
     Failed {
@@ -106,8 +97,8 @@ impl ProbeError {
             Self::NoSymbol { .. } => {
                 "give the symbols of the blocks with --symbol A,B, or their addresses with --address".to_owned()
             }
-            Self::Places { .. } => "give one address or symbol, or two with a comma between".to_owned(),
-            Self::NoFlash { .. } => "check the address, and the chip after probe:".to_owned(),
+            Self::Places(_) => "give one address or symbol, or two with a comma between".to_owned(),
+            Self::NoFlash(_) => "check the address, and the chip after probe:".to_owned(),
             Self::Unaligned { sector, .. } => {
                 format!("give the block separate sectors, for example from {:#x} on", sector.end)
             }
@@ -117,7 +108,7 @@ impl ProbeError {
             Self::NoneAttached => {
                 "attach it, and check that this user may use it (on Linux: the udev rules of probe-rs)".to_owned()
             }
-            Self::Several { .. } => "leave one attached".to_owned(),
+            Self::Several(_) => "leave one attached".to_owned(),
             Self::Failed { .. } => "check the wiring, the chip's power and its name after probe:".to_owned(),
         })
     }

@@ -108,7 +108,7 @@ pub fn flash(
 
 /// Checks that there are one or two addresses.
 fn check_count(places: &[u64]) -> Result<(), ProbeError> {
-    if (1..=2).contains(&places.len()) { Ok(()) } else { Err(ProbeError::Places { found: places.len() }) }
+    if (1..=2).contains(&places.len()) { Ok(()) } else { Err(ProbeError::Places(places.len())) }
 }
 
 /// [`flash()`] into the chip of this name, or the one that is found, behind the one probe that is attached.

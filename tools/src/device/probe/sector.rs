@@ -25,7 +25,7 @@ impl Sectors {
 
     /// The sectors of a block at an address, from the first to the last.
     fn of_block(&self, address: u64, length: u64) -> Result<Range, ProbeError> {
-        let beyond = ProbeError::NoFlash { address };
+        let beyond = ProbeError::NoFlash(address);
         let (Some(first), Some(last)) = (self.at(address), self.at(address + length.max(1) - 1)) else {
             return Err(beyond);
         };
@@ -48,7 +48,7 @@ pub fn of_places(
 ) -> Result<Vec<Range>, ProbeError> {
     let place = |address: &u64| {
         let address = *address;
-        sectors(address).ok_or(ProbeError::NoFlash { address })?.of_block(address, length)
+        sectors(address).ok_or(ProbeError::NoFlash(address))?.of_block(address, length)
     };
     let taken = addresses.iter().map(place).collect::<Result<Vec<_>, _>>()?;
     match taken.as_slice() {

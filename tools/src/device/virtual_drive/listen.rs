@@ -9,10 +9,7 @@ use crate::device::target::Target;
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Listen {
     /// `tcp:HOST:PORT`; port 0 takes a free one.
-    Tcp {
-        /// Host and port.
-        address: String,
-    },
+    Tcp(String),
     /// `pty`, a pseudo-terminal that hosts open as a serial port.
     Pty,
 }
@@ -24,7 +21,7 @@ impl FromStr for Listen {
         match (text, text.parse()) {
             ("pty", _) if cfg!(unix) => Ok(Self::Pty),
             ("pty", _) => Err("this system has no pseudo-terminals: use tcp:HOST:PORT".to_owned()),
-            (_, Ok(Target::Tcp { address })) => Ok(Self::Tcp { address }),
+            (_, Ok(Target::Tcp(address))) => Ok(Self::Tcp(address)),
             _ => Err("must be tcp:HOST:PORT, with a port from 0 to 65535, or pty".to_owned()),
         }
     }
@@ -33,7 +30,7 @@ impl FromStr for Listen {
 impl fmt::Display for Listen {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Tcp { address } => write!(f, "tcp:{address}"),
+            Self::Tcp(address) => write!(f, "tcp:{address}"),
             Self::Pty => write!(f, "pty"),
         }
     }

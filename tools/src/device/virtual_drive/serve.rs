@@ -46,7 +46,7 @@ impl Socket {
     pub fn open(listen: &Listen) -> Result<Self, DeviceError> {
         let refused = |error| DeviceError::NotListening { listen: listen.clone(), error };
         match listen {
-            Listen::Tcp { address } => {
+            Listen::Tcp(address) => {
                 let listener = TcpListener::bind(address).map_err(refused)?;
                 listener.set_nonblocking(true).map_err(refused)?;
                 Ok(Self::Tcp(listener))
@@ -67,14 +67,14 @@ impl Socket {
     /// Where hosts find it.
     pub fn target(&self, listen: &Listen) -> Target {
         match (self, listen) {
-            (Self::Tcp(listener), Listen::Tcp { address }) => {
+            (Self::Tcp(listener), Listen::Tcp(address)) => {
                 let host = address.rsplit_once(':').map_or("localhost", |(host, _)| host);
                 let port = listener.local_addr().map_or(0, |address| address.port());
-                Target::Tcp { address: format!("{host}:{port}") }
+                Target::Tcp(format!("{host}:{port}"))
             }
-            (Self::Tcp(_), Listen::Pty) => Target::Tcp { address: String::new() },
+            (Self::Tcp(_), Listen::Pty) => Target::Tcp(String::new()),
             #[cfg(unix)]
-            (Self::Pty(_, port), _) => Target::Serial { port: port.clone() },
+            (Self::Pty(_, port), _) => Target::Serial(port.clone()),
         }
     }
 

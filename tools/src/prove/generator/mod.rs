@@ -394,19 +394,15 @@ fn nature_entry(experiment: &Experiment, noise: &Noise) -> Option<HiddenEffect> 
     let size_nm = rms(&linear::residual(&experiment.base_columns(&truths, true), &torque));
     Some(HiddenEffect {
         kind: kind.to_owned(),
-        also: Vec::new(),
         listed: true,
         role: Role::PlantModel,
         shape: format!("{} sliders", radius.len()),
         size_nm,
         before_nm: size_nm,
-        share: None,
         evidence: torque.len() as f64 * (size_nm / noise.rms_nm).powi(2),
         visible: true,
         coordinates: coordinates(kind).iter().map(|c| (*c).to_owned()).collect(),
         class: vec![kind.to_owned()],
-        unexplained: Default::default(),
-        parameters: Default::default(),
-        pieces: Vec::new(),
+        ..HiddenEffect::default()
     })
 }

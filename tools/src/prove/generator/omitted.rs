@@ -131,17 +131,13 @@ fn responses(kind: &str, rng: &mut Rng, arm: &Arm, path: &Path) -> (String, Resp
             let textbook: Response = Box::new(move |p, _| map(&p.velocity, sgn));
             let odd: Response = match choice {
                 // Another torque forwards than backwards, beside the mean.
-                0 => Box::new(move |p, _| {
-                    p.velocity.iter().zip(&p.angle).map(|(v, q)| sgn(*v) * (harmonic * q + phase).sin()).collect()
-                }),
+                0 => Box::new(move |p, _| map2(&p.velocity, &p.angle, |v, q| sgn(v) * (harmonic * q + phase).sin())),
                 // A share that grows with the root of the speed.
                 1 => Box::new(move |p, _| map(&p.velocity, |v| sgn(v) * (v / fastest).abs().powf(0.3))),
                 // A share that reverses over a distance, not at a speed.
                 2 => Box::new(move |p, _| dahl(p, 0.01 * range)),
                 // Running-in.
-                _ => Box::new(move |p, _| {
-                    p.velocity.iter().zip(&p.time_s).map(|(v, t)| sgn(*v) * (-3.0 * t / end).exp()).collect()
-                }),
+                _ => Box::new(move |p, _| map2(&p.velocity, &p.time_s, |v, t| sgn(v) * (-3.0 * t / end).exp())),
             };
             (format!("corner {sharp}, width {width:.2e} rad/s, odd {choice}"), textbook, odd)
         }
@@ -152,9 +148,7 @@ fn responses(kind: &str, rng: &mut Rng, arm: &Arm, path: &Path) -> (String, Resp
                 0 => Box::new(move |p, _| map(&p.velocity, |v| v * v.abs())),
                 1 => Box::new(move |p, _| map(&p.velocity, |v| (3.0 * v / fastest).tanh())),
                 2 => Box::new(move |p, _| map(&p.velocity, |v| v.max(0.0))),
-                _ => Box::new(move |p, _| {
-                    p.velocity.iter().zip(&p.time_s).map(|(v, t)| v * (-2.0 * t / end).exp()).collect()
-                }),
+                _ => Box::new(move |p, _| map2(&p.velocity, &p.time_s, |v, t| v * (-2.0 * t / end).exp())),
             };
             (
                 format!("exponent {exponent}, odd {choice}"),
@@ -170,9 +164,7 @@ fn responses(kind: &str, rng: &mut Rng, arm: &Arm, path: &Path) -> (String, Resp
             let odd: Response = match choice {
                 0 | 1 => Box::new(move |p, _| map(&p.velocity, |v| sgn(v) / (1.0 + (v / velocity).powi(2)))),
                 2 => Box::new(move |p, _| map(&p.velocity, |v| v * v.abs())),
-                _ => Box::new(move |p, _| {
-                    p.velocity.iter().zip(&p.angle).map(|(v, q)| sgn(*v) * (harmonic * q + phase).sin()).collect()
-                }),
+                _ => Box::new(move |p, _| map2(&p.velocity, &p.angle, |v, q| sgn(v) * (harmonic * q + phase).sin())),
             };
             (
                 format!("dip {drop:.2} over {velocity:.2e} rad/s, exponent {exponent}, odd {choice}"),
@@ -192,19 +184,21 @@ fn responses(kind: &str, rng: &mut Rng, arm: &Arm, path: &Path) -> (String, Resp
         "load_dependent_friction" => {
             let odd: Response = match choice {
                 // Another efficiency where the load drives.
-                0 | 1 => {
-                    Box::new(move |p, _| pairs(p, |v, t| sgn(v) * t.abs() * (4.0 * v * t / (fastest * load)).tanh()))
-                }
-                2 => Box::new(move |p, _| pairs(p, |v, t| sgn(v) * t * t)),
-                _ => Box::new(move |p, _| pairs(p, |v, t| sgn(v) * t.abs().sqrt())),
+                0 | 1 => Box::new(move |p, _| {
+                    map2(&p.velocity, &p.rigid_nm, |v, t| sgn(v) * t.abs() * (4.0 * v * t / (fastest * load)).tanh())
+                }),
+                2 => Box::new(move |p, _| map2(&p.velocity, &p.rigid_nm, |v, t| sgn(v) * t * t)),
+                _ => Box::new(move |p, _| map2(&p.velocity, &p.rigid_nm, |v, t| sgn(v) * t.abs().sqrt())),
             };
-            (format!("odd {choice}"), Box::new(move |p, _| pairs(p, |v, t| sgn(v) * t.abs())), odd)
+            (
+                format!("odd {choice}"),
+                Box::new(move |p, _| map2(&p.velocity, &p.rigid_nm, |v, t| sgn(v) * t.abs())),
+                odd,
+            )
         }
         "position_dependent_friction" => {
             let order = rng.pick(&[1.0, 1.0, 2.0]);
-            let around = move |p: &Path, k: f64, a: f64| -> Vec<f64> {
-                p.velocity.iter().zip(&p.angle).map(|(v, q)| sgn(*v) * (k * q + a).sin()).collect()
-            };
+            let around = move |p: &Path, k: f64, a: f64| map2(&p.velocity, &p.angle, |v, q| sgn(v) * (k * q + a).sin());
             let odd: Response = match choice {
                 0 | 1 => Box::new(move |p, _| around(p, harmonic + order, phase)),
                 _ => Box::new(move |p, _| {
@@ -225,9 +219,7 @@ fn responses(kind: &str, rng: &mut Rng, arm: &Arm, path: &Path) -> (String, Resp
         }
         "inertia" => {
             let odd: Response = match choice {
-                0 | 1 => Box::new(move |p, _| {
-                    p.acceleration.iter().zip(&p.angle).map(|(a, q)| a * (harmonic * q + phase).cos()).collect()
-                }),
+                0 | 1 => Box::new(move |p, _| map2(&p.acceleration, &p.angle, |a, q| a * (harmonic * q + phase).cos())),
                 _ => Box::new(move |p, _| map(&p.velocity, |v| v * v)),
             };
             (format!("odd {choice}"), Box::new(move |p, _| p.acceleration.clone()), odd)
@@ -261,15 +253,9 @@ fn responses(kind: &str, rng: &mut Rng, arm: &Arm, path: &Path) -> (String, Resp
             let odd: Response = match choice {
                 0 => Box::new(move |p, _| map(&p.angle, |q| (3.0 * order * q + phase).sin())),
                 1 => Box::new(move |p, _| {
-                    p.angle
-                        .iter()
-                        .zip(&p.velocity)
-                        .map(|(q, v)| (order * q + start).sin() * v.abs() / fastest)
-                        .collect()
+                    map2(&p.angle, &p.velocity, |q, v| (order * q + start).sin() * v.abs() / fastest)
                 }),
-                _ => Box::new(move |p, _| {
-                    p.angle.iter().zip(&p.rigid_nm).map(|(q, t)| (order * q + start).sin() * t / load).collect()
-                }),
+                _ => Box::new(move |p, _| map2(&p.angle, &p.rigid_nm, |q, t| (order * q + start).sin() * t / load)),
             };
             let name = if motor.contains(&order) {
                 format!("order {} of the motor turn, odd {choice}", order / arm.ratio)
@@ -282,8 +268,9 @@ fn responses(kind: &str, rng: &mut Rng, arm: &Arm, path: &Path) -> (String, Resp
     }
 }
 
-fn pairs(path: &Path, f: impl Fn(f64, f64) -> f64) -> Vec<f64> {
-    path.velocity.iter().zip(&path.rigid_nm).map(|(v, t)| f(*v, *t)).collect()
+/// A function of two signals.
+fn map2(a: &[f64], b: &[f64], f: impl Fn(f64, f64) -> f64) -> Vec<f64> {
+    a.iter().zip(b).map(|(a, b)| f(*a, *b)).collect()
 }
 
 /// Dahl's friction of torque 1: dD = (sgn v − D)·abs(dq)/r.

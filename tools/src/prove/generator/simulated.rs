@@ -7,7 +7,7 @@ use super::omitted::{self, Omitted, Sum};
 use super::rng::Rng;
 use super::{Case, CaseSpec, PlantKind, Unseen, coordinates, deviation, parts};
 use crate::model::{Base, GearSection, Model, Term, TermValue, TorqueSide};
-use crate::prove::key::{HiddenEffect, INDISTINGUISHABLE, Key, LARGE_SHARE, Role};
+use crate::prove::key::{HiddenEffect, INDISTINGUISHABLE, Key, LARGE_SHARE};
 use crate::recording::Recording;
 
 /// How often a joint is drawn anew until every effect stands on its own.
@@ -216,9 +216,7 @@ fn entry(draft: &Draft, index: usize, left_out: f64, noise: &Noise) -> HiddenEff
     HiddenEffect {
         coordinates: coordinates(&kind).iter().map(|c| (*c).to_owned()).collect(),
         kind,
-        also: Vec::new(),
         listed: true,
-        role: Role::Hidden,
         shape: format!("{}: {}", effect.kind, effect.shape),
         size_nm,
         before_nm,
@@ -226,9 +224,8 @@ fn entry(draft: &Draft, index: usize, left_out: f64, noise: &Noise) -> HiddenEff
         evidence,
         visible: share >= LARGE_SHARE && evidence >= INDISTINGUISHABLE,
         class,
-        unexplained: Default::default(),
-        parameters: Default::default(),
         pieces: vec![format!("{:.1} % off the textbook", 100.0 * effect.off_textbook)],
+        ..HiddenEffect::default()
     }
 }
 
