@@ -64,20 +64,19 @@ pub enum PackError {
 impl PackError {
     /// How to fix it.
     pub fn fix(&self) -> Option<String> {
-        Some(match self {
-            Self::NoRatedDeflection => "add rated_deflection_rad to [gear], or give --rated-deflection RAD".to_owned(),
-            Self::NoPeriod | Self::NoPeriodOfTopSpeed => "add --period SECONDS".to_owned(),
-            Self::TopSpeedWithoutGear => "leave --top-speed out".to_owned(),
-            Self::FixedLaw => "pack it with --scalar f32, or fit the gear with law masing".to_owned(),
-            Self::FixedTerms(_) => "pack it with --scalar f32, or leave the [[term]] tables out".to_owned(),
-            Self::TooManyTerms(_) => {
-                "leave out the terms with the smallest share, or those of the measurement".to_owned()
-            }
-            Self::Params { .. } => "correct the model, fit the gear again, or give --rated-deflection".to_owned(),
-            Self::Term { .. } => "correct the term, or remove it".to_owned(),
-            Self::EmptyModel => "name a model that gmhm fit wrote".to_owned(),
+        let text = match self {
+            Self::NoRatedDeflection => "add rated_deflection_rad to [gear], or give --rated-deflection RAD",
+            Self::NoPeriod | Self::NoPeriodOfTopSpeed => "add --period SECONDS",
+            Self::TopSpeedWithoutGear => "leave --top-speed out",
+            Self::FixedLaw => "pack it with --scalar f32, or fit the gear with law masing",
+            Self::FixedTerms(_) => "pack it with --scalar f32, or leave the [[term]] tables out",
+            Self::TooManyTerms(_) => "leave out the terms with the smallest share, or those of the measurement",
+            Self::Params { .. } => "correct the model, fit the gear again, or give --rated-deflection",
+            Self::Term { .. } => "correct the term, or remove it",
+            Self::EmptyModel => "name a model that gmhm fit wrote",
             Self::NotMasing | Self::Block(_) => return None,
-        })
+        };
+        Some(text.to_owned())
     }
 }
 
@@ -126,21 +125,20 @@ pub enum FileError {
 impl FileError {
     /// How to fix it.
     pub fn fix(&self) -> Option<String> {
-        Some(match self {
-            Self::Form(_) => "end the name in .bin, .hex or .h".to_owned(),
-            Self::Address { .. } => "give a lower --address".to_owned(),
-            Self::Hex { .. } => "write it again with gmhm pack, or read the .bin".to_owned(),
+        let text = match self {
+            Self::Form(_) => "end the name in .bin, .hex or .h",
+            Self::Address { .. } => "give a lower --address",
+            Self::Hex { .. } => "write it again with gmhm pack, or read the .bin",
             Self::Block { error: BlockError::Magic, .. } => {
-                "name a block that gmhm pack wrote, .bin or .hex; a C header cannot be read back".to_owned()
+                "name a block that gmhm pack wrote, .bin or .hex; a C header cannot be read back"
             }
             Self::Block { error: BlockError::Checksum | BlockError::Length { .. }, .. } => {
-                "pack it again from its model, or copy it again".to_owned()
+                "pack it again from its model, or copy it again"
             }
-            Self::Block { error: BlockError::Version(_), .. } => {
-                "use the gmhm that packed it, or a newer one".to_owned()
-            }
-            Self::Unreadable { .. } => "check the path, and that the file may be read".to_owned(),
+            Self::Block { error: BlockError::Version(_), .. } => "use the gmhm that packed it, or a newer one",
+            Self::Unreadable { .. } => "check the path, and that the file may be read",
             Self::Block { .. } => return None,
-        })
+        };
+        Some(text.to_owned())
     }
 }

@@ -143,29 +143,30 @@ impl DeviceError {
 
     /// How to fix it.
     pub fn fix(&self) -> Option<String> {
-        Some(match self {
+        let text = match self {
             Self::Unreachable { target: Target::Serial(_), .. } => {
-                "give the system's name of the serial port, and close other programs that use it".to_owned()
+                "give the system's name of the serial port, and close other programs that use it"
             }
-            Self::Unreachable { .. } => "check host and port, and that the drive or its bridge is listening".to_owned(),
-            Self::NotListening { .. } => "choose another port; port 0 takes a free one".to_owned(),
-            Self::NoLine => "give the drive's connection: serial:PORT or tcp:HOST:PORT".to_owned(),
-            Self::NoProbe => "build gmhm with `--features probe`, use serial: or tcp:, or write the file of gmhm pack -o params.hex --address ADDRESS with the tool of the probe".to_owned(),
+            Self::Unreachable { .. } => "check host and port, and that the drive or its bridge is listening",
+            Self::NotListening { .. } => "choose another port; port 0 takes a free one",
+            Self::NoLine => "give the drive's connection: serial:PORT or tcp:HOST:PORT",
+            Self::NoProbe => {
+                "build gmhm with `--features probe`, use serial: or tcp:, or write the file of gmhm pack -o params.hex --address ADDRESS with the tool of the probe"
+            }
             Self::Line(_) | Self::Closed | Self::Silent(_) => {
-                "check cable, power and --baud; the stored block is unchanged or completely replaced".to_owned()
+                "check cable, power and --baud; the stored block is unchanged or completely replaced"
             }
-            Self::Enabled => "disable the drive, then flash again".to_owned(),
-            Self::OtherGear { .. } => {
-                "if it is the right gear, pack the block with the drive's label: --gear LABEL".to_owned()
-            }
-            Self::OtherScalar { drive, .. } => format!("pack the block with --scalar {drive}"),
-            Self::TooLarge { what: "bytes", .. } => "pack a model with fewer terms".to_owned(),
-            Self::TooLarge { .. } => "pack the block with a smaller --stack-depth".to_owned(),
-            Self::ReadBack { .. } => "flash again; if the error remains, the drive's flash is worn out".to_owned(),
+            Self::Enabled => "disable the drive, then flash again",
+            Self::OtherGear { .. } => "if it is the right gear, pack the block with the drive's label: --gear LABEL",
+            Self::OtherScalar { drive, .. } => return Some(format!("pack the block with --scalar {drive}")),
+            Self::TooLarge { what: "bytes", .. } => "pack a model with fewer terms",
+            Self::TooLarge { .. } => "pack the block with a smaller --stack-depth",
+            Self::ReadBack { .. } => "flash again; if the error remains, the drive's flash is worn out",
             Self::Probe(error) => return error.fix(),
             Self::Refused { refused, .. } => return refusal_mend(refused.refusal),
-            Self::Key { .. } => "make a key with: openssl rand -hex 32 > drive.key".to_owned(),
+            Self::Key { .. } => "make a key with: openssl rand -hex 32 > drive.key",
             Self::NotUnderstood | Self::Block(_) | Self::Place(_) => return None,
-        })
+        };
+        Some(text.to_owned())
     }
 }

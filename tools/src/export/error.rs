@@ -54,18 +54,19 @@ pub enum ExportError {
 impl ExportError {
     /// How to fix it.
     pub fn fix(&self) -> Option<String> {
-        Some(match self {
-            Self::NoRatedDeflection => "add rated_deflection_rad to [gear], or give --rated-deflection RAD".to_owned(),
-            Self::NoPeriod => "give it with --period SECONDS".to_owned(),
+        let text = match self {
+            Self::NoRatedDeflection => "add rated_deflection_rad to [gear], or give --rated-deflection RAD",
+            Self::NoPeriod => "give it with --period SECONDS",
             Self::NoGear | Self::OnSimulation => {
-                "export a model with [elastic] and [memory], as written by gmhm fit for recordings of a gear".to_owned()
+                "export a model with [elastic] and [memory], as written by gmhm fit for recordings of a gear"
             }
-            Self::Kind(_) => "remove the term from the model, or use the Rust crate or the C library (c/)".to_owned(),
-            Self::Prefix(_) => "use at most 24 letters, digits and _, beginning with a letter".to_owned(),
-            Self::NoRatio => "add ratio to [gear], or take the deflection as input".to_owned(),
-            Self::Params { .. } => "correct the model, fit the gear again, or give --rated-deflection".to_owned(),
-            Self::Term { .. } => "correct the term, or remove it".to_owned(),
+            Self::Kind(_) => "remove the term from the model, or use the Rust crate or the C library (c/)",
+            Self::Prefix(_) => "use at most 24 letters, digits and _, beginning with a letter",
+            Self::NoRatio => "add ratio to [gear], or take the deflection as input",
+            Self::Params { .. } => "correct the model, fit the gear again, or give --rated-deflection",
+            Self::Term { .. } => "correct the term, or remove it",
             Self::Archive(_) => return None,
-        })
+        };
+        Some(text.to_owned())
     }
 }

@@ -32,11 +32,12 @@ pub enum FleetError {
 impl FleetError {
     /// How to fix it.
     pub fn fix(&self) -> Option<String> {
-        Some(match self {
-            Self::Exists(_) => "continue it with --resume, or give another file".to_owned(),
-            Self::Foreign { .. } => "give a file that --each wrote, or a new one".to_owned(),
-            Self::Taken(_) => "give each run its own file, such as part-1.ndjson with --shard 1/2".to_owned(),
+        let text = match self {
+            Self::Exists(_) => "continue it with --resume, or give another file",
+            Self::Foreign { .. } => "give a file that --each wrote, or a new one",
+            Self::Taken(_) => "give each run its own file, such as part-1.ndjson with --shard 1/2",
             Self::System { .. } => return None,
-        })
+        };
+        Some(text.to_owned())
     }
 }

@@ -1,11 +1,11 @@
 //! The report of a fit: good enough to flash or not, and why.
 
-use super::capitalised;
 use super::figures::{self, Abscissa, symbol};
 use super::fit_words::worded;
 use super::note_words::notes;
 use super::page::{Page, Provenance, Section, Table, TableRow, Verdict};
 use super::plot::{Drawing, Role};
+use super::{capitalised, stem};
 use crate::fit::Fit;
 use crate::fit::Method;
 use crate::fit::coverage::{Coverage, JointCoverage};
@@ -45,11 +45,6 @@ fn verdict(verdict: &FitVerdict, unit: TorqueUnit) -> Verdict {
     // The sentence holds the first reason.
     let reasons = worded.reasons.iter().skip(1).map(|reason| capitalised(&reason.words) + ".").collect();
     Verdict { grade: worded.grade, sentence: worded.sentence, reasons }
-}
-
-/// A file's name without folder and ending.
-fn stem(name: &str) -> String {
-    std::path::Path::new(name).file_stem().map_or_else(|| name.to_owned(), |stem| stem.to_string_lossy().into_owned())
 }
 
 /// All recordings one after the other, a row that is no number between them: no line leads from one to the next.
@@ -202,16 +197,12 @@ fn residual_section(fit: &Fit, assessment: &Assessment, rows: &Joined, unit: Tor
     let over = [("", Role::Model, &rows.residual[..])];
     let joint = rows.over == Abscissa::OUTPUT_ANGLE;
     let residual_title = if joint { "Residual over output angle" } else { "Residual over deflection" };
-    let errors = Table {
-        caption: "Fitted and held-out error".into(),
-        head: vec!["rows".into(), format!("rms in {symbol}"), format!("of the peak {}", unit.quantity())],
-        rows: [("fitted", fit.rms), ("in blocks held out", fit.heldout_rms)]
-            .map(|(name, rms)| {
-                let share = format!("{:.2} %", 100.0 * rms / assessment.torque_peak);
-                TableRow::new([name.to_owned(), number(rms, 4), share])
-            })
-            .into(),
-    };
+    let head = ["rows".to_owned(), format!("rms in {symbol}"), format!("of the peak {}", unit.quantity())];
+    let rows_of_errors = [("fitted", fit.rms), ("in blocks held out", fit.heldout_rms)].map(|(name, rms)| {
+        let share = format!("{:.2} %", 100.0 * rms / assessment.torque_peak);
+        TableRow::new([name.to_owned(), number(rms, 4), share])
+    });
+    let errors = Table::of("Fitted and held-out error", head, rows_of_errors);
     Section::new("Residual")
         .table(errors)
         .figures([
@@ -264,8 +255,7 @@ fn noise(fit: &Fit, names: &[String], unit: TorqueUnit) -> Table {
     head.extend(gear.then(|| "unsettled start (rows)".to_owned()));
     head.extend(torque_steps.then(|| format!("{} counted in steps of {symbol}", unit.quantity())));
     head.extend(deflection_steps.then(|| "deflection counted in steps of rad".to_owned()));
-    let caption = "Each recording: the constant offset, the noise, and rows that are not used".into();
-    Table { caption, head, rows: rows.collect() }
+    Table::of("Each recording: the constant offset, the noise, and rows that are not used", head, rows)
 }
 
 fn parameters(fit: &Fit) -> Section {
@@ -293,11 +283,9 @@ fn parameters(fit: &Fit) -> Section {
         }
         _ => "Values of plain least squares; standard deviations from the scatter of blocks of rows",
     };
-    let table = Table {
-        caption: format!("{how}; intervals of ± 2 standard deviations, about 95 %"),
-        head: ["parameter", "value", "standard deviation", "interval", "unit", ""].map(Into::into).into(),
-        rows: fit.uncertainty.parameters.iter().map(row).collect(),
-    };
+    let caption = format!("{how}; intervals of ± 2 standard deviations, about 95 %");
+    let head = ["parameter", "value", "standard deviation", "interval", "unit", ""];
+    let table = Table::of(caption, head, fit.uncertainty.parameters.iter().map(row));
     let notes = notes(&fit.uncertainty.parameters, |p| symbol(&p.name));
     let section = Section::new("Parameters").table(table).notes(notes);
     if fit.uncertainty.correlation.len() < 2 {
@@ -322,11 +310,8 @@ fn exercised(coverage: &Coverage, fit: &Fit) -> Section {
         ("median rate of the deflection", mrad(coverage.rate_rad_per_s.0), "mrad/s"),
         ("95th percentile of the rate", mrad(coverage.rate_rad_per_s.1), "mrad/s"),
     ];
-    let table = Table {
-        caption: String::new(),
-        head: ["", "value", "unit"].map(Into::into).into(),
-        rows: lines.map(|(name, value, unit)| TableRow::new([name.to_owned(), value, unit.to_owned()])).into(),
-    };
+    let rows = lines.map(|(name, value, unit)| TableRow::new([name.to_owned(), value, unit.to_owned()]));
+    let table = Table::of("", ["", "value", "unit"], rows);
     let mut notes = Vec::new();
     if fit.rated_is_largest_seen {
         notes.push("No rated deflection given: A is the largest recorded. c1–c3 and e depend on it; set --rated-deflection if you know it.".to_owned());
@@ -353,13 +338,12 @@ fn moved(coverage: &JointCoverage) -> Section {
         ("fastest towards higher angles", forth, "rad/s"),
     ];
     let rows = lines.map(|(name, value, unit)| TableRow::new([name.to_owned(), number(value, 4), unit.to_owned()]));
-    let head = ["", "value", "unit"].map(Into::into).into();
     Section::new("Range of the recordings")
         .figure(
             figures::joint_coverage(coverage),
             "Colour: angles and velocities that were recorded. Elsewhere the model extrapolates. Friction requires motion in both directions, and several speeds to separate its parts.",
         )
-        .table(Table { caption: String::new(), head, rows: rows.into() })
+        .table(Table::of("", ["", "value", "unit"], rows))
 }
 
 fn structures(fit: &Fit, unit: TorqueUnit) -> Section {
@@ -386,17 +370,10 @@ fn structures(fit: &Fit, unit: TorqueUnit) -> Section {
             fit.selection_rows
         ),
     };
-    Section::new("Law, kernel, gate, play").text(words).table(Table {
-        caption: String::new(),
-        head: vec![
-            "structure".into(),
-            "parameters".into(),
-            format!("rms fitted in {symbol}"),
-            format!("rms held out in {symbol}"),
-            String::new(),
-        ],
-        rows: fit.selection.iter().map(row).collect(),
-    })
+    let errors = ["fitted", "held out"].map(|rows| format!("rms {rows} in {symbol}"));
+    let head = ["structure".to_owned(), "parameters".to_owned()].into_iter().chain(errors).chain([String::new()]);
+    let table = Table::of("", head, fit.selection.iter().map(row));
+    Section::new("Law, kernel, gate, play").text(words).table(table)
 }
 
 fn comparison(assessment: &Assessment, recordings: &[Recording], unit: TorqueUnit) -> Section {
@@ -431,7 +408,7 @@ pub fn comparison_table(lines: &[crate::fit::comparison::Comparison], unit: Torq
         head.push(format!("rms of unseen recordings in {symbol}"));
     }
     head.push("instructions a sample, Cortex-M4F, f32".to_owned());
-    Table { caption: String::new(), head, rows: lines.iter().enumerate().map(row).collect() }
+    Table::of("", head, lines.iter().enumerate().map(row))
 }
 
 fn search(fit: &Fit) -> Section {

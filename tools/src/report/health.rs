@@ -3,9 +3,11 @@
 use super::figures::{self, TrendAxis};
 use super::page::{Page, Provenance, Section, Table, TableRow, Verdict};
 use super::plot::Drawing;
+use super::stem;
 use crate::fit::verdict::Grade;
 use crate::health::{Against, Health};
 use crate::number::{number, plus_minus};
+use crate::numerics::extremes::range;
 use crate::report::health_words::words;
 
 /// The page.
@@ -49,13 +51,8 @@ fn changes(health: &Health) -> Section {
         ];
         TableRow::new(cells).chosen(c.moved)
     };
-    let table = Table {
-        caption: "From the first state to the last".into(),
-        head: ["", "first", "last", "change ± 2 sd", "unit", "relative change", "visible from, %", "p-value", ""]
-            .map(Into::into)
-            .into(),
-        rows: health.changes.iter().map(row).collect(),
-    };
+    let head = ["", "first", "last", "change ± 2 sd", "unit", "relative change", "visible from, %", "p-value", ""];
+    let table = Table::of("From the first state to the last", head, health.changes.iter().map(row));
     let rate = number(100.0 * health.false_alarm_rate, 2);
     Section::new("Changes").table(table).text(format!(
         "A quantity has changed if the values of all states differ by more than their standard deviations allow. False alarms: {rate} % of the tables of a gear that has not changed. \u{201c}Visible from\u{201d}: the change from first to last that is detected in nine of ten cases."
@@ -67,9 +64,6 @@ fn probability(p: f64) -> String {
 }
 
 fn axis(health: &Health) -> TrendAxis {
-    let stem = |name: &String| {
-        std::path::Path::new(name).file_stem().map_or_else(|| name.clone(), |stem| stem.to_string_lossy().into_owned())
-    };
     let names = health.conditions.iter().map(|c| stem(&c.name)).collect();
     TrendAxis { label: "state, in the order given".into(), names, values: None }
 }
@@ -112,8 +106,8 @@ fn conditions(health: &Health) -> Section {
         });
         TableRow::new(fixed.into_iter().chain(values))
     };
-    let caption = "± are two standard deviations".into();
-    Section::new("The states").table(Table { caption, head, rows: health.conditions.iter().map(row).collect() })
+    let table = Table::of("± are two standard deviations", head, health.conditions.iter().map(row));
+    Section::new("The states").table(table)
 }
 
 fn beside(health: &Health, against: &Against) -> Section {
@@ -141,19 +135,11 @@ fn beside(health: &Health, against: &Against) -> Section {
         "p-value".to_owned(),
         String::new(),
     ];
-    let table = Table {
-        caption: "Weighted least squares; standard deviations widened where the values scatter more about the line"
-            .into(),
-        head: head.into(),
-        rows: against.regressions.iter().map(row).collect(),
-    };
+    let caption = "Weighted least squares; standard deviations widened where the values scatter more about the line";
+    let table = Table::of(caption, head, against.regressions.iter().map(row));
     let axis =
         TrendAxis { label: against.property.label(), values: Some(against.property.values.clone()), ..axis(health) };
-    let ends = against
-        .property
-        .values
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(*v), high.max(*v)));
+    let ends = range(&against.property.values);
     let draw = |(k, r): (usize, &crate::health::against::Regression)| {
         let line = [ends.0, ends.1].map(|x| (x, r.at_mean + r.slope * (x - r.mean)));
         let label = format!("{} in {}", words(r.name), r.unit);

@@ -22,6 +22,11 @@ pub mod page;
 pub mod pictures;
 pub mod plot;
 
+/// A file's name without folder and ending.
+fn stem(name: &str) -> String {
+    std::path::Path::new(name).file_stem().map_or_else(|| name.to_owned(), |stem| stem.to_string_lossy().into_owned())
+}
+
 /// A text with a capital at its beginning; names of parameters stay as they are.
 fn capitalised(words: &str) -> String {
     if words.split(' ').next().is_some_and(|first| first.contains('_')) {

@@ -158,6 +158,16 @@ const SHORT: usize = 24;
 const MOST_ROWS: usize = 200;
 
 impl Table {
+    /// A table of rows below their heads; the caption may be empty.
+    pub fn of(
+        caption: impl Into<String>,
+        head: impl IntoIterator<Item = impl Into<String>>,
+        rows: impl IntoIterator<Item = TableRow>,
+    ) -> Self {
+        let head = head.into_iter().map(Into::into).collect();
+        Self { caption: caption.into(), head, rows: rows.into_iter().collect() }
+    }
+
     fn shown(&self) -> &[TableRow] {
         &self.rows[..self.rows.len().min(MOST_ROWS)]
     }

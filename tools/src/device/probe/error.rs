@@ -89,27 +89,28 @@ pub enum ProbeError {
 impl ProbeError {
     /// How to fix it.
     pub fn fix(&self) -> Option<String> {
-        Some(match self {
-            Self::File { .. } | Self::NoElf { .. } => "give the ELF file of the firmware on the drive".to_owned(),
+        let text = match self {
+            Self::File { .. } | Self::NoElf { .. } => "give the ELF file of the firmware on the drive",
             Self::NoSymbol { nearest: Some(nearest), .. } => {
-                format!("give the symbol with --symbol; the file has `{nearest}`")
+                return Some(format!("give the symbol with --symbol; the file has `{nearest}`"));
             }
             Self::NoSymbol { .. } => {
-                "give the symbols of the blocks with --symbol A,B, or their addresses with --address".to_owned()
+                "give the symbols of the blocks with --symbol A,B, or their addresses with --address"
             }
-            Self::Places(_) => "give one address or symbol, or two with a comma between".to_owned(),
-            Self::NoFlash(_) => "check the address, and the chip after probe:".to_owned(),
+            Self::Places(_) => "give one address or symbol, or two with a comma between",
+            Self::NoFlash(_) => "check the address, and the chip after probe:",
             Self::Unaligned { sector, .. } => {
-                format!("give the block separate sectors, for example from {:#x} on", sector.end)
+                return Some(format!("give the block separate sectors, for example from {:#x} on", sector.end));
             }
             Self::OnePlace { .. } | Self::InUse { .. } => {
-                "give each block separate erase sectors in the firmware's linker script".to_owned()
+                "give each block separate erase sectors in the firmware's linker script"
             }
             Self::NoneAttached => {
-                "attach it, and check that this user may use it (on Linux: the udev rules of probe-rs)".to_owned()
+                "attach it, and check that this user may use it (on Linux: the udev rules of probe-rs)"
             }
-            Self::Several(_) => "leave one attached".to_owned(),
-            Self::Failed { .. } => "check the wiring, the chip's power and its name after probe:".to_owned(),
-        })
+            Self::Several(_) => "leave one attached",
+            Self::Failed { .. } => "check the wiring, the chip's power and its name after probe:",
+        };
+        Some(text.to_owned())
     }
 }

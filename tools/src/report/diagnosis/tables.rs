@@ -27,11 +27,9 @@ pub(super) fn gain(finding: &Finding, unit: TorqueUnit) -> Section {
     let row = |name: &str, rms: &Rms| {
         TableRow::new([name.to_owned(), four(rms.given), four(rms.refitted), four(rms.extended)])
     };
-    let table = Table {
-        caption: format!("Root mean square of recording minus model in {}", unit.symbol()),
-        head: ["rows", "model given", "base refitted", "extended"].map(str::to_owned).to_vec(),
-        rows: vec![row("fitted", &found.rms), row("held out", &found.heldout.rms)],
-    };
+    let caption = format!("Root mean square of recording minus model in {}", unit.symbol());
+    let rows = [row("fitted", &found.rms), row("held out", &found.heldout.rms)];
+    let table = Table::of(caption, ["rows", "model given", "base refitted", "extended"], rows);
     Section::new("Error before and after").table(table).text(format!(
         "Held out: {from}. Estimated noise: {} {} rms, {} of the residual of the {} model.",
         four(found.noise_rms),
@@ -78,19 +76,15 @@ pub(super) fn effects(found: &Diagnosis) -> Section {
             rows.push(TableRow::new([format!("– {name}"), value, String::new(), parameter.unit.clone()]));
         }
     }
-    let head = ["effect", "share of the structure", "confidence", "side, unit"].map(str::to_owned).to_vec();
-    Section::new("Effects found").table(Table {
-        caption: "Parameters with intervals of ± two standard deviations".into(),
-        head,
-        rows,
-    })
+    let head = ["effect", "share of the structure", "confidence", "side, unit"];
+    Section::new("Effects found").table(Table::of("Parameters with intervals of ± two standard deviations", head, rows))
 }
 
 pub(super) fn evidence(finding: &Finding) -> Section {
     let mut rows = Vec::new();
     for effect in &finding.verdict.effects {
         let free = effect.curves.first().map_or("", |p| p.coordinate);
-        rows.push(TableRow::new([words(&effect.name), whole(effect.gain), "–".into(), "taken".into()]).chosen(true));
+        rows.push(TableRow::new([words(&effect.name), whole(effect.gain), "–".into(), "selected".into()]).chosen(true));
         rows.push(TableRow::new([
             format!("– a free curve over {}", words(free)),
             whole(effect.free_gain),
@@ -110,10 +104,10 @@ pub(super) fn evidence(finding: &Finding) -> Section {
             "rejected".into(),
         ]));
     }
-    let head = ["explanation", "gain of −2 ln L", "numbers", ""].map(str::to_owned).to_vec();
+    let head = ["explanation", "gain of −2 ln L", "numbers", ""];
     Section::new("Evidence and rejected explanations")
         .text("Each kind is refitted together with the base model, with a noise spectrum that is fitted too. A name is given only where it explains what a free curve of the same coordinates can; kinds within 11 of the best cannot be distinguished.")
-        .table(Table { caption: "Explanations tried for each effect".into(), head, rows })
+        .table(Table::of("Explanations tried for each effect", head, rows))
 }
 
 pub(super) fn bias(finding: &Finding) -> Section {
@@ -121,10 +115,8 @@ pub(super) fn bias(finding: &Finding) -> Section {
     let mut rows = Vec::new();
     let mut row = |name: &str, unit: &str, before: f64, after: f64| {
         let change = if after != 0.0 {
-            {
-                let percent = 100.0 * (before / after - 1.0);
-                format!("{}{} %", if percent > 0.0 { "+" } else { "" }, number::number(percent, 3))
-            }
+            let percent = 100.0 * (before / after - 1.0);
+            format!("{}{} %", if percent > 0.0 { "+" } else { "" }, number::number(percent, 3))
         } else {
             "–".to_owned()
         };
@@ -146,12 +138,12 @@ pub(super) fn bias(finding: &Finding) -> Section {
             }
         }
     }
-    let head = ["parameter", "unit", "without the effect", "with it", "bias"].map(str::to_owned).to_vec();
-    Section::new("Effect of the omission on the base model").table(Table {
-        caption: "Parameters of the base model".into(),
+    let head = ["parameter", "unit", "without the effect", "with it", "bias"];
+    Section::new("Effect of the omission on the base model").table(Table::of(
+        "Parameters of the base model",
         head,
         rows,
-    })
+    ))
 }
 
 pub(super) fn open(found: &Diagnosis) -> Section {
@@ -161,8 +153,7 @@ pub(super) fn open(found: &Diagnosis) -> Section {
     let section = if rows.is_empty() {
         section.text("These recordings can show every kind of effect at a plausible size.")
     } else {
-        let head = ["kind that these recordings cannot show", "experiment that can"].map(str::to_owned).to_vec();
-        section.table(Table { caption: "Undecidable".into(), head, rows })
+        section.table(Table::of("Undecidable", ["kind that these recordings cannot show", "experiment that can"], rows))
     };
     let next = found.next_experiment.to_string();
     let suggestions = found.suggestions.iter().map(|suggestion| format!("Probably wrong: {suggestion}."));
