@@ -187,6 +187,17 @@ fn what_is_not_excited_teaches_nothing() {
     }
 }
 
+/// The least of p′ − e(1 − u²) − 2h at the places where the slope is held, N·m/rad.
+fn least_slope(params: &Params) -> f64 {
+    let (a, elastic, memory) = (params.rated_deflection_rad(), params.elastic(), params.memory());
+    let slope = |square: f64| {
+        let x = square * a * a;
+        let rises = elastic.c1_nm_per_rad + x * (3.0 * elastic.c2_nm_per_rad3 + x * 5.0 * elastic.c3_nm_per_rad5);
+        rises - memory.e() * (1.0 - square) - 2.0 * memory.h()
+    };
+    [0.0, 0.25, 0.5, 0.75, 1.0].map(slope).into_iter().fold(f64::INFINITY, f64::min)
+}
+
 /// Gears far outside the bounds, and signals of another scale: what is in force stays within the bounds, acceptable and invertible, at every takeover.
 #[test]
 fn what_is_in_force_stays_within_its_bounds() {
@@ -224,6 +235,8 @@ fn what_is_in_force_stays_within_its_bounds() {
                 for change in state.in_force() {
                     assert!(change.abs() <= settings.largest_change as f32 * 1.000_1);
                 }
+                let slope = least_slope(&params);
+                assert!(slope > 0.499 * least_slope(&block), "{stiffness} {hysteresis} {torque_scale}: {slope}");
                 let torques = params.rated_torque_nm() / block.rated_torque_nm();
                 assert!((torques - 1.0).abs() <= 1.1 * settings.largest_change, "{torques}");
                 assert!(scale > 0.0);
@@ -234,6 +247,22 @@ fn what_is_in_force_stays_within_its_bounds() {
         }
     }
     assert!(taken >= 7, "{taken} takeovers");
+}
+
+/// A signal without noise on a gear that is as its block: what rounding leaves of a stretch is nothing to decide by.
+#[test]
+fn a_clean_signal_decides_nothing() {
+    let block = block();
+    let a = block.rated_deflection_rad() as f32;
+    let adaptation = Adaptation::<f32>::new(&block, &Settings::default()).expect("law masing");
+    let gear = Gear::<f32, _>::with_law(&block, Masing::new(&block));
+    let (mut state, mut path) = (adaptation.start(), gear.start::<16>(0.0));
+    for k in 0..100_000 {
+        let t = k as f32 * 1e-3;
+        let torque = gear.step(&mut path, a * 0.9 * (4.0 * t).sin()).torque;
+        assert_eq!(adaptation.period(&mut state, &path, torque), Change::None, "at {t} s");
+    }
+    assert!(state.stretches() > 50, "{}", state.stretches());
 }
 
 /// A gear that drifted and is put right again, as after a repair: the block's own parameters, or others as good, are in force again.

@@ -39,7 +39,7 @@ pub struct Adaptation<S> {
     pub(super) lag: S,
     /// Prior standard deviation of each coefficient: half of the most that a coefficient, and their common factor, may change.
     pub(super) deviation: S,
-    /// The most that the slope may fall by.
+    /// Half of the most that the slope may fall by.
     pub(super) fall: S,
     /// γ's row.
     pub(super) common: Coefficients<S>,

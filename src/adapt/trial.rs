@@ -19,7 +19,7 @@
 
 use super::Adaptation;
 use super::state::AdaptationState;
-use super::triangle::{dot, row};
+use super::triangle::{clear, dot, row};
 use super::warnings::Warning;
 use super::{COEFFICIENTS, Coefficients};
 use crate::scalar::Float;
@@ -132,7 +132,7 @@ impl<S: Float> Adaptation<S> {
         } else {
             return Change::None;
         };
-        trial.leads = [S::ZERO; LEADS];
+        clear(&mut trial.leads);
         change
     }
 }

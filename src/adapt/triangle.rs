@@ -81,6 +81,10 @@ pub(super) fn fold<S: Float>(packed: &mut [S], length: usize, new: &mut [S; ROWS
     let row = row(packed, length);
     if let (Some(&diagonal), Some(&entry)) = (row.last(), new.get(length - 1)) {
         rotate(diagonal, entry, row, new);
+        // Not what rounding leaves of it: sums begin with zero.
+        if let Some(entry) = new.get_mut(length - 1) {
+            *entry = S::ZERO;
+        }
     }
 }
 
