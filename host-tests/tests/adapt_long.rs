@@ -123,11 +123,10 @@ fn small_faults() {
 
 /// Standard deviations of a constant offset, over the rated torque, and of a constant delay, s, after 600 s: no estimator that is right on average knows them better, as everything is linear and normal.
 /// Every sample is used. The coefficients have the prior of the adaptation and walk by its `drift` as often as it ends a stretch; of offset and delay nothing is known.
-fn least_deviations(motion: Motion, stretches: u32) -> [f64; 2] {
+fn least_deviations(motion: Motion, stretches: u32, Settings { drift, largest_change, .. }: Settings) -> [f64; 2] {
     const STATES: usize = 7;
     const SECONDS: f64 = 600.0;
     const PER_ROW: u32 = 25;
-    let Settings { drift, largest_change, .. } = Settings::<f64>::default();
     let constants = Constants::PUBLISHED;
     let (a, rated) = (constants.a, block().torque_scale_nm());
     let own = {
@@ -172,6 +171,20 @@ fn least_deviations(motion: Motion, stretches: u32) -> [f64; 2] {
     [covariance[5][5].sqrt(), covariance[6][6].sqrt()]
 }
 
+/// Where the gear is known, the offset is the mean of what is left, and what is not known of the gear makes it less known.
+#[test]
+fn the_least_deviation_of_a_known_gear_is_that_of_a_mean() {
+    let known = Settings { drift: 0.0, largest_change: 0.0, ..Settings::default() };
+    let [offset, delay] = least_deviations(Motion::Sine, 400, known);
+    let of_mean = 0.01 / (600.0 / PERIOD_S).sqrt();
+    assert!((offset / of_mean - 1.0).abs() < 1e-3, "{offset} for {of_mean}");
+    // A sine of 1 Hz to 0.9 on a spring that is nearly straight.
+    let of_sine = of_mean / (0.9 * std::f64::consts::TAU / 2.0_f64.sqrt());
+    assert!((delay / of_sine - 1.0).abs() < 0.2, "{delay} for {of_sine}");
+    let [unknown, _] = least_deviations(Motion::OneSided, 400, Settings::default());
+    assert!(unknown > 10.0 * of_mean, "{unknown} for {of_mean}");
+}
+
 /// The smallest offset and delay that are reported within 600 s, beside the smallest that could be: the limit and five of the least standard deviations.
 #[test]
 #[ignore = "the tables of the documentation"]
@@ -194,11 +207,14 @@ fn smallest_faults() {
     for motion in Motion::ALL {
         let mut stretches = 0;
         run::<f32>(&Case { motion, ..Case::default() }, |_, state| stretches = state.stretches());
-        let [offset, delay] = least_deviations(motion, stretches);
+        let [offset, delay] = least_deviations(motion, stretches, Settings::default());
         let offsets: Vec<f64> = steps.iter().map(|percent| 0.01 * percent * rated).collect();
         let delays: Vec<f64> = steps.iter().map(|ms| 1e-3 * ms).filter(|delay| *delay < 0.02).collect();
         let off = smallest(motion, &offsets, Fault::Offset, Warning::Offset);
         let late = smallest(motion, &delays, Fault::Delay, Warning::Delay);
+        for (reported, least) in [(off, 0.01 * rated * (0.5 + 500.0 * offset)), (late, 1e-3 * (0.5 + 5e3 * delay))] {
+            assert!(reported.is_none_or(|reported| reported >= least), "{motion:?}: {reported:?} is less than {least}");
+        }
         let text = |of: Option<f64>, unit: f64| of.map_or("–".into(), |of| format!("{:.2}", of / unit));
         println!(
             "| {motion:?} | {:.3} | {:.2} | {} | {:.3} | {:.2} | {} |",
