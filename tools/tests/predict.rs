@@ -1,6 +1,10 @@
 //! `gmhm predict`.
 
 use crate::common::{PUBLISHED, WorkDir};
+use crate::gears::walk;
+use gmhm_tools::model::parse;
+use gmhm_tools::physics::predict;
+use gmhm_tools::recording::Recording;
 
 const A: f64 = 1.168e-3;
 const LOOP: &str = "time_s,deflection_rad\n0,0\n1,1.168e-3\n2,0.5e-3\n3,0\n4,-0.5e-3\n5,-1.168e-3\n6,0\n";
@@ -202,5 +206,30 @@ fn wrong_usage_is_status_2() {
         let done = dir.gmhm(words);
         assert_eq!(done.status, Some(2), "gmhm {words}\n{}", done.stderr);
         assert_eq!(dir.files(), ["m.toml", "rec.csv"]);
+    }
+}
+
+/// Gear and slip elements remember turning points.
+#[test]
+fn a_stretch_with_its_past_is_predicted_as_the_whole_is() {
+    let terms = "[[term]]\nkind = \"nonlocal_memory\"\nradius_rad = [1e-4, 6e-4]\ntorque_nm = [1.0, 3.0]\n";
+    let model = parse("m.toml", &(PUBLISHED.to_owned() + terms)).unwrap();
+    let deflection_rad = walk(A, 20_000, 5);
+    let whole = Recording {
+        time_s: (0..deflection_rad.len()).map(|k| 1e-3 * k as f64).collect(),
+        deflection_rad: Some(deflection_rad.into()),
+        ..Recording::default()
+    };
+    let of_whole = predict(&model, None, &whole).unwrap();
+    for start in [0, 1, 4321, 15_000] {
+        let rows = start..start + 5000;
+        let difference = |stretch: &Recording| {
+            let torque = predict(&model, None, stretch).unwrap().torque;
+            let apart = torque.iter().zip(&of_whole.torque[rows.clone()]).map(|(a, b)| (a - b).abs());
+            apart.fold(0.0, f64::max)
+        };
+        let with_past = difference(&whole.part_with_past(rows.clone()));
+        assert!(with_past < 1e-9, "from row {start}: {with_past} N·m");
+        assert!(start < 2 || difference(&whole.part(rows.clone())) > 0.5, "from row {start}");
     }
 }

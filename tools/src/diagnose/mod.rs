@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`pipeline`] | the whole, as `gmhm diagnose` writes it |
 //! | [`diagnosis`], `findings` | the result, field for field as `--json`; a verdict in its terms |
+//! | `reduction` | fewer rows of long recordings |
 //! | [`candidates`], `ranges` | every kind over a grid of shapes, as columns; what the recordings span |
 //! | [`evidence`] | what a result rests on, as types |
 //! | [`explain`] | every kind beside a fitted model, refitted together |
@@ -34,6 +35,7 @@ mod other_shapes;
 pub(crate) mod past;
 pub mod pipeline;
 pub(crate) mod ranges;
+mod reduction;
 pub mod report_data;
 pub mod search;
 pub mod selection;

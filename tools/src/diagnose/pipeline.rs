@@ -5,6 +5,7 @@ use crate::diagnose::diagnosis::{Diagnosis, FALSE_ALARM_RATE, Heldout, HeldoutFr
 use crate::diagnose::explain::Search;
 use crate::diagnose::naming::DiagnosisVerdict;
 use crate::diagnose::next_experiment;
+use crate::diagnose::reduction::reduced;
 use crate::diagnose::report_data::ReportData;
 use crate::diagnose::selection::Selection;
 use crate::diagnose::suggestion::{self, Suggestion};
@@ -23,7 +24,7 @@ use crate::signal::plausible::Remark;
 /// Rows that the search looks at: means where there are more. The final fit takes all.
 const SEARCH_ROWS: usize = 10_000;
 
-/// Rows that are fitted. Of longer recordings means are, the motion's as well as the torque's.
+/// Rows that are fitted. Of longer recordings means are, the motion's as well as the torque's, or stretches.
 const MOST_ROWS: usize = 250_000;
 
 /// How a diagnosis is done.
@@ -67,14 +68,9 @@ pub fn diagnose(
     }
     let model = prepared(model, recordings, options)?;
     let mut remarks = plausible::examine(recordings, holdout, &model)?;
-    let rows: usize = recordings.iter().map(Recording::len).sum();
-    let whole: Vec<Recording>;
-    let recordings = if rows > MOST_ROWS {
-        whole = recordings.iter().map(|r| r.in_means(rows.div_ceil(MOST_ROWS))).collect();
-        &whole
-    } else {
-        recordings
-    };
+    let (recordings, of_rows) = reduced(recordings, model.gear.ratio, MOST_ROWS);
+    let recordings = &recordings[..];
+    remarks.extend(of_rows);
     progress.report("reading", 0.0);
     let mut dataset = Dataset::new(recordings, &model)?.with_base(&model);
     let search = Search {

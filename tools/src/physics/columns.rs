@@ -143,7 +143,13 @@ impl<'a> Evaluation<'a> {
         let Some(info) = term.info() else { return self.change(term).map(|_| Vec::new()) };
         let mut zero = term.clone();
         let places = linear_places(info, &mut zero);
-        let here = if info.domain == Domain::Deflection { self.with(&zero)? } else { Vec::new() };
+        let is_zero = places.iter().all(|(key, index)| get(&zero, key, *index) == 0.0);
+        let here = match info.domain {
+            // Nothing is taken out of the deflection.
+            Domain::Deflection if is_zero => self.total.clone(),
+            Domain::Deflection => self.with(&zero)?,
+            _ => Vec::new(),
+        };
         places
             .into_iter()
             .map(|(key, index)| {

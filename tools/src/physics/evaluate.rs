@@ -43,6 +43,8 @@ pub struct Followed {
     pub rows_out_of_range: usize,
     /// Pairs of turning points given up because more than [`CAPACITY`] were open.
     pub merged_pairs: u32,
+    /// The path before the first row, its deflection corrected, with the base torque.
+    pub past: Vec<Sample<f64>>,
 }
 
 impl<'a> RecordingContext<'a> {
@@ -98,14 +100,19 @@ impl<'a> RecordingContext<'a> {
         let mut state = terms.start();
         match &self.params {
             None => {
-                let correct = |row| terms.correct(&mut state, &self.signals.sample(row), &|_| 0.0);
-                followed.deflection_rad = (0..self.signals.len()).map(correct).collect();
+                let mut correct = |sample: &Sample<f64>| terms.correct(&mut state, sample, &|_| 0.0);
+                let corrected = |sample: &Sample<f64>| Sample { deflection: correct(sample), ..*sample };
+                followed.past = self.signals.past.iter().map(corrected).collect();
+                followed.deflection_rad =
+                    (0..self.signals.len()).map(|row| correct(&self.signals.sample(row))).collect();
             }
             Some(params) => {
                 let gear = Gear::<f64>::new(params);
                 let mut path = None;
-                for row in 0..self.signals.len() {
-                    let sample = self.signals.sample(row);
+                let before = self.signals.past.len();
+                for step in 0..before + self.signals.len() {
+                    let row = step.checked_sub(before);
+                    let sample = row.map_or_else(|| self.signals.past[step], |row| self.signals.sample(row));
                     let out = match &mut path {
                         None => {
                             let start = |theta| gear.output(&gear.start::<CAPACITY>(theta)).torque;
@@ -123,10 +130,14 @@ impl<'a> RecordingContext<'a> {
                     if path.status().refused {
                         return Err(PredictError::Absurd {
                             file: self.file.to_owned(),
-                            row: row + 1,
+                            row: row.map_or(0, |row| row + 1),
                             deflection_rad: sample.deflection,
                             rated_deflection_rad: params.rated_deflection_rad(),
                         });
+                    }
+                    if row.is_none() {
+                        followed.past.push(Sample { deflection: path.theta(), base_torque: out.torque, ..sample });
+                        continue;
                     }
                     followed.deflection_rad.push(path.theta());
                     followed.elastic.push(out.elastic);
@@ -151,6 +162,9 @@ impl<'a> RecordingContext<'a> {
     /// What the torque terms add, before any delay.
     pub fn torque(&self, followed: &Followed, terms: &Terms) -> Vec<f64> {
         let mut state = terms.start();
+        for sample in &followed.past {
+            terms.torque(&mut state, sample);
+        }
         let load_rate = if terms.has_gear() { Vec::new() } else { self.load_rate(terms) };
         (0..self.signals.len())
             .map(|row| {

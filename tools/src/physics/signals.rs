@@ -43,6 +43,8 @@ pub struct Signals<'a> {
     pub output_velocity_rad_per_s: Option<Cow<'a, [f64]>>,
     /// T_sim, N·m.
     pub torque_sim_nm: Option<&'a [f64]>,
+    /// The path before the first row, without rates.
+    pub past: Vec<Sample<f64>>,
 }
 
 impl<'a> Signals<'a> {
@@ -100,6 +102,7 @@ impl<'a> Signals<'a> {
             deflection_rad,
             velocity_rad_per_s,
             temperature_c: recording.temperature_c.as_deref(),
+            past: recording.past.as_deref().map(|past| path(&Signals::new(past, gear))).unwrap_or_default(),
         }
     }
 
@@ -135,7 +138,10 @@ impl<'a> Signals<'a> {
         let time = self.time_s[row];
         Sample {
             time,
-            period: if row == 0 { 0.0 } else { time - self.time_s[row - 1] },
+            period: match row {
+                0 => self.past.last().map_or(0.0, |before| time - before.time),
+                _ => time - self.time_s[row - 1],
+            },
             motor_angle: at(self.motor_angle_rad.as_deref()),
             output_angle: at(self.output_angle_rad.as_deref()),
             deflection: at(self.deflection_rad.as_deref()),
@@ -148,6 +154,18 @@ impl<'a> Signals<'a> {
             ..Sample::default()
         }
     }
+}
+
+/// All samples, without the rates, which rows far apart do not tell.
+fn path(signals: &Signals<'_>) -> Vec<Sample<f64>> {
+    let still = |sample: Sample<f64>| Sample {
+        velocity: 0.0,
+        acceleration: 0.0,
+        motor_velocity: 0.0,
+        output_velocity: 0.0,
+        ..sample
+    };
+    (0..signals.len()).map(|row| still(signals.sample(row))).collect()
 }
 
 fn combine<'a>(a: &[f64], b: &[f64], f: impl Fn(f64, f64) -> f64) -> Cow<'a, [f64]> {

@@ -32,6 +32,7 @@ mod unit_text;
 mod write;
 
 use std::borrow::Cow;
+use std::sync::Arc;
 
 pub use columns::Columns;
 pub use error::{ColumnPlace, Mistake, RecordingError, RecordingProblem, shell_word};
@@ -116,6 +117,8 @@ pub struct Recording {
     pub temperature_c: Option<Samples>,
     /// Another simulator's torque for the same rows, N·m.
     pub torque_sim_nm: Option<Samples>,
+    /// Rows before the first, of which only the path counts: where the deflection turned before. `None` where the recording begins at rest.
+    pub past: Option<Arc<Recording>>,
 }
 
 impl Recording {
@@ -142,6 +145,14 @@ impl Recording {
         self.picked(&(rows.start.min(end)..end).collect::<Vec<usize>>())
     }
 
+    /// Some consecutive rows of it, and of the rows before them those at which the deflection turned and that hysteresis still remembers.
+    #[must_use]
+    pub fn part_with_past(&self, rows: std::ops::Range<usize>) -> Self {
+        let remembered = self.deflection_rad.as_ref().map(|theta| remembered(&theta[..rows.start])).unwrap_or_default();
+        let past = (!remembered.is_empty()).then(|| Arc::new(self.picked(&remembered)));
+        Self { past, ..self.part(rows) }
+    }
+
     /// Some rows of it, in order.
     ///
     /// # Panics
@@ -162,6 +173,7 @@ impl Recording {
             velocity_out_rad_per_s: cut(&self.velocity_out_rad_per_s),
             temperature_c: cut(&self.temperature_c),
             torque_sim_nm: cut(&self.torque_sim_nm),
+            past: self.past.clone(),
         }
     }
 
@@ -182,6 +194,7 @@ impl Recording {
             velocity_out_rad_per_s: thin(&self.velocity_out_rad_per_s),
             temperature_c: thin(&self.temperature_c),
             torque_sim_nm: thin(&self.torque_sim_nm),
+            past: self.past.clone(),
         }
     }
 
@@ -218,6 +231,30 @@ impl Recording {
     }
 }
 
+/// The first row, and those at which a signal turned and has not been passed since: greatest and least, and between the later of them and the end the same again.
+fn remembered(signal: &[f64]) -> Vec<usize> {
+    /// Turning points at most; later ones are smaller than what a measurement resolves.
+    const MOST: usize = 64;
+    if signal.is_empty() {
+        return Vec::new();
+    }
+    let last_extreme = |from: usize, sign: f64| {
+        (from..signal.len()).max_by(|a, b| (sign * signal[*a]).total_cmp(&(sign * signal[*b]))).unwrap_or(from)
+    };
+    let (highest, lowest) = (last_extreme(0, 1.0), last_extreme(0, -1.0));
+    let mut rows = vec![0, highest.min(lowest), highest.max(lowest)];
+    let mut sign = if highest > lowest { -1.0 } else { 1.0 };
+    while let Some(&last) = rows.last()
+        && last + 1 < signal.len()
+        && rows.len() < MOST
+    {
+        rows.push(last_extreme(last + 1, sign));
+        sign = -sign;
+    }
+    rows.dedup();
+    rows
+}
+
 fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
@@ -238,6 +275,16 @@ fn mean_without_outliers(values: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_turning_point_is_remembered_until_it_is_passed() {
+        //            0    1    2     3    4    5    6    7    8
+        let signal = [0.0, 0.4, -0.3, 1.0, 0.2, 0.6, 0.1, 0.5, 0.3];
+        assert_eq!(remembered(&signal), [0, 2, 3, 6, 7, 8]);
+        assert_eq!(remembered(&signal[..3]), [0, 1, 2]);
+        assert_eq!(remembered(&[0.0, 1.0, 2.0]), [0, 2]);
+        assert!(remembered(&[]).is_empty());
+    }
 
     #[test]
     fn means_keep_slopes_and_drop_outliers() {

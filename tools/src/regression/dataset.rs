@@ -350,7 +350,8 @@ pub(crate) fn untouched(recording: &Recording, model: &Model) -> Result<Option<V
     let Some(rated) = model.gear.rated_deflection_rad.filter(|_| masing) else { return Ok(None) };
     let evaluation = Evaluation::new(model, None, recording)?;
     let theta = evaluation.followed().deflection_rad.as_slice();
-    let (mut highest, mut lowest) = (theta[0], theta[0]);
+    let before = evaluation.followed().past.iter().map(|sample| sample.deflection);
+    let (mut highest, mut lowest) = before.fold((theta[0], theta[0]), |(a, b), x| (a.max(x), b.min(x)));
     let room = theta.iter().map(|theta| {
         (highest, lowest) = (highest.max(*theta), lowest.min(*theta));
         ((1.0 - highest / rated).max(0.0), (1.0 + lowest / rated).max(0.0))

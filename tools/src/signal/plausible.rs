@@ -168,6 +168,17 @@ pub enum Remark {
     },
     /// The base model is not refitted.
     BaseHeld,
+    /// Of a long recording some stretches are read.
+    Stretches {
+        /// The recording.
+        file: String,
+        /// Stretches.
+        stretches: usize,
+        /// Rows of all stretches.
+        rows: usize,
+        /// Rows of the recording.
+        of: usize,
+    },
     /// Two files of one content.
     Repeated {
         /// The first.
@@ -205,6 +216,10 @@ impl fmt::Display for Remark {
             ),
             Remark::BaseHeld => f.write_str(
                 "the numbers of the base model are kept as given: refitted together with what was found, the model predicts held-out parts of these recordings worse than the base model as given",
+            ),
+            Remark::Stretches { file, stretches, rows, of } => write!(
+                f,
+                "{file}: {rows} of its {of} rows are diagnosed, in {stretches} stretches from its beginning to its end: the motion is too fast for averaging rows"
             ),
             Remark::Repeated { first, other, held_out: false } => {
                 write!(
