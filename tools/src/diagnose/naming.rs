@@ -14,7 +14,7 @@ use crate::model::{Model, Term, TermValue};
 use crate::numerics::vector::dot;
 use crate::regression::dataset::Dataset;
 use crate::regression::fit::Fitted;
-use crate::regression::predictive::{predictive, trimmed_sum};
+use crate::regression::heldout_rows::{improves_heldout, trimmed_sum};
 
 /// One effect as it is reported.
 pub struct EffectVerdict {
@@ -164,7 +164,7 @@ impl Dataset<'_> {
                 unexplained > STRUCTURE.max(MOST_UNEXPLAINED_PART * curve.gain) && {
                     let left = self.gain_of_columns(&extended, &curve.basis, &extended.noise);
                     trimmed_sum(&left) > LEAST_PREDICTED_PART * effect.gain
-                        || (unexplained > LEAST_EXCESS_PART * curve.gain && predictive(&left))
+                        || (unexplained > LEAST_EXCESS_PART * curve.gain && improves_heldout(&left))
                 }
             };
             let followed = alike.iter().take(CURVES).any(follows);
@@ -309,7 +309,7 @@ impl Dataset<'_> {
         if once(curve) {
             curve.net() > LEAST_GAIN_UNREPEATED
         } else {
-            predictive(&self.gain_of_columns(fit, &curve.basis, &curve.noise))
+            improves_heldout(&self.gain_of_columns(fit, &curve.basis, &curve.noise))
         }
     }
 

@@ -8,7 +8,7 @@ use crate::kinds;
 use crate::numerics::vector::dot;
 use crate::regression::dataset::Dataset;
 use crate::regression::fit::Fitted;
-use crate::regression::predictive::predictive;
+use crate::regression::heldout_rows::improves_heldout;
 
 /// An effect that was found, and what else could stand in its place.
 pub struct Explained {
@@ -112,7 +112,7 @@ impl Dataset<'_> {
             let net = |a: &Alternative| a.gain - self.penalty(a.parameters);
             let believed = |a: &Alternative| {
                 let predicted = self.gain_of_blocks(&a.fit, &extended, &a.fit.noise);
-                self.lessens(&a.fit, &extended, net(a)) && (net(a) < MARGIN || predictive(&predicted))
+                self.lessens(&a.fit, &extended, net(a)) && (net(a) < MARGIN || improves_heldout(&predicted))
             };
             let able: Vec<(usize, &Alternative)> = tried.iter().enumerate().filter(|(_, a)| believed(a)).collect();
             let able = || able.iter().copied();
@@ -195,7 +195,7 @@ impl Dataset<'_> {
             let held_out = self.gain_of_blocks(&extended, &rest, &extended.noise);
             let enough = net > MARGIN && self.lessens(&extended, &rest, net);
             let last = extended.model.terms.len() == search.base_terms + 1;
-            if predictive(&held_out) && (enough || last) {
+            if improves_heldout(&held_out) && (enough || last) {
                 needed.push(Needed { term, gain, parameters, rest, net, held_out });
                 term += 1;
             } else {

@@ -134,11 +134,6 @@ pub trait Kind: Sync {
         gmhm::terms::KINDS.iter().find(|info| info.name == self.name())
     }
 
-    /// How reports call it.
-    fn label(&self) -> String {
-        self.name().replace('_', " ")
-    }
-
     /// Whether a term of it holds lists that a further finding extends by an element.
     fn extends(&self) -> bool {
         false

@@ -3,7 +3,7 @@
 //! Each recording is cut into contiguous blocks. One pass gives a factor a block; leaving blocks out, refitting and predicting them costs no further
 //! pass, because factors add up. Nonlinear parameters are refitted along their derivatives at the optimum of all rows. The memory always runs through all
 //! rows: deflection is an input, only torque is held out. A block is one of one recording, and of a [`Problem`]'s factors, in bounded memory; of a model
-//! with terms `predictive` leaves out the same block of all recordings together, row by row, against coloured noise. The nuisances of a recording, which no prediction claims to know, are those that suit the whole of it.
+//! with terms `heldout_rows` leaves out the same block of all recordings together, row by row, against coloured noise. The nuisances of a recording, which no prediction claims to know, are those that suit the whole of it.
 
 use crate::numerics::autoregression::Noise;
 use crate::numerics::bounded;

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | [`columns`], [`base`], [`assembly`], [`ready`] | contributions to the torque as columns; the base model as such |
 //! | [`problem`], [`factors`], [`polish`] | one pass over the recordings, its triangular factors, the descent |
-//! | [`likelihood`], [`heldout`], `predictive` | likelihood and held-out error |
+//! | [`likelihood`], [`heldout`], `heldout_rows` | likelihood and held-out error |
 //! | [`uncertainty`], [`note`], `spread`, `changes` | standard deviations, and what the recordings cannot determine |
 //! | [`dataset`], [`parameters`], [`variable_projection`], [`fit`] | models with terms: recordings, free parameters, descent, fit |
 
@@ -19,12 +19,12 @@ pub mod error;
 pub mod factors;
 pub mod fit;
 pub mod heldout;
+pub(crate) mod heldout_rows;
 pub mod likelihood;
 pub mod model_part;
 pub mod note;
 pub mod parameters;
 pub mod polish;
-pub(crate) mod predictive;
 pub mod problem;
 pub mod ready;
 pub mod rows;

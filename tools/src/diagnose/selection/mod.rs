@@ -46,8 +46,6 @@ use crate::regression::fit::Fitted;
 pub struct Selected {
     /// The kind.
     pub kind: &'static str,
-    /// Its term in the model.
-    pub term: usize,
     /// The squares that it saves on held-out blocks in its place, as a share of what is predictable.
     pub share: f64,
     /// Its part of what a free function of its coordinates would save in its place; `None` where that is not significant.
@@ -261,14 +259,9 @@ impl Dataset<'_> {
             .keys()
             .map(|kind| {
                 let gains = finder.gains(kind, set);
-                let term = match &dictionary.origins[set[kind][0]] {
-                    Origin::Found(term) => *term,
-                    Origin::Proposed(..) => usize::MAX,
-                };
                 let (equivalents, confidence, tried) = compared(finder, set, kind);
                 Selected {
                     kind,
-                    term,
                     share: (gains.iter().sum::<f64>() / scale).clamp(0.0, 1.0),
                     fidelity: fidelity(dictionary, finder, set, kind, beside_base),
                     equivalents,

@@ -26,7 +26,7 @@ pub fn trimmed_sum(gains: &[f64]) -> f64 {
 }
 
 /// Whether the gains of blocks are those of something that was there in most of those in which it shows at all.
-pub fn predictive(gains: &[f64]) -> bool {
+pub fn improves_heldout(gains: &[f64]) -> bool {
     let shows = |sign: f64| gains.iter().filter(|g| sign * **g > SHOWS).count();
     shows(1.0) > shows(-1.0) && shows(1.0) > 1 && trimmed_sum(gains) > PREDICTS
 }
