@@ -72,6 +72,19 @@ fn a_neighbour_that_leaves_structure_over_a_coordinate_is_not_named() {
     }
 }
 
+/// Coulomb friction and load-dependent friction with their own kinds out of the library: a similar kind predicts, and a second one saves less than 0.02 beside it.
+#[test]
+fn a_neighbour_that_a_second_kind_has_to_mend_is_not_named() {
+    let hidden = [99, 353];
+    let mut cases = mix::only(&["left out"], 9701, 40, &[]);
+    cases.retain(|(index, _)| hidden.contains(index));
+    let report = Sealed::new(9701, cases).run(&Diagnostician, &|_| ());
+    assert_eq!(report.cases.len(), hidden.len());
+    for case in &report.cases {
+        assert!(case.mismatch && case.wrong_names.is_empty(), "{case:?}");
+    }
+}
+
 /// A detent over the deflection and damping, smooth at 250 Hz: an autoregression follows both and likelihood sees nothing, though they are half of what is left.
 #[test]
 fn structure_that_free_functions_predict_is_not_passed_over() {

@@ -34,6 +34,8 @@ const STRUCTURE_LEFT: f64 = 100.0;
 const PART_LEFT: f64 = 0.12;
 /// Such a selection has at most so many effects. Only one of a gear on a bench is refuted by it: textbook friction leaves structure in every joint log.
 const MOST_REFUTABLE_OF_GEAR: usize = 3;
+/// Or where an effect beside another saves less than this share of what is predictable: it only mends the shape of a kind that stands in for the true one.
+const LEAST_SHARE: f64 = 0.05;
 /// A base that leaves more than this part of the torque, rms, is far from its machine: there every kind leaves structure, and fidelity alone decides.
 const FAR_FROM_MACHINE: f64 = 0.05;
 /// Fewer names stand where they leave at most so many times the held-out squares that more names leave.
@@ -151,7 +153,7 @@ impl Dataset<'_> {
             && (better || (loud && (nameless || names_more()?)))
         {
             let joint = self.joint_verdict(&base, &selection, search)?;
-            let refuted = is_nameless(&verdict) && self.leaves_structure(model, &joint, search)?;
+            let refuted = is_nameless(&verdict) && self.leaves_structure(model, &joint, &selection, search)?;
             if !refuted && joint.mismatch && (better || joint.effects.iter().any(|e| e.name != UNKNOWN)) {
                 return Ok((joint, search));
             }
@@ -165,16 +167,21 @@ impl Dataset<'_> {
         Ok((verdict, by_likelihood))
     }
 
-    /// Whether likelihood sees structure over a coordinate beside the few effects that were found of a gear.
+    /// Whether likelihood sees structure over a coordinate beside the few effects that were found of a gear, or one of these only mends the shape of another.
     fn leaves_structure(
         &self,
         model: &Model,
         found: &DiagnosisVerdict,
+        selection: &Selection,
         search: Search<'_>,
     ) -> Result<bool, DiagnoseError> {
         let is_far = self.scatter(&found.base.residual) > FAR_FROM_MACHINE.powi(2) * self.scatter(&self.target);
         if !model.has_gear() || is_far || found.effects.len() > MOST_REFUTABLE_OF_GEAR {
             return Ok(false);
+        }
+        let effects = found.effects.iter().filter_map(|e| selection.selected.iter().find(|s| s.kind == e.name));
+        if found.effects.len() > 1 && effects.into_iter().any(|selected| selected.share < LEAST_SHARE) {
+            return Ok(true);
         }
         let extended = &found.extended.model;
         let fit = self.fit(extended, &self.parameters(extended, search), None, STEPS_OF_LIKELIHOOD)?;
@@ -231,7 +238,7 @@ impl Dataset<'_> {
                 return Ok(true);
             }
             if leaves_structure.is_none() {
-                leaves_structure = Some(self.leaves_structure(model, &joint, search)?);
+                leaves_structure = Some(self.leaves_structure(model, &joint, &selection, search)?);
             }
             Ok(leaves_structure == Some(true))
         };
