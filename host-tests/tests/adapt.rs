@@ -6,6 +6,12 @@ use gmhm::memory::masing::Masing;
 use gmhm::{Gear, Inverse, Kernel, Law, Memory, Params};
 use gmhm_host_tests::drift::{Fault, Motion};
 
+/// A block's rated deflection, rad, its adaptation with the settings it has by default, and the gear itself.
+fn of_block(block: &Params) -> (f32, Adaptation<f32>, Gear<f32, Masing<f32>>) {
+    let adaptation = Adaptation::new(block, &Settings::default()).expect("law masing");
+    (block.rated_deflection_rad() as f32, adaptation, Gear::with_law(block, Masing::new(block)))
+}
+
 /// Stiffness −10 %, hysteresis +20 % in ten minutes, noise 1 %.
 #[test]
 fn feed_forward_follows_a_gear_that_drifts() {
@@ -158,9 +164,7 @@ fn a_joint_takes_half_a_kibibyte() {
 #[test]
 fn what_is_not_excited_teaches_nothing() {
     let block = block();
-    let a = block.rated_deflection_rad() as f32;
-    let adaptation = Adaptation::<f32>::new(&block, &Settings::default()).expect("law masing");
-    let gear = Gear::<f32, _>::with_law(&block, Masing::new(&block));
+    let (a, adaptation, gear) = of_block(&block);
     // Standing, a tiny amplitude, a slow walk of the sensor, steady load on one side.
     let idle: [fn(f32) -> (f32, f32); 4] = [
         |_| (0.5, 0.0),
@@ -249,13 +253,11 @@ fn what_is_in_force_stays_within_its_bounds() {
     assert!(taken >= 7, "{taken} takeovers");
 }
 
-/// A signal without noise on a gear that is as its block: what rounding leaves of a stretch is nothing to decide by.
+/// The gear is that of the block, and its torque has no noise: the remaining rounding errors must not cause a takeover or a return.
 #[test]
 fn a_clean_signal_decides_nothing() {
     let block = block();
-    let a = block.rated_deflection_rad() as f32;
-    let adaptation = Adaptation::<f32>::new(&block, &Settings::default()).expect("law masing");
-    let gear = Gear::<f32, _>::with_law(&block, Masing::new(&block));
+    let (a, adaptation, gear) = of_block(&block);
     let (mut state, mut path) = (adaptation.start(), gear.start::<16>(0.0));
     for k in 0..100_000 {
         let t = k as f32 * 1e-3;
@@ -269,9 +271,7 @@ fn a_clean_signal_decides_nothing() {
 #[test]
 fn parameters_are_given_back_where_they_stop_predicting() {
     let block = block();
-    let a = block.rated_deflection_rad() as f32;
-    let adaptation = Adaptation::<f32>::new(&block, &Settings::default()).expect("law masing");
-    let gear = Gear::<f32, _>::with_law(&block, Masing::new(&block));
+    let (a, adaptation, gear) = of_block(&block);
     let (mut state, mut path) = (adaptation.start(), gear.start::<16>(0.0));
     let (mut taken, mut late) = (0, 0.0_f32);
     for k in 0..240_000 {
@@ -293,9 +293,7 @@ fn parameters_are_given_back_where_they_stop_predicting() {
 #[test]
 fn an_unknown_past_is_no_obstacle() {
     let block = block();
-    let a = block.rated_deflection_rad() as f32;
-    let adaptation = Adaptation::<f32>::new(&block, &Settings::default()).expect("law masing");
-    let gear = Gear::<f32, _>::with_law(&block, Masing::new(&block));
+    let (a, adaptation, gear) = of_block(&block);
     // The gear itself came from its tips.
     let mut plant = gear.start::<16>(0.0);
     for u in [0.99, -0.99, 0.3] {

@@ -81,7 +81,7 @@ pub(super) fn fold<S: Float>(packed: &mut [S], length: usize, new: &mut [S; ROWS
     let row = row(packed, length);
     if let (Some(&diagonal), Some(&entry)) = (row.last(), new.get(length - 1)) {
         rotate(diagonal, entry, row, new);
-        // Not what rounding leaves of it: sums begin with zero.
+        // The rotation leaves a rounding error here, which later sums would include.
         if let Some(entry) = new.get_mut(length - 1) {
             *entry = S::ZERO;
         }

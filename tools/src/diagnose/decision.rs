@@ -34,7 +34,7 @@ const STRUCTURE_LEFT: f64 = 100.0;
 const PART_LEFT: f64 = 0.12;
 /// Such a selection has at most so many effects. Only one of a gear on a bench is refuted by it: textbook friction leaves structure in every joint log.
 const MOST_REFUTABLE_OF_GEAR: usize = 3;
-/// Or where an effect beside another saves less than this share of what is predictable: it only mends the shape of a kind that stands in for the true one.
+/// Or where one of several effects saves less than this share of what is predictable. Such an effect usually corrects the shape of a similar kind that was named in place of the true one.
 const LEAST_SHARE: f64 = 0.05;
 /// A base that leaves more than this part of the torque, rms, is far from its machine: there every kind leaves structure, and fidelity alone decides.
 const FAR_FROM_MACHINE: f64 = 0.05;
@@ -153,7 +153,7 @@ impl Dataset<'_> {
             && (better || (loud && (nameless || names_more()?)))
         {
             let joint = self.joint_verdict(&base, &selection, search)?;
-            let refuted = is_nameless(&verdict) && self.leaves_structure(model, &joint, &selection, search)?;
+            let refuted = is_nameless(&verdict) && self.are_similar_kinds(model, &joint, &selection, search)?;
             if !refuted && joint.mismatch && (better || joint.effects.iter().any(|e| e.name != UNKNOWN)) {
                 return Ok((joint, search));
             }
@@ -167,8 +167,8 @@ impl Dataset<'_> {
         Ok((verdict, by_likelihood))
     }
 
-    /// Whether likelihood sees structure over a coordinate beside the few effects that were found of a gear, or one of these only mends the shape of another.
-    fn leaves_structure(
+    /// Whether the few effects that were found of a gear are similar kinds in place of the true one: one of several is very small, or structure over a coordinate is left beside them.
+    fn are_similar_kinds(
         &self,
         model: &Model,
         found: &DiagnosisVerdict,
@@ -179,8 +179,8 @@ impl Dataset<'_> {
         if !model.has_gear() || is_far || found.effects.len() > MOST_REFUTABLE_OF_GEAR {
             return Ok(false);
         }
-        let effects = found.effects.iter().filter_map(|e| selection.selected.iter().find(|s| s.kind == e.name));
-        if found.effects.len() > 1 && effects.into_iter().any(|selected| selected.share < LEAST_SHARE) {
+        let mut effects = found.effects.iter().filter_map(|e| selection.selected.iter().find(|s| s.kind == e.name));
+        if found.effects.len() > 1 && effects.any(|selected| selected.share < LEAST_SHARE) {
             return Ok(true);
         }
         let extended = &found.extended.model;
@@ -227,7 +227,7 @@ impl Dataset<'_> {
             may_be_refined && all_named(v) && left <= AS_GOOD * theirs && refines(v, &joint)
         };
         // A kind similar to the true one can predict almost as well; the difference then shows as structure in its residual.
-        let mut leaves_structure = None;
+        let mut are_similar_kinds = None;
         let mut is_refuted = |v: &DiagnosisVerdict, left: f64| -> Result<bool, DiagnoseError> {
             if !may_be_refuted || !is_nameless(v) {
                 return Ok(false);
@@ -237,10 +237,10 @@ impl Dataset<'_> {
             if joint.effects.len() <= MOST_REFUTABLE && theirs > share * left {
                 return Ok(true);
             }
-            if leaves_structure.is_none() {
-                leaves_structure = Some(self.leaves_structure(model, &joint, &selection, search)?);
+            if are_similar_kinds.is_none() {
+                are_similar_kinds = Some(self.are_similar_kinds(model, &joint, &selection, search)?);
             }
-            Ok(leaves_structure == Some(true))
+            Ok(are_similar_kinds == Some(true))
         };
         if is_clear {
             // Whether a finer kind stands in the place of a plainer one, and whether likelihood believes in either, takes no search among all kinds.

@@ -3,10 +3,10 @@
 use std::ops::Range;
 
 use crate::recording::{Recording, Samples};
-use crate::signal::plausible::Remark;
+use crate::signal::plausible::{Remark, sd};
 
-/// Within a mean a motion may go on by this share of its spread, rms.
-const MOST_OF_SPREAD: f64 = 0.05;
+/// Within the rows of a mean a motion may change by this share of its standard deviation, rms.
+const MOST_OF_DEVIATION: f64 = 0.05;
 
 /// Within a mean the motor may turn by this angle, rms, rad: of an order of 4 a mean leaves sin(0.2)/0.2 = 0.993.
 const MOST_OF_TURN_RAD: f64 = 0.1;
@@ -46,22 +46,15 @@ pub fn reduced(recordings: &[Recording], ratio: Option<f64>, most: usize) -> (Ve
 /// Whether something moves too far within so many rows for their mean to stand for them.
 fn moves_within(recording: &Recording, rows: usize) -> bool {
     let slow = [&recording.deflection_rad, &recording.theta_out_rad, &recording.torque_sim_nm];
-    let moves = |motion: &Samples| motion_within(motion, rows) > MOST_OF_SPREAD * spread(motion);
+    let moves = |motion: &Samples| motion_within(motion, rows) > MOST_OF_DEVIATION * sd(motion);
     let turns = |motor: &Samples| motion_within(motor, rows) > MOST_OF_TURN_RAD;
     slow.into_iter().flatten().any(moves) || recording.theta_in_rad.as_ref().is_some_and(turns)
 }
 
-/// How far a signal goes on within so many rows, rms.
+/// By how much a signal changes within so many rows, rms.
 fn motion_within(motion: &[f64], rows: usize) -> f64 {
     let ends = || motion.chunks_exact(rows).map(|chunk| chunk[rows - 1] - chunk[0]);
     (ends().map(|x| x * x).sum::<f64>() / ends().count().max(1) as f64).sqrt()
-}
-
-/// Standard deviation of a signal.
-fn spread(motion: &[f64]) -> f64 {
-    let count = motion.len().max(1) as f64;
-    let mean = motion.iter().sum::<f64>() / count;
-    (motion.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / count).sqrt()
 }
 
 /// Stretches of together 1/`part` of so many rows, from the first row to the last.
