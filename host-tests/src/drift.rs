@@ -80,6 +80,9 @@ pub enum Motion {
 impl Motion {
     /// The five that faults are tried on.
     pub const FIVE: [Self; 5] = [Self::Sine, Self::Slow, Self::Tones, Self::OneSided, Self::Moves];
+    /// All but the one that stands still.
+    pub const MOVING: [Self; 7] =
+        [Self::Sine, Self::Slow, Self::Tones, Self::OneSided, Self::Moves, Self::Fast, Self::Small];
     /// All.
     pub const ALL: [Self; 8] =
         [Self::Sine, Self::Slow, Self::Tones, Self::OneSided, Self::Moves, Self::Fast, Self::Small, Self::Still];
@@ -157,6 +160,8 @@ pub enum Fault {
     Zero,
     /// An offset, N·m.
     Offset(f64),
+    /// An offset that grows, N·m a second.
+    Drift(f64),
     /// Late, s.
     Delay(f64),
     /// A sample in this many is off by up to the rated torque.
@@ -182,13 +187,14 @@ pub struct Sensor {
     colour: f64,
     past: Vec<f64>,
     held: f64,
+    grown: f64,
 }
 
 impl Sensor {
     /// A sensor from a seed.
     pub fn new(white: f64, coloured: [f64; 2], rated: f64, seed: u64) -> Self {
         let rng = ChaCha8Rng::seed_from_u64(seed ^ 0x5eed);
-        Self { white, coloured, rated, rng, colour: 0.0, past: Vec::new(), held: 0.0 }
+        Self { white, coloured, rated, rng, colour: 0.0, past: Vec::new(), held: 0.0, grown: 0.0 }
     }
 
     /// A draw of the standard normal distribution.
@@ -217,6 +223,10 @@ impl Sensor {
             Fault::Stuck => self.held,
             Fault::Zero => noise,
             Fault::Offset(by) => healthy + by,
+            Fault::Drift(rate) => {
+                self.grown += rate * period_s;
+                healthy + self.grown
+            }
             Fault::Delay(seconds) => late(seconds) + noise,
             Fault::Spikes(one_in) if self.rng.random_ratio(1, one_in) => {
                 healthy + self.rated * self.rng.random_range(-1.0..1.0)

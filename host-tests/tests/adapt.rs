@@ -15,7 +15,7 @@ fn of_block(block: &Params) -> (f32, Adaptation<f32>, Gear<f32, Masing<f32>>) {
 /// Stiffness −10 %, hysteresis +20 % in ten minutes, noise 1 %.
 #[test]
 fn feed_forward_follows_a_gear_that_drifts() {
-    for motion in Motion::FIVE {
+    for motion in Motion::MOVING {
         let outcome = run::<f32>(&Case { motion, drift: [0.9, 1.2], ..Case::default() }, |_, _| {});
         let [fixed, adapted] = outcome.feed_forward;
         assert!(adapted <= 0.35 * fixed, "{motion:?}: {adapted} for {fixed}");
@@ -133,6 +133,40 @@ fn a_gear_that_drifts_is_no_fault_of_the_signal() {
                 let seen = [Warning::Delay, Warning::Offset].map(|warning| warnings.has(warning));
                 assert_eq!(seen, [false; 2], "{motion:?} {drift:?} {seed}: {warnings:?}");
             }
+        }
+    }
+}
+
+/// The level tells a jump of the signal from a gear that became another.
+#[test]
+fn an_offset_that_jumps_is_no_other_gear() {
+    let rated = block().torque_scale_nm();
+    for motion in Motion::MOVING {
+        for by in [0.05, 0.2] {
+            let case = Case { motion, fault: (Fault::Offset(by * rated), 60.3), seconds: 120.0, ..Case::default() };
+            let outcome = run::<f32>(&case, |_, _| {});
+            assert!(outcome.deviations.iter().all(|z| z.abs() < 3.0), "{motion:?} {by}: {:?}", outcome.deviations);
+            assert!(outcome.warnings.has(Warning::Offset), "{motion:?} {by}: {:?}", outcome.warnings);
+            assert!(!outcome.warnings.has(Warning::LostMotion), "{motion:?} {by}: {:?}", outcome.warnings);
+        }
+    }
+}
+
+/// A sensor that warms with its gear: its offset grows evenly within ten minutes. 5 Hz over a third of the rated deflection does not tell that from a gear with more hysteresis, until the offset is seen.
+#[test]
+fn a_sensor_that_warms_with_its_gear() {
+    let rated = block().torque_scale_nm();
+    for motion in Motion::MOVING {
+        for percent in [-5.0, 2.0, 8.0, 20.0] {
+            let fault = (Fault::Drift(0.01 * percent * rated / 600.0), 0.0);
+            let outcome = run::<f32>(&Case { motion, fault, drift: [0.95, 1.1], ..Case::default() }, |_, _| {});
+            let [fixed, adapted, _] = outcome.one_step;
+            let most = match motion {
+                Motion::Fast => 1.35,
+                Motion::OneSided => 1.05,
+                _ => 1.01,
+            };
+            assert!(adapted <= most * fixed, "{motion:?} {percent} %: {adapted} for {fixed}");
         }
     }
 }

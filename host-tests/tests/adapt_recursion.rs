@@ -1,5 +1,7 @@
 //! The recursion of the adaptation against least squares of the same rows and weights, written apart: batch where nothing is forgotten, the equations of its documentation where it forgets.
 
+use core::array::from_fn;
+
 use crate::common::adapting;
 use crate::common::adapting::{PERIOD_S, block};
 use gmhm::Gear;
@@ -12,8 +14,14 @@ use gmhm_host_tests::drift::{self, Fault, Motion, Mover, Sensor};
 const SAMPLES: u32 = 100_000;
 /// Variance of the prior: half the largest change, squared.
 const PRIOR: f64 = 0.125 * 0.125;
-/// Offset, delay, five coefficients, value.
+/// What is learnt: five coefficients, and the offset of the signal.
+const LEARNT: usize = 6;
+/// What the offset is multiplied by in a row.
+const LEVEL: f64 = 0.1875;
+/// Delay, offset, five coefficients, value.
 type Row = [f64; 8];
+type Vector = [f64; LEARNT];
+type Matrix = [Vector; LEARNT];
 
 /// What is left of rows by orthogonalising their columns in turn: the triangle, each row from its diagonal.
 fn triangle(rows: &[Row]) -> Vec<Row> {
@@ -37,31 +45,30 @@ fn triangle(rows: &[Row]) -> Vec<Row> {
 }
 
 /// Solves a symmetric positive system and returns the solution and the inverse's diagonal.
-fn solve(mut matrix: [[f64; 5]; 5], right: [f64; 5]) -> ([f64; 5], [f64; 5]) {
-    let mut inverse = [[0.0; 5]; 5];
+fn solve(mut matrix: Matrix, right: Vector) -> [Vector; 2] {
+    let mut inverse = [[0.0; LEARNT]; LEARNT];
     for (k, row) in inverse.iter_mut().enumerate() {
         row[k] = 1.0;
     }
-    for k in 0..5 {
+    for k in 0..LEARNT {
         let pivot = matrix[k][k];
-        for j in 0..5 {
+        for j in 0..LEARNT {
             matrix[k][j] /= pivot;
             inverse[k][j] /= pivot;
         }
-        for i in (0..5).filter(|i| *i != k) {
+        for i in (0..LEARNT).filter(|i| *i != k) {
             let factor = matrix[i][k];
-            for j in 0..5 {
+            for j in 0..LEARNT {
                 matrix[i][j] -= factor * matrix[k][j];
                 inverse[i][j] -= factor * inverse[k][j];
             }
         }
     }
-    let solution = [0, 1, 2, 3, 4].map(|i| (0..5).map(|j| inverse[i][j] * right[j]).sum());
-    (solution, [0, 1, 2, 3, 4].map(|i| inverse[i][i]))
+    [from_fn(|i| (0..LEARNT).map(|j| inverse[i][j] * right[j]).sum()), from_fn(|i| inverse[i][i])]
 }
 
-/// Runs an adaptation of this drift for [`SAMPLES`] and tells of every row that it learns from: coefficients, value, variance. Returns its estimate and variances.
-fn adapt<S: Float>(motion: Motion, drift: f64, mut learn: impl FnMut([f64; 5], f64, f64)) -> [[f64; 5]; 2] {
+/// Runs an adaptation of this drift for [`SAMPLES`] and tells of every row that it learns from: what the offset and the coefficients count in it, value, variance. Returns its estimate and variances.
+fn adapt<S: Float>(motion: Motion, drift: f64, mut learn: impl FnMut(Vector, f64, f64)) -> [[f64; 5]; 2] {
     let block = block();
     let (a, rated) = (block.rated_deflection_rad(), block.torque_scale_nm());
     let settings = Settings { period_s: PERIOD_S, drift, ..Settings::default() };
@@ -107,8 +114,9 @@ fn adapt<S: Float>(motion: Motion, drift: f64, mut learn: impl FnMut([f64; 5], f
         let _ = adaptation.period(&mut state, &path, says);
         if state.stretches() > stretches {
             // v is learnt from what the stretch told, after it.
-            for row in &triangle(&rows)[2..] {
-                let [_, _, x @ .., value] = *row;
+            // What a delay explains is not learnt from; the level comes last.
+            for row in triangle(&rows)[1..].iter().rev() {
+                let [_, x @ .., value] = *row;
                 if x.iter().map(|x| x * x * PRIOR).sum::<f64>() >= LEAST_TOLD * variance {
                     learn(x, value, variance);
                 }
@@ -128,7 +136,7 @@ fn adapt<S: Float>(motion: Motion, drift: f64, mut learn: impl FnMut([f64; 5], f
         let x = [u, u.powi(3), u.powi(5), -u * (1.0 - u * u).max(0.0).sqrt(), eta];
         let p: f64 = x.iter().zip(own).map(|(x, own)| x * own).sum();
         let row =
-            [1.0, before.map_or(0.0, |before| p - before), x[0], x[1], x[2], x[3], x[4], says.to_f64() / rated - p];
+            [before.map_or(0.0, |before| p - before), LEVEL, x[0], x[1], x[2], x[3], x[4], says.to_f64() / rated - p];
         before = Some(p);
         let square = (row[7] - centre).powi(2) / about;
         about += (about * (square.min(9.0) - 1.0) + 1e-10) / 256.0;
@@ -138,7 +146,7 @@ fn adapt<S: Float>(motion: Motion, drift: f64, mut learn: impl FnMut([f64; 5], f
         samples += 1;
         if samples == per_block {
             samples = 0;
-            centre = sums[7] / sums[0];
+            centre = sums[7] / sums[1] * LEVEL;
             rows.push(sums.map(|sum| sum / f64::from(per_block).sqrt()));
             sums = [0.0; 8];
         }
@@ -148,8 +156,9 @@ fn adapt<S: Float>(motion: Motion, drift: f64, mut learn: impl FnMut([f64; 5], f
     [state.estimate(), state.variances()].map(|of| of.map(S::to_f64))
 }
 
-/// The largest difference of estimates in standard deviations, and of standard deviations in parts of them.
-fn difference([estimate, variances]: [[f64; 5]; 2], [reference, of_reference]: [[f64; 5]; 2]) -> [f64; 2] {
+/// The largest difference of the coefficients' estimates in standard deviations, and of standard deviations in parts of them.
+fn difference([estimate, variances]: [[f64; 5]; 2], [reference, of_reference]: [Vector; 2]) -> [f64; 2] {
+    let ([_, reference @ ..], [_, of_reference @ ..]) = (reference, of_reference);
     let sd = of_reference.map(f64::sqrt);
     let apart = (0..5).map(|k| (estimate[k] - reference[k]).abs() / sd[k]);
     let sd_apart = (0..5).map(|k| (variances[k].sqrt() / sd[k] - 1.0).abs());
@@ -158,48 +167,48 @@ fn difference([estimate, variances]: [[f64; 5]; 2], [reference, of_reference]: [
 
 /// Least squares of all rows together, nothing forgotten.
 fn against_batch<S: Float>(motion: Motion) -> [f64; 2] {
-    let mut information = [0, 1, 2, 3, 4].map(|i| [0, 1, 2, 3, 4].map(|j| if i == j { 1.0 / PRIOR } else { 0.0 }));
-    let mut right = [0.0; 5];
+    let mut information: Matrix = from_fn(|i| from_fn(|j| if i == j { 1.0 / PRIOR } else { 0.0 }));
+    let mut right = [0.0; LEARNT];
     let adapted = adapt::<S>(motion, 0.0, |x, value, variance| {
-        for i in 0..5 {
-            for j in 0..5 {
+        for i in 0..LEARNT {
+            for j in 0..LEARNT {
                 information[i][j] += x[i] * x[j] / variance;
             }
             right[i] += x[i] * value / variance;
         }
     });
-    let (batch, variances) = solve(information, right);
-    difference(adapted, [batch, variances])
+    difference(adapted, solve(information, right))
 }
 
 /// Row by row with the whole covariance, as the documentation states it.
 fn against_equations<S: Float>(motion: Motion, drift: f64) -> [f64; 2] {
     let kappa = drift * drift / PRIOR;
-    let mut estimate = [0.0; 5];
-    let mut covariance = [0, 1, 2, 3, 4].map(|i| [0, 1, 2, 3, 4].map(|j| if i == j { PRIOR } else { 0.0 }));
+    let mut estimate = [0.0; LEARNT];
+    let mut covariance: Matrix = from_fn(|i| from_fn(|j| if i == j { PRIOR } else { 0.0 }));
     let adapted = adapt::<S>(motion, drift, |r, value, variance| {
-        let dot = |a: &[f64; 5], b: &[f64; 5]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
+        let dot = |a: &Vector, b: &Vector| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
         let seen = covariance.map(|row| dot(&row, &r));
         let pace = (kappa / (PRIOR * dot(&r, &r))).sqrt();
-        let w = [0, 1, 2, 3, 4].map(|k| pace * (PRIOR * r[k] - seen[k]));
-        for i in 0..5 {
-            for j in 0..5 {
+        let w: Vector = from_fn(|k| pace * (PRIOR * r[k] - seen[k]));
+        for i in 0..LEARNT {
+            for j in 0..LEARNT {
                 covariance[i][j] += w[i] * w[j];
             }
         }
         let seen = covariance.map(|row| dot(&row, &r));
         let total = variance + dot(&r, &seen);
         let off = value - dot(&r, &estimate);
+        assert!(r[0] == 0.0 || off.abs() < 8.0 * total.sqrt(), "the level does not jump");
         // No row counts for more than four standard deviations.
         let off = off.clamp(-4.0 * total.sqrt(), 4.0 * total.sqrt());
-        for i in 0..5 {
+        for i in 0..LEARNT {
             estimate[i] += seen[i] * off / total;
-            for j in 0..5 {
+            for j in 0..LEARNT {
                 covariance[i][j] -= seen[i] * seen[j] / total;
             }
         }
     });
-    difference(adapted, [estimate, [0, 1, 2, 3, 4].map(|k| covariance[k][k])])
+    difference(adapted, [estimate, from_fn(|k| covariance[k][k])])
 }
 
 /// Measured: see the assertion; stated in `docs/adaptation.md`.

@@ -2,7 +2,7 @@
 
 use super::bounds::fall;
 use super::coefficients::{self, changed};
-use super::health::{QUANTITIES, lag, limits};
+use super::health::{LARGEST_DELAY_S, LARGEST_FACTOR, scales};
 use super::state::AdaptationState;
 use super::{AdaptError, BLOCK_S, Coefficients, LEAST_MOTION, LONGEST_S, SHORTEST_S, Settings, reversed};
 use crate::gear::Gear;
@@ -33,24 +33,25 @@ pub struct Adaptation<S> {
     pub(super) pieces: u16,
     pub(super) fewest_blocks: u16,
     pub(super) most_blocks: u16,
-    /// κ of the [filter](super::filter).
+    /// What a coefficient drifts by in a stretch.
     pub(super) drift: S,
-    /// What a variance along a row counts in lag, where the signal is held against its limits.
-    pub(super) lag: S,
     /// Prior standard deviation of each coefficient: half of the most that a coefficient, and their common factor, may change.
     pub(super) deviation: S,
     /// Half of the most that the slope may fall by.
     pub(super) fall: S,
-    /// γ's row.
+    /// Half of the most that γ may change by, over the largest change of it that is normal.
+    pub(super) factor: S,
+    /// γ's row, over the largest change of γ that is normal.
     pub(super) common: Coefficients<S>,
-    /// What the slope at zero counts in lost motion, where h counts one.
-    pub(super) of_slope: S,
-    pub(super) limits: [S; QUANTITIES],
+    /// What the spring, the slope at zero and h count by where they are held against their limits.
+    pub(super) scales: [S; 3],
+    /// The largest delay, in periods.
+    pub(super) delay: S,
     /// Σ p² about its mean that a stretch must have, a block.
     pub(super) motion: S,
     /// The square of the share of the block's torque that residuals may have.
     pub(super) gain: S,
-    /// ln(1/α).
+    /// 2·ln(1/α).
     pub(super) threshold: S,
 }
 
@@ -80,9 +81,7 @@ impl<S: Float> Adaptation<S> {
         let number = S::from_f64(f64::from(samples));
         let blocks = |seconds: f64| at_least(S::from_f64(seconds).over(number * period_s), FEWEST_BLOCKS, MOST_BLOCKS);
         let deviation = S::HALF * largest_change;
-        let pace = drift.over(deviation);
-        let common = coefficients::common(&frame, &block);
-        let (limits, of_slope) = limits(period_s, &block);
+        let common = coefficients::common(&frame, &block).map(|of| of.over(S::from_f64(LARGEST_FACTOR)));
         let gain = largest_change + S::from_f64(0.1);
         Ok(Self {
             frame,
@@ -92,16 +91,16 @@ impl<S: Float> Adaptation<S> {
             pieces: at_least(period_s * S::from_f64(1e3), 1, MOST_PIECES),
             fewest_blocks: blocks(SHORTEST_S),
             most_blocks: blocks(LONGEST_S),
-            drift: pace * pace,
-            lag: lag(drift),
+            drift,
             deviation,
             fall: fall(&block),
+            factor: deviation.over(S::from_f64(LARGEST_FACTOR)),
             common,
-            of_slope,
-            limits,
+            scales: scales(&block),
+            delay: S::from_f64(LARGEST_DELAY_S).over(period_s),
             motion: S::from_f64(LEAST_MOTION * LEAST_MOTION) * number,
             gain: gain * gain,
-            threshold: -false_acceptance.ln(),
+            threshold: -S::TWO * false_acceptance.ln(),
         })
     }
 

@@ -60,9 +60,10 @@ impl<S: Float> Adaptation<S> {
         let shadow = state.trial.shadow;
         let (value, most) = if number < PLACES {
             (descent(&shadow, number), self.fall)
+        } else if let Some(&change) = shadow.get(number - PLACES) {
+            (change.abs(), self.deviation)
         } else {
-            let value = shadow.get(number - PLACES).copied().unwrap_or_else(|| dot(&self.common, &shadow));
-            (value.abs(), self.deviation)
+            (dot(&self.common, &shadow).abs(), self.factor)
         };
         let most = most + most;
         if value > most {

@@ -6,12 +6,12 @@
 //! τ = x·k        x = [u, u³, u⁵, −u·g(u), η]        k = [c1·A, c2·A³, c3·A⁵, e·A, h·A]/T_A        u = θ/A
 //! ```
 //!
-//! η, the loop shape, follows the path alone. So recursive least squares on k needs the deflection and a torque, measured or estimated, and nothing else. What the coefficients do
-//! not change, such as the torque of terms, is taken off the torque before.
+//! η, the loop shape, follows the path alone. The signal of the torque may be off by a constant, which is learnt as a sixth coefficient that nothing in force uses. So recursive least squares needs the deflection
+//! and a torque, measured or estimated, and nothing else. What the coefficients do not change, such as the torque of terms, is taken off the torque before.
 //!
 //! | part | file | what |
 //! |---|---|---|
-//! | samples | `samples` | a control period: samples into blocks, blocks into stretches, offset and delay of the signal taken out |
+//! | samples | `samples` | a control period: samples into blocks, blocks into stretches |
 //! | supervision | `supervision` | which stretches are fit to be learnt from |
 //! | estimate | `estimate` | recursive least squares, square-root form, forgetting by direction |
 //! | bounds | `bounds` | what may ever be in force |
@@ -23,17 +23,17 @@
 //! **Samples.** One beyond 3σ of the mean residual of the block before gets the weight (3σ/r)², r its distance, one that is not finite 0. σ is that of the samples about that mean.
 //!
 //! **Blocks** of [`BLOCK_S`] average the samples. **Stretches** of samples end after [`SHORTEST_S`] as soon as the block's torque has moved by [`LEAST_MOTION`] of T_A; one that has not after
-//! [`LONGEST_S`] is dropped. So standing still, tiny amplitudes and slow drifts of the signal teach nothing. A stretch's offset and delay are free, so steady loads teach nothing either, and a
-//! loop that a delay explains as well as h does is not taken for h.
+//! [`LONGEST_S`] is dropped. So standing still, tiny amplitudes and slow drifts of the signal teach nothing. A stretch's delay is free, so a loop that a delay explains as well as h does is not
+//! taken for h. Its level is learnt from last, and shared between the coefficients and the offset by their variances.
 //!
-//! **Work** is spread: a period takes a sample or does a piece of work. A block takes 8 pieces, a stretch some 150. Periods longer than 1 ms do as many pieces as they have milliseconds, and then take
+//! **Work** is spread: a period takes a sample or does a piece of work. A block takes 8 pieces, a stretch some 210. Periods longer than 1 ms do as many pieces as they have milliseconds, and then take
 //! their sample.
 //!
 //! **Coloured noise.** The variance v of the rows is learnt from their innovations from stretch to stretch, not only from the residuals within one: what the noise does at the pace of the motion, and
 //! what the law misses, counts in full. A row is learnt from only where its information is at least [`LEAST_TOLD`] times that of the prior (standard deviation: half the largest change).
 //!
 //! **What cannot be distinguished.** A torque signal of another scale looks exactly as a gear with all coefficients greater: their common factor is bounded, and beyond 3 % reported as
-//! [`Warning::ScaleOrGear`]. An offset of the signal looks, under steady load, as another stiffness: so it is not learnt from there.
+//! [`Warning::ScaleOrGear`]. An offset that grows is taken for a gear that drifts until it is reported, where the motion does not tell them apart: `docs/adaptation.md` says by how much.
 //!
 //! **Bounds, takeover, return, false alarms** are stated in their files and measured in `docs/adaptation.md`. Nothing here writes a memory that lasts.
 //!
@@ -102,7 +102,7 @@ pub const BLOCK_S: f64 = 0.025;
 pub const SHORTEST_S: f64 = 1.0;
 /// Seconds of samples after which a stretch that moved too little is dropped.
 pub const LONGEST_S: f64 = 20.0;
-/// What the block's torque must move by within a stretch: rms about its mean, of T_A. A sine over 20 % of T_A does.
-pub const LEAST_MOTION: f64 = 0.07;
+/// What the block's torque must move by within a stretch: rms about its mean, of T_A. A sine over 14 % of T_A does.
+pub const LEAST_MOTION: f64 = 0.05;
 /// Information of a row that is learnt from, over that of the prior in its direction, at least.
 pub const LEAST_TOLD: f64 = 4.0;

@@ -1,7 +1,7 @@
 //! A control period: a sample, or a piece of work. Samples become blocks, blocks a stretch.
 //!
-//! A sample is a row [r, x5 … x1, ṗ, 1] with a weight w: p the block's own torque, ṗ its change a period, x the regressors, r the measured torque less p. A block is one row of them,
-//! Σw·row/√n for n samples, and a stretch the triangle of its blocks. Whatever an offset or a delay of the signal explains is in the two longest rows of the triangle, so the five below
+//! A sample is a row [r, x5 … x1, l, ṗ] with a weight w: p the block's own torque, ṗ its change a period, l a constant, x the regressors, r the measured torque less p. A block is one row of
+//! them, Σw·row/√n for n samples, and a stretch the triangle of its blocks. What a delay of the signal explains is in the longest row of the triangle, what the level tells in the next, so the five below
 //! say what the coefficients alone can explain, and the shortest what nothing explains.
 
 use super::state::AdaptationState;
@@ -16,6 +16,9 @@ use crate::scalar::Float;
 /// What the span of all places that the gear has been to may grow by within a stretch, over A.
 const SAME_PLACES: f64 = 0.05;
 
+/// l: the standard deviations of the offset, those of its prior and of its walk a stretch, are so much of a coefficient's. With more a gear whose level moves is taken for an offset, with less an offset that grows is
+/// taken for the gear.
+pub(super) const LEVEL: f64 = 0.1875;
 /// Whether a sample was ever taken: the state is begun.
 const EVER: u8 = 1;
 /// Whether the last period took one.
@@ -61,8 +64,8 @@ impl<S: Float> Adaptation<S> {
         let u = self.frame.fraction(theta);
         let [a, b, c] = Polynomial::columns(u);
         let [d, e] = Masing::columns(&self.frame, path, theta);
-        let mut row = [S::ZERO, e, d, c, b, a, S::ZERO, S::ONE];
-        let [residual, x @ .., slope, _] = &mut row;
+        let mut row = [S::ZERO, e, d, c, b, a, S::from_f64(LEVEL), S::ZERO];
+        let [residual, x @ .., _, slope] = &mut row;
         let p = dot(x, &self.block);
         *residual = torque.over(self.frame.torque_scale()) - p;
         *slope = if sampled & LAST != 0 { p - state.last } else { S::ZERO };
@@ -96,8 +99,8 @@ impl<S: Float> Adaptation<S> {
     /// A block is whole: its row.
     #[inline]
     pub(super) fn take_block(state: &mut AdaptationState<S>) {
-        let [residual, .., weight] = state.sums;
-        state.noise.centre = residual.over(weight);
+        let [residual, .., weight, _] = state.sums;
+        state.noise.centre = residual.over(weight) * S::from_f64(LEVEL);
         // The centre was that of a block before the work on a stretch: the gear has moved since.
         if state.blocks == 0 {
             state.spikes = 0;

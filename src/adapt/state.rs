@@ -1,7 +1,7 @@
 //! What the adaptation of one joint has learnt.
 
 use super::estimate::Estimate;
-use super::health::{OF_SIGNAL, Passed, QUANTITIES};
+use super::health::{Passed, QUANTITIES};
 use super::supervision::Noise;
 use super::trial::Trial;
 use super::warnings::Warnings;
@@ -42,8 +42,8 @@ pub struct AdaptationState<S> {
     pub(super) estimate: Estimate<S>,
     /// The triangle of the stretch.
     pub(super) triangle: [S; ROWS * (ROWS + 1) / 2],
-    /// The mean delay and offset over many stretches: Σ of them by their weights, and of the weights.
-    pub(super) means: [[S; 2]; OF_SIGNAL],
+    /// The mean delay over many stretches: Σ of it by its weights, and of the weights.
+    pub(super) mean: [S; 2],
 }
 
 impl<S: Float> AdaptationState<S> {
@@ -68,7 +68,7 @@ impl<S: Float> AdaptationState<S> {
             estimate: Estimate::NEW,
             sums: [S::ZERO; ROWS],
             triangle: [S::ZERO; ROWS * (ROWS + 1) / 2],
-            means: [[S::ZERO; 2]; OF_SIGNAL],
+            mean: [S::ZERO; 2],
         }
     }
 
@@ -87,7 +87,8 @@ impl<S: Float> AdaptationState<S> {
     /// The estimated changes of the normalised coefficients, bounds not applied.
     #[must_use]
     pub fn estimate(&self) -> Coefficients<S> {
-        reversed(self.estimate.value)
+        let [coefficients @ .., _] = self.estimate.value;
+        reversed(coefficients)
     }
 
     /// Variances of the [estimate](Self::estimate).

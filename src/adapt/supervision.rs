@@ -138,7 +138,7 @@ impl<S: Float> Adaptation<S> {
             state.hold = HOLD;
             state.work = DROPPED;
             // What the signal has become is told apart from what it was: it begins anew.
-            state.means = Default::default();
+            state.mean = Default::default();
             return;
         }
         // Until innovations say more.

@@ -1,21 +1,20 @@
 //! Adapted parameters in the shadow of those in force, and the sequential tests between them.
 //!
-//! Each stretch is predicted before it is learnt from. With L(x) the squared error of coefficients x over a stretch, over twice the variance of the noise, and L′(x) the same with
-//! offset and delay of the signal taken out,
+//! Each stretch is predicted before it is learnt from. With L(x) the squared error of coefficients x over a stretch, over twice the variance of the noise, the learnt offset taken off, and L′(x) the same
+//! without what level and delay of the signal explain,
 //!
 //! ```text
-//! Λ′ ← max(0, Λ′ + clamp(ΔL′ − 1/4, ±4))       Δ: in force less shadow      take over where Λ′ ≥ ln(1/α)·2^n, n times given back,
-//! Λ  ← max(0, Λ + clamp(ΔL − 1/4, ±4))                                      and Λ ≥ 6
-//! B′ ← max(0, B′ + clamp(ΔL′ − 1/4, ±4))       Δ: in force less block       give back where B′ ≥ 6
-//! B  ← max(0, B + clamp(ΔL − 1/4, ±4))                                      or B ≥ 6
+//! Λ ← max(0, Λ + clamp(ΔL′ − 1/4, ±4))       Δ: in force less shadow      take over where Λ ≥ ln(1/α)·2^n, n times given back
+//! B ← max(0, B + clamp(ΔL − 1/4, ±4))        Δ: in force less block       give back where B ≥ 6
 //! ```
 //!
-//! ΔL′ is the logarithm of a likelihood ratio, whose exponential has the mean 1 at most while the parameters in force are the truth: that Λ′ passes ln(1/α) within a run
+//! ΔL′ is the logarithm of a likelihood ratio, whose exponential has the mean 1 at most while the parameters in force are the truth: that Λ passes ln(1/α) within a run
 //! that begins at a given stretch has then the probability α at most (Ville's inequality), so takeovers come less often than α a stretch (Lorden 1971).
 //!
-//! While the signal is late or off ([`health`](super::health)) Λ′ is 0: nothing is taken over, and what is in force may still be given back.
+//! While the signal is late or off ([`health`](super::health)) Λ is 0: nothing is taken over. After eight stretches in a row in which it was off the block is put back in force, as what was taken over may be of the
+//! offset.
 //!
-//! L′ alone would let coefficients predict changes better and the level worse: so the shadow must lead by L, too, and both errors lead to a return.
+//! L′ alone would let coefficients stay in force that predict changes better and the level worse: so L leads to a return. Both leads are kept doubled.
 
 use super::Adaptation;
 use super::state::AdaptationState;
@@ -25,10 +24,10 @@ use super::{COEFFICIENTS, Coefficients};
 use crate::scalar::Float;
 
 /// How many leads there are.
-pub(super) const LEADS: usize = 4;
+pub(super) const LEADS: usize = 2;
 /// No stretch counts for more.
 const LARGEST_GAIN: f64 = 4.0;
-/// B or B′ at which parameters are given back.
+/// B at which parameters are given back.
 const GIVE_BACK: f64 = 6.0;
 /// Where the gains begin in the sums of a stretch, in the order of the leads.
 const FIRST_GAIN: usize = 2;
@@ -54,9 +53,9 @@ pub enum Change {
 pub(super) struct Trial<S> {
     pub(super) in_force: Coefficients<S>,
     pub(super) shadow: Coefficients<S>,
-    /// Λ′, B′, Λ, B.
+    /// Λ and B, doubled.
     pub(super) leads: [S; LEADS],
-    /// What Λ′ must reach.
+    /// What Λ must reach, doubled.
     pub(super) needed: S,
 }
 
@@ -85,18 +84,23 @@ impl<S: Float> Adaptation<S> {
     /// Predicts the row of a length by those in force, the shadow and the block; adds to what [`judge`](Self::judge) and [`advance`](Self::advance) need.
     #[inline]
     pub(super) fn assess(&self, state: &mut AdaptationState<S>, length: usize) {
-        let AdaptationState { triangle, trial, sums, .. } = state;
+        let AdaptationState { triangle, trial, sums, estimate, .. } = state;
         let [value, x @ ..] = &*row(triangle, length) else { return };
+        let [.., offset] = estimate.value;
+        let mut value = *value;
+        let level = x.get(COEFFICIENTS);
+        if let Some(level) = level {
+            value = value - *level * offset;
+        }
         let square = |of: S| of * of;
-        let now = square(*value - dot(x, &trial.in_force));
-        let [of_block, of_residual, freed_shadow, freed_block, plain_shadow, plain_block, ..] = sums;
-        *plain_shadow = *plain_shadow + (now - square(*value - dot(x, &trial.shadow)));
-        *plain_block = *plain_block + (now - square(*value));
-        // The rows of offset and delay come after: what they explain is no motion either.
-        if length <= COEFFICIENTS + 1 {
-            (*freed_shadow, *freed_block) = (*plain_shadow, *plain_block);
+        let now = square(value - dot(x, &trial.in_force));
+        let [of_block, of_residual, of_shadow, plain_block, ..] = sums;
+        *plain_block = *plain_block + (now - square(value));
+        // The rows of level and delay come after: what they explain is no motion either.
+        if level.is_none() {
+            *of_shadow = *of_shadow + (now - square(value - dot(x, &trial.shadow)));
             *of_block = *of_block + square(dot(x, &self.block));
-            *of_residual = *of_residual + square(*value);
+            *of_residual = *of_residual + square(value);
         }
     }
 
@@ -106,9 +110,9 @@ impl<S: Float> Adaptation<S> {
         let AdaptationState { trial, noise, sums, .. } = state;
         if let (Some(lead), Some(gain)) = (trial.leads.get_mut(number), sums.get(FIRST_GAIN + number)) {
             let gain = gain.over(noise.variance) * S::HALF - S::from_f64(MARGIN);
-            let sum = *lead + limited(gain);
-            // The greater of it and zero.
-            *lead = S::HALF * (sum + sum.abs());
+            let sum = *lead * S::HALF + limited(gain);
+            // Twice the greater of it and zero.
+            *lead = sum + sum.abs();
         }
     }
 
@@ -121,11 +125,13 @@ impl<S: Float> Adaptation<S> {
             let [shadow, ..] = &mut trial.leads;
             *shadow = S::ZERO;
         }
-        let [shadow, block, plain_shadow, plain_block] = trial.leads;
-        let change = if block.max(plain_block) >= S::from_f64(GIVE_BACK) {
+        let [shadow, block] = trial.leads;
+        // Zero while the block is in force.
+        let [.., slope] = trial.in_force;
+        let change = if block >= S::from_f64(2.0 * GIVE_BACK) || (*off == u8::MAX && slope != S::ZERO) {
             trial.give_back();
             Change::GivenBack
-        } else if shadow >= trial.needed && plain_shadow >= S::from_f64(GIVE_BACK) {
+        } else if shadow >= trial.needed {
             trial.in_force = trial.shadow;
             warnings.latch(state.held, Warning::Bound);
             Change::TakenOver

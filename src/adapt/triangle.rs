@@ -12,7 +12,7 @@ use super::work::ROWS;
 use crate::scalar::Float;
 
 /// What a diagonal is short of zero by: a rotation needs no case for rows of zeros.
-const TINY: f64 = 1e-12;
+const TINY: f64 = 1e-14;
 
 /// Σ a·b over the shorter of both.
 #[inline(never)]
@@ -53,7 +53,7 @@ pub(super) fn root<S: Float>(x: S) -> S {
 #[inline(never)]
 pub(super) fn rotate<S: Float>(x: S, y: S, a: &mut [S], b: &mut [S]) -> S {
     let x = x + S::from_f64(TINY);
-    let root = root(x * x + y * y);
+    let root = (x * x + y * y).sqrt();
     let (cosine, sine) = (x.over(root), y.over(root));
     for (a, b) in a.iter_mut().zip(b) {
         (*a, *b) = (cosine * *a + sine * *b, cosine * *b - sine * *a);
@@ -71,14 +71,16 @@ pub(super) fn places(length: usize) -> Range<usize> {
 /// The row of a length.
 #[inline(never)]
 pub(super) fn row<S>(packed: &mut [S], length: usize) -> &mut [S] {
-    let rest = packed.get_mut(places(length).start..).unwrap_or_default();
-    rest.get_mut(..length).unwrap_or_default()
+    let start = places(length).start.min(packed.len());
+    let rest = &mut packed[start..];
+    let length = length.min(rest.len());
+    &mut rest[..length]
 }
 
-/// Folds a new row into that of a length.
+/// Folds a new row into one.
 #[inline(never)]
-pub(super) fn fold<S: Float>(packed: &mut [S], length: usize, new: &mut [S; ROWS]) {
-    let row = row(packed, length);
+pub(super) fn fold<S: Float>(row: &mut [S], new: &mut [S; ROWS]) {
+    let length = row.len();
     if let (Some(&diagonal), Some(&entry)) = (row.last(), new.get(length - 1)) {
         rotate(diagonal, entry, row, new);
         // The rotation leaves a rounding error here, which later sums would include.
@@ -100,7 +102,7 @@ mod tests {
             let mut new = [0.0_f64; ROWS];
             new[..3].copy_from_slice(&[a, b, c]);
             for length in (1..=3).rev() {
-                fold(&mut packed, length, &mut new);
+                fold(row(&mut packed, length), &mut new);
             }
             assert!(new.iter().all(|entry| entry.abs() < 1e-11), "{new:?}");
         }

@@ -8,26 +8,27 @@
 //! | a gain is added to a lead | [`LEAD`] | `trial` |
 //! | what is in force is decided | [`DECIDE`] | `trial` |
 //! | a row is learnt from, in [`STEPS`] | [`LEARN`] | `estimate` |
-//! | a quantity is held against its limit, in the first of these [`STEPS`] and one more | [`CHECK`] | `health` |
+//! | a quantity is held against its limit, in the first of these [`STEPS`] and the last | [`CHECK`] | `health` |
 //! | the next shadow: e and h not negative | [`LIFT`] | `bounds` |
 //! | a bound on the shadow | [`BOUND`] | `bounds` |
 
-use core::hint::black_box;
-
 use super::bounds::BOUNDS;
-use super::health::{OF_SIGNAL, QUANTITIES};
+use super::estimate;
+use super::health::QUANTITIES;
 use super::state::AdaptationState;
-use super::trial::LEADS;
+use super::trial::{LEADS, limited};
 use super::triangle::{add, clear, dot, fold, root, rotate, row};
 use super::{Adaptation, COEFFICIENTS, Change, LEAST_TOLD};
 use crate::scalar::Float;
 
-/// Entries of a block's row, and rows of the triangle: the residual, the coefficients, delay, offset.
+/// Entries of a block's row, and rows of the triangle: the residual, the coefficients, level, delay.
 pub(super) const ROWS: usize = COEFFICIENTS + 3;
-/// The shortest row that is learnt from.
-const SHORTEST: usize = 2;
-/// Steps of learning from a row: it is projected on the columns, columns forget, columns learn, the estimate follows.
-const STEPS: usize = 3 * COEFFICIENTS + 1;
+/// Deviations by which the level misses where the offset has jumped.
+const JUMP: f64 = 8.0;
+/// Steps of learning from a row: it begins, is projected on the columns, columns forget, columns learn, the estimate follows.
+const STEPS: usize = 3 * estimate::LEARNT + 2;
+/// Steps of holding a quantity: it begins, is projected on the columns, and checked.
+const HELD: usize = estimate::LEARNT + 2;
 
 /// Counts at which a piece of each kind is the last of its kind.
 const END: usize = 1;
@@ -35,8 +36,8 @@ const NOISE: usize = END + 1;
 const BOUND: usize = NOISE + 1;
 const LIFT: usize = BOUND + BOUNDS;
 const CHECK: usize = LIFT + COEFFICIENTS;
-const LEARN: usize = CHECK + STEPS * QUANTITIES;
-const DECIDE: usize = LEARN + COEFFICIENTS * STEPS;
+const LEARN: usize = CHECK + QUANTITIES * HELD;
+const DECIDE: usize = LEARN + estimate::LEARNT * STEPS;
 const LEAD: usize = DECIDE + 1;
 const JUDGE: usize = LEAD + LEADS;
 const ASSESS: usize = JUDGE + 1;
@@ -55,7 +56,7 @@ impl<S: Float> Adaptation<S> {
         let count = usize::from(state.work);
         state.work -= 1;
         if count >= FOLD {
-            fold(&mut state.triangle, count - FOLD + 1, &mut state.sums);
+            fold(row(&mut state.triangle, count - FOLD + 1), &mut state.sums);
             if count == FOLD {
                 self.end_block(state);
             }
@@ -68,7 +69,7 @@ impl<S: Float> Adaptation<S> {
         } else if count == DECIDE {
             return Self::decide(state);
         } else if count >= CHECK {
-            self.step(state, (count - CHECK) / STEPS, (count - CHECK) % STEPS);
+            self.step(state, count - CHECK);
         } else if count >= LIFT {
             self.lift(state, count - LIFT);
         } else if count >= BOUND {
@@ -84,71 +85,83 @@ impl<S: Float> Adaptation<S> {
 
     /// A step of the work on a row: the rows that hold a quantity, then those that are learnt from. `sums` keeps w, Pr or the gain, and at its end a factor or the total.
     #[inline(always)]
-    fn step(&self, state: &mut AdaptationState<S>, number: usize, step: usize) {
-        const PROJECT: usize = FORGET + COEFFICIENTS;
-        const FORGET: usize = LEARN + COEFFICIENTS;
-        const LEARN: usize = 1;
+    fn step(&self, state: &mut AdaptationState<S>, count: usize) {
+        const PROJECT: usize = FORGET + estimate::LEARNT;
+        const FORGET: usize = FOLLOW + estimate::LEARNT;
+        const FOLLOW: usize = 1;
+        const FIRST: usize = LEARN - CHECK;
+        let (number, step) = if count >= FIRST {
+            ((count - FIRST) / STEPS + QUANTITIES, (count - FIRST) % STEPS)
+        } else {
+            let step = count % HELD;
+            (count / HELD, if step > 0 { step + PROJECT - 1 } else { 0 })
+        };
         let AdaptationState { triangle, estimate, noise, sums, work, .. } = state;
         let length = match number {
-            QUANTITIES.. => number + SHORTEST - QUANTITIES,
-            OF_SIGNAL.. => COEFFICIENTS + 1,
-            _ => number + COEFFICIENTS + 2,
+            // The shortest first, that of the level last.
+            QUANTITIES.. => QUANTITIES + ROWS - 1 - number,
+            0 => ROWS,
+            _ => ROWS - 1,
         };
-        let row = row(triangle, length);
-        // Only those of the gear are as long. What was learnt from is needed no more.
-        if number < QUANTITIES
-            && let Ok(row) = row.try_into()
-        {
-            self.quantity(number, row);
-        }
-        let [value, r @ ..] = &*row else { return };
-        let is_learnt = number >= QUANTITIES;
+        let learnt = row(triangle, length);
+        let [value, r @ ..] = &*learnt else { return };
+        let (is_learnt, is_level) = (number >= QUANTITIES, number == QUANTITIES);
         if step == STEPS - 1 {
+            clear(sums);
             let [w @ .., total] = sums;
-            // Not by `clear`: this is the step of most instructions.
-            for w in w.iter_mut() {
-                *w = S::ZERO;
-                black_box(());
-            }
-            let mut factor = S::ONE;
+            *total = S::ONE;
             if is_learnt {
                 let prior = self.deviation * self.deviation;
-                let told = prior * dot(r, r);
+                let square = dot(r, r);
                 // What this step leaves in `sums` is then cleared by the next row.
-                if told < S::from_f64(LEAST_TOLD) * noise.variance {
+                if prior * square < S::from_f64(LEAST_TOLD) * noise.variance {
                     *work -= STEPS as u8 - 1;
                 }
-                factor = -root(self.drift.over(told));
-                add(w, r, -prior * factor);
+                let pace = self.drift.over(root(square));
+                *total = -pace.over(prior);
+                add(w, r, pace);
+            } else if let Ok(row) = learnt.try_into() {
+                // That of the delay is longer. What was learnt from is needed no more.
+                self.quantity(number, row);
             }
-            *total = factor;
+            return;
         }
         let [gain @ .., total] = sums;
         if step == 0 {
             let off = *value - dot(r, &estimate.value);
+            let diagonal = *learnt.last().unwrap_or(value);
             if is_learnt {
-                let innovation = estimate.follow(off, *total, gain);
+                let innovation = off.over(*total);
+                if is_level && innovation.abs() > S::from_f64(JUMP) {
+                    // The gain undoes what the row has taught of the covariance.
+                    let [.., of_level, _] = gain;
+                    *of_level = off.over(diagonal);
+                    *work += PROJECT as u8;
+                    return;
+                }
+                let innovation = limited(innovation);
+                add(&mut estimate.value, gain, innovation);
                 noise.note(innovation);
             } else {
-                let (spread, diagonal) = (dot(r, gain), *row.last().unwrap_or(value));
-                let lag = root(dot(gain, &gain[..COEFFICIENTS]));
-                self.check(state, number, [off, spread, diagonal, lag]);
+                let spread = dot(r, gain);
+                self.check(state, number, [off, spread, diagonal]);
             }
-        } else if (FORGET..PROJECT).contains(&step) {
-            estimate.forget(step - FORGET + 1, sums);
+            return;
+        }
+        // From the longest to the shortest, but where columns learn.
+        let place = if step >= PROJECT { step - estimate::LEARNT } else { step };
+        let column = row(&mut estimate.factor, (2 * place).abs_diff(2 * FORGET - 1) / 2 + 1);
+        if (FORGET..PROJECT).contains(&step) {
+            fold(column, sums);
+            // What was folded in is zero now.
             if step == FORGET {
-                clear(sums);
                 let [.., total] = sums;
                 *total = root(noise.variance);
             }
         } else {
-            let (column, seen) = estimate.seen(if step >= PROJECT { STEPS - step } else { COEFFICIENTS + 1 - step }, r);
+            let seen = dot(column, r);
             if step >= PROJECT {
                 add(gain, column, *total * seen);
-                // What is not learnt from is then checked.
-                if step == PROJECT && !is_learnt {
-                    *work -= PROJECT as u8 - 1;
-                }
             } else {
                 *total = rotate(*total, seen, gain, column);
             }

@@ -19,7 +19,7 @@ use platform::gears::{BLOCK, RATED_RAD};
 
 const PERIOD_S: f32 = 1e-3;
 /// Periods that are measured one by one: the end of a stretch and the work that follows it.
-const AROUND: u32 = 220;
+const AROUND: u32 = 260;
 /// Calls along the motion.
 const CALLS: u32 = 1000;
 /// Calls of each.

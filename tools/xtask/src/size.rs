@@ -46,7 +46,8 @@ const PATHS: [Path; 9] = [
         machine: machine::M4F,
         title: "law `masing`, forward and inverse, 16 turning points, with its adaptation",
         code_limit: 7_566,
-        joint_limit: 588,
+        // With the 112 B of its coefficients the adaptation takes 508 B beside the path.
+        joint_limit: 600,
     },
     Path {
         image: "loader_path",
