@@ -2,11 +2,12 @@
 
 use super::estimate::Estimate;
 use super::health::{Passed, QUANTITIES};
+use super::samples::LEVEL;
 use super::supervision::Noise;
 use super::trial::Trial;
 use super::warnings::Warnings;
 use super::work::ROWS;
-use super::{Coefficients, reversed};
+use super::{COEFFICIENTS, Coefficients, reversed};
 use crate::scalar::Float;
 
 /// What the adaptation of one joint has learnt.
@@ -95,6 +96,14 @@ impl<S: Float> AdaptationState<S> {
     #[must_use]
     pub fn variances(&self) -> Coefficients<S> {
         reversed(core::array::from_fn(|number| self.estimate.variance(number)))
+    }
+
+    /// The learnt offset of the torque signal, over T_A, and its variance. Nothing in force uses it.
+    #[must_use]
+    pub fn offset(&self) -> [S; 2] {
+        let [.., offset] = self.estimate.value;
+        let level = S::from_f64(LEVEL);
+        [offset * level, self.estimate.variance(COEFFICIENTS) * level * level]
     }
 
     /// What is latched.

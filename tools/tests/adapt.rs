@@ -80,6 +80,29 @@ fn a_gear_that_stays_keeps_its_model() {
 }
 
 #[test]
+fn the_offset_of_the_torque_signal_is_told() {
+    let dir = WorkDir::new();
+    dir.write("gear.toml", PUBLISHED);
+    dir.succeed("simulate gear.toml --experiment dynamic --rate 1 --noise torque=0.3 -o true.csv");
+    let text = dir.read("true.csv");
+    let mut lines = text.lines();
+    let head = lines.next().unwrap();
+    let torque = head.split(',').position(|name| name == "torque_nm").unwrap();
+    let off = |line: &str| {
+        let mut fields: Vec<String> = line.split(',').map(str::to_string).collect();
+        fields[torque] = (fields[torque].parse::<f64>().unwrap() + 1.0).to_string();
+        fields.join(",")
+    };
+    dir.write("rec.csv", [head.to_string()].into_iter().chain(lines.map(off)).collect::<Vec<_>>().join("\n"));
+    let found = adapt(&dir);
+    let last = found["trace"].as_array().unwrap().last().unwrap();
+    let [offset, sd] = ["torque_offset", "torque_offset_sd"].map(|name| number(&last[name]));
+    assert!((offset - 1.0).abs() < 3.0 * sd && sd < 0.1, "{offset} ± {sd}");
+    assert_eq!(found["taken_over_s"].as_array().unwrap().len(), 0);
+    assert!(found["warnings"].as_array().unwrap().contains(&"torque offset".into()), "{}", found["warnings"]);
+}
+
+#[test]
 fn terms_are_taken_off_the_torque() {
     let dir = WorkDir::new();
     let gravity = "[[term]]\nkind = \"gravity_load\"\ncos_nm = 4.0\nsin_nm = 1.0\n";

@@ -40,6 +40,10 @@ pub struct TracePoint {
     pub h: f64,
     /// Standard deviations of the five.
     pub sd: [f64; 5],
+    /// Offset of the torque signal, N·m: nothing in force uses it.
+    pub torque_offset: f64,
+    /// Its standard deviation, N·m.
+    pub torque_offset_sd: f64,
     /// Errors since the point before, rms.
     #[serde(skip)]
     pub rms: Rms,
@@ -145,12 +149,15 @@ impl Joint {
     }
 
     fn point(&self, time_s: f64, rms: Rms) -> TracePoint {
-        let units = units(self.block.rated_deflection_rad(), self.block.torque_scale_nm());
+        let scale = self.block.torque_scale_nm();
+        let units = units(self.block.rated_deflection_rad(), scale);
         let base = coefficients(&self.block.elastic(), &self.block.memory());
         let (change, variances) = (self.adapted.estimate(), self.adapted.variances());
         let [c1, c2, c3, e, h] = std::array::from_fn(|k| base[k] + units[k] * f64::from(change[k]));
         let sd = std::array::from_fn(|k| units[k] * f64::from(variances[k]).sqrt());
-        TracePoint { time_s, c1, c2, c3, e, h, sd, rms }
+        let [offset, variance] = self.adapted.offset().map(f64::from);
+        let (torque_offset, torque_offset_sd) = (scale * offset, scale * variance.sqrt());
+        TracePoint { time_s, c1, c2, c3, e, h, sd, torque_offset, torque_offset_sd, rms }
     }
 }
 

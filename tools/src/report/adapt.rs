@@ -31,10 +31,14 @@ pub fn page(replay: &Replay, provenance: Provenance) -> Page {
         "The estimate with its standard deviation, before bounds are applied and before the sequential test accepts it. The horizontal line is the value of the block.",
     );
     coefficients = coefficients.figures((0..NAMES.len()).map(|k| (coefficient(replay, k), String::new())));
+    let offset = Section::new("Torque signal").figure(
+        offset(replay),
+        "The learnt offset of the torque signal with its standard deviation. Nothing in force uses it.",
+    );
     Page {
         title: "Adaptation on the drive".into(),
         verdict: Verdict { grade, sentence, reasons },
-        sections: vec![errors, coefficients],
+        sections: vec![errors, coefficients, offset],
         provenance,
     }
 }
@@ -58,18 +62,27 @@ fn errors(replay: &Replay) -> Drawing {
 
 fn coefficient(replay: &Replay, k: usize) -> Drawing {
     let powers = ["/rad", "/rad³", "/rad⁵", "/rad", "/rad"];
-    let values: Vec<f64> = replay.trace.iter().map(|point| point.coefficients()[k]).collect();
-    let band = |side: f64| -> Vec<f64> {
-        replay.trace.iter().map(|point| point.coefficients()[k] + side * point.sd[k]).collect()
-    };
-    let block = vec![replay.block[k]; replay.trace.len()];
-    let curve = |label: &str, role, values: &[f64]| Curve::new(label, role, &times(replay), 1.0, values);
-    let curves = [
-        curve("+ 1 sd", Role::Third, &band(1.0)),
-        curve("− 1 sd", Role::Third, &band(-1.0)),
-        curve("block", Role::Second, &block),
-        curve("estimate", Role::Model, &values),
-    ];
     let y_label = format!("{} in {}{}", NAMES[k], replay.unit.symbol(), powers[k]);
-    Figure::of(NAMES[k], "time in s", y_label, curves).draw()
+    band(replay, NAMES[k], y_label, replay.block[k], |point| [point.coefficients()[k], point.sd[k]])
+}
+
+fn offset(replay: &Replay) -> Drawing {
+    let y_label = format!("offset in {}", replay.unit.symbol());
+    band(replay, "offset", y_label, 0.0, |point| [point.torque_offset, point.torque_offset_sd])
+}
+
+/// A value of the trace with its standard deviation, and what the block has of it.
+fn band(replay: &Replay, title: &str, y_label: String, block: f64, of: impl Fn(&TracePoint) -> [f64; 2]) -> Drawing {
+    let curve = |label: &str, role, side: f64| {
+        let values: Vec<f64> = replay.trace.iter().map(&of).map(|[value, sd]| value + side * sd).collect();
+        Curve::new(label, role, &times(replay), 1.0, &values)
+    };
+    let block = vec![block; replay.trace.len()];
+    let curves = [
+        curve("+ 1 sd", Role::Third, 1.0),
+        curve("− 1 sd", Role::Third, -1.0),
+        Curve::new("block", Role::Second, &times(replay), 1.0, &block),
+        curve("estimate", Role::Model, 0.0),
+    ];
+    Figure::of(title, "time in s", y_label, curves).draw()
 }
