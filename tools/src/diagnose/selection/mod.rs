@@ -130,6 +130,8 @@ impl Selection {
 const ROUNDS: usize = 3;
 /// Steps of a refit.
 const STEPS: usize = 8;
+/// Where the base leaves more than so many times the held-out squares of the fit itself, some block does not determine it; those of the fit take only the directions that are determined.
+const UNDETERMINED: f64 = 10.0;
 /// Ridges at which the free description is tried.
 const RIDGES: [f64; 5] = [1e-1, 1e-2, 1e-3, 1e-4, 1e-5];
 /// A kind that loses at most this part of what another saves in its place is not distinguished from it.
@@ -167,6 +169,8 @@ impl Dataset<'_> {
             dictionary.prune(&gram, &targets);
             let beside_base = beside_base.get_or_insert_with(|| BesideBase::new(&dictionary, &gram, &targets));
             let plain = gram.error(&targets, &Chosen::plain(&dictionary.base)).iter().sum::<f64>();
+            let of_fit = self.mean_square_of_blocks(&fit) * self.counted() as f64;
+            let plain = if plain > UNDETERMINED * of_fit { of_fit } else { plain };
             let (free, ridge, free_squares) = ceiling(&dictionary, &gram, &targets);
             let is_quiet =
                 reference.is_none() && !is_predictable(self, &dictionary, &gram, &targets, (&free, ridge), search.seed);
