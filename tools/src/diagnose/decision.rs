@@ -19,7 +19,7 @@ const LOUD: f64 = 4.0;
 /// Above this ratio likelihood only refines a name: the residual is then the error of approximate shapes, and not noise.
 const VERY_LOUD: f64 = 15.0;
 /// Above this ratio it refines no name either: every shape of a machine is some percent off, and the richer kind follows that.
-const TOO_LOUD_TO_REFINE: f64 = 50.0;
+pub(super) const TOO_LOUD_TO_REFINE: f64 = 50.0;
 /// Below this ratio likelihood can refute the names of a selection. An effect of three times the noise has a ratio near ten; noise does not hide its shape.
 const REFUTABLE: f64 = 20.0;
 /// Likelihood refutes a selection of at most so many effects: where there are more, it often finds no name for any of them.
@@ -61,7 +61,7 @@ const MOST_WITHOUT_PAST: f64 = 4.0;
 /// Steps of the fit beside the base as it is.
 const STEPS: usize = 5;
 /// Steps of the fit against coloured noise from one by plain least squares.
-const STEPS_OF_LIKELIHOOD: usize = 2;
+pub(super) const STEPS_OF_LIKELIHOOD: usize = 2;
 
 /// Whether likelihood, which sees structure without a name, speaks against the names of a selection that leaves so many times its held-out squares: the selection leaves much of
 /// what is predictable, or a name of it was withheld, or likelihood has no name at all and either predicts better or a name is only approximate.
@@ -175,8 +175,7 @@ impl Dataset<'_> {
         selection: &Selection,
         search: Search<'_>,
     ) -> Result<bool, DiagnoseError> {
-        let is_far = self.scatter(&found.base.residual) > FAR_FROM_MACHINE.powi(2) * self.scatter(&self.target);
-        if !model.has_gear() || is_far || found.effects.len() > MOST_REFUTABLE_OF_GEAR {
+        if !model.has_gear() || self.is_far_from(&found.base) || found.effects.len() > MOST_REFUTABLE_OF_GEAR {
             return Ok(false);
         }
         let mut effects = found.effects.iter().filter_map(|e| selection.selected.iter().find(|s| s.kind == e.name));
@@ -187,6 +186,11 @@ impl Dataset<'_> {
         let fit = self.fit(extended, &self.parameters(extended, search), None, STEPS_OF_LIKELIHOOD)?;
         let left = self.curves_beside(&fit, PART_LEFT)?;
         Ok(left.iter().any(|curve| !curve.coherent && curve.net() > STRUCTURE_LEFT && curve.part > PART_LEFT))
+    }
+
+    /// Whether a base is far from the machine.
+    pub(super) fn is_far_from(&self, base: &Fitted) -> bool {
+        self.scatter(&base.residual) > FAR_FROM_MACHINE.powi(2) * self.scatter(&self.target)
     }
 
     /// What likelihood finds. Without a gear to follow, terms are evaluated on means of the signals.
@@ -213,6 +217,9 @@ impl Dataset<'_> {
     ) -> Result<(DiagnosisVerdict, Search<'r>), DiagnoseError> {
         let selection = self.with_remainder(base, selection.clone(), search)?;
         let joint = self.joint_verdict(base, &selection, search)?;
+        if !joint.mismatch {
+            return self.found_in_means(model, search);
+        }
         let theirs = self.mean_square_of_blocks(&joint.extended);
         let is_plain = joint.effects.len() < 2 && theirs < LARGE * self.mean_square_of_blocks(&joint.base);
         let is_clear = taken > VERY_LOUD || is_plain;

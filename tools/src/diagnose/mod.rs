@@ -14,6 +14,7 @@
 //! | [`naming`], `shares` | classes of indistinguishable kinds, names, shares of power |
 //! | [`selection`], [`joint_naming`] | joint selection of kinds by held-out error, and its verdicts |
 //! | `decision` | which of the two searches is believed |
+//! | `similar_kinds` | the name withheld of an effect that changes with what its kind does not know |
 //! | `other_shapes` | the likeliest shape of what was found, and what the others add to its uncertainty |
 //! | `unchanged` | numbers of the base that stay as given |
 //! | [`next_experiment`] | what could not have been seen, and the experiment that would show it |
@@ -41,6 +42,7 @@ pub mod search;
 pub mod selection;
 pub(crate) mod shapes;
 pub(crate) mod shares;
+mod similar_kinds;
 pub mod suggestion;
 pub(crate) mod tones;
 mod unchanged;

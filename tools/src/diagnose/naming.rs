@@ -44,6 +44,15 @@ pub struct EffectVerdict {
     pub naming: Naming,
 }
 
+impl EffectVerdict {
+    /// Makes it unknown; its kind is then the closest one.
+    pub(super) fn withhold(&mut self) {
+        self.closest = Some(std::mem::replace(&mut self.name, UNKNOWN.to_owned()));
+        self.naming = Naming::Unknown;
+        self.equivalents.clear();
+    }
+}
+
 /// What was found.
 pub struct DiagnosisVerdict {
     /// Is there structure beyond noise?
@@ -244,9 +253,7 @@ impl Dataset<'_> {
         for effect in verdicts.iter_mut().filter(|e| e.name != UNKNOWN) {
             let own = coordinates(&effect.name);
             if strange.iter().any(|(at, gain)| own.contains(at) && *gain > LEAST_EXCESS_PART * effect.gain) {
-                effect.closest = Some(std::mem::replace(&mut effect.name, UNKNOWN.to_owned()));
-                effect.naming = Naming::Unknown;
-                effect.equivalents.clear();
+                effect.withhold();
             }
         }
         self.share_out(&base, &extended, &mut verdicts)?;

@@ -272,7 +272,8 @@ impl Dataset<'_> {
             }
         }
         progress.report("searching", 0.35);
-        let (verdict, search) = self.decided(&plain.model, base, &selection, search)?;
+        let (mut verdict, search) = self.decided(&plain.model, base, &selection, search)?;
+        self.withhold_similar_kind(&mut verdict, search)?;
         check(progress)?;
         Ok(Searched { verdict, selection, search, suggestions })
     }
