@@ -94,17 +94,6 @@ fn a_base_that_a_block_does_not_determine_hides_nothing() {
     assert!(case.unseen_error_nm.is_some_and(|left_nm| left_nm < 0.1), "{case:?}");
 }
 
-/// Slow noise of joint logs that a free curve over time or a line of the spectrum follows, to a tenth of its squares.
-#[test]
-fn slow_noise_of_a_joint_is_no_structure() {
-    for (seed, index) in [(10003, 190), (10004, 475)] {
-        let mut cases = mix::only(&["null"], seed, 200, &[]);
-        cases.retain(|(own, _)| *own == index);
-        let case = Sealed::new(seed, cases).run(&Diagnostician, &|_| ()).cases.remove(0);
-        assert!(!case.mismatch, "{case:?}");
-    }
-}
-
 /// A detent over the deflection and damping, smooth at 250 Hz: an autoregression follows both and likelihood sees nothing, though they are half of what is left.
 #[test]
 fn structure_that_free_functions_predict_is_not_passed_over() {

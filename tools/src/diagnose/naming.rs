@@ -83,8 +83,6 @@ const LEAST_SHARED_PART: f64 = 0.3;
 const MOST_UNKNOWN: usize = 2;
 /// Structure without a name that is all there is has to gain this much: of 200 nulls of coloured noise 5 gained 82 to 106, and one 310; of 48 effects of no list the least 138.
 const LEAST_GAIN_ALONE: f64 = 120.0;
-/// And to be this part of the squared residual: of 6 such false alarms in 400 nulls of coloured noise 5 were .06 to .11; of 54 effects of no list that were all there is one was less than .28.
-const LEAST_PART_ALONE: f64 = 0.15;
 /// A tone holds this part of the squared residual.
 const LEAST_TONE_PART: f64 = 0.1;
 /// What comes once has to gain this much.
@@ -219,8 +217,7 @@ impl Dataset<'_> {
             left = by_first(left, unexplained);
             let further = verdicts.iter().any(|e| e.name == UNKNOWN);
             let gain = left[0].gain;
-            let is_slight = gain < LEAST_GAIN_ALONE || left[0].part < LEAST_PART_ALONE;
-            if verdicts.is_empty() && !left[0].coherent && is_slight {
+            if verdicts.is_empty() && !left[0].coherent && gain < LEAST_GAIN_ALONE {
                 break;
             }
             let end = extended.model.terms.len();
