@@ -1,7 +1,7 @@
 //! What is held against a limit after every stretch: the delay and the offset of the signal, and changes of the gear from its block.
 //!
 //! A quantity passes its limit where it is beyond by 5 standard deviations, and is reported after three stretches in a row. While delay or offset pass it nothing is taken over, and after eight stretches of an offset in a
-//! row the block is put back in force ([`trial`](super::trial)). After a stretch that is unfit the mean of the delay begins anew: what the signal has become is told apart from what it was.
+//! row the block is put back in force ([`trial`](super::trial)). After a stretch that cannot be used the mean of the delay starts again, so that it describes the signal as it is now.
 //!
 //! **The delay** is a mean over some [`MEMORY`] stretches, each weighted by its information, so that faults which are less than the noise of a stretch are seen. **The offset** is learnt beside the coefficients.
 //! A gear that drifts is followed with a lag, which looks like a little of either. `docs/adaptation.md` says which drifts that may be taken for a fault.

@@ -37,20 +37,23 @@ fn what_a_motion_does_not_determine_stays_as_given() {
     }
 }
 
-/// The case of a loud block with this index.
-fn loud_case(seed: u64, index: usize) -> CaseScore {
-    let mut cases = mix::only(&["loud"], seed, 24, &[]);
-    cases.retain(|(own, _)| *own == index);
-    Sealed::new(seed, cases).run(&Diagnostician, &|_| ()).cases.remove(0)
+/// The scores of these cases among the first forty of a block.
+fn scores(block: &str, seed: u64, indices: &[usize]) -> Vec<CaseScore> {
+    let mut cases = mix::only(&[block], seed, 40, &[]);
+    cases.retain(|(index, _)| indices.contains(index));
+    let report = Sealed::new(seed, cases).run(&Diagnostician, &|_| ());
+    assert_eq!(report.cases.len(), indices.len());
+    report.cases
+}
+
+/// The score of one of them.
+fn score(block: &str, seed: u64, index: usize) -> CaseScore {
+    scores(block, seed, &[index]).remove(0)
 }
 
 /// What a diagnosis must not do with these cases of a block: pass them over, or give them a wrong name.
 fn none_is_misnamed(block: &str, seed: u64, hidden: &[usize]) {
-    let mut cases = mix::only(&[block], seed, 40, &[]);
-    cases.retain(|(index, _)| hidden.contains(index));
-    let report = Sealed::new(seed, cases).run(&Diagnostician, &|_| ());
-    assert_eq!(report.cases.len(), hidden.len());
-    for case in &report.cases {
+    for case in scores(block, seed, hidden) {
         assert!(case.mismatch && case.wrong_names.is_empty(), "{case:?}");
     }
 }
@@ -87,9 +90,7 @@ fn a_neighbour_whose_effect_changes_with_a_coordinate_is_not_named() {
 /// error there, thousands of times that of the fit, is no measure of what anything is worth.
 #[test]
 fn a_base_that_a_block_does_not_determine_hides_nothing() {
-    let mut cases = mix::only(&["maxwell slip"], 10003, 20, &[]);
-    cases.retain(|(index, _)| *index == 585);
-    let case = Sealed::new(10003, cases).run(&Diagnostician, &|_| ()).cases.remove(0);
+    let case = score("maxwell slip", 10003, 585);
     assert_eq!(case.named, ["nonlocal_memory", "kinematic_error"]);
     assert!(case.unseen_error_nm.is_some_and(|left_nm| left_nm < 0.1), "{case:?}");
 }
@@ -97,7 +98,7 @@ fn a_base_that_a_block_does_not_determine_hides_nothing() {
 /// A detent over the deflection and damping, smooth at 250 Hz: an autoregression follows both and likelihood sees nothing, though they are half of what is left.
 #[test]
 fn structure_that_free_functions_predict_is_not_passed_over() {
-    let case = loud_case(7002, 100_015);
+    let case = score("loud", 7002, 100_015);
     assert!(case.mismatch, "{case:?}");
     let left_nm = case.unseen_error_nm.unwrap();
     assert!(left_nm < 1.1 * case.base_leaves_nm, "{left_nm} N·m on a motion that nobody saw");
@@ -106,7 +107,7 @@ fn structure_that_free_functions_predict_is_not_passed_over() {
 /// A ripple of order 1 and a notch over the angle, which no kind describes. The refitted gear follows both, and its error on held-out blocks is three times that of the gear as given.
 #[test]
 fn what_predicts_worse_than_the_base_as_given_is_searched_beside_the_base_as_given() {
-    let case = loud_case(9401, 100_047);
+    let case = score("loud", 9401, 100_047);
     assert!(case.mismatch && case.wrong_names.is_empty(), "{case:?}");
     let left_nm = case.unseen_error_nm.unwrap();
     assert!(left_nm < 0.7 * case.base_leaves_nm, "{left_nm} N·m on a motion that nobody saw");
@@ -115,6 +116,6 @@ fn what_predicts_worse_than_the_base_as_given_is_searched_beside_the_base_as_giv
 /// A gear whose slip elements grow with the load is followed by elements that grow and elements that do not: one memory.
 #[test]
 fn slip_elements_that_grow_with_the_load_are_named_once() {
-    let case = loud_case(7001, 100_025);
+    let case = score("loud", 7001, 100_025);
     assert_eq!(case.named, ["load_dependent_memory"]);
 }

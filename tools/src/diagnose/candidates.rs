@@ -117,8 +117,6 @@ fn columns(
     ranges: &Ranges,
     model: &Model,
 ) -> Option<Columns> {
-    let mut keys = Vec::new();
-    let mut stacked: Vec<Vec<f64>> = Vec::new();
     if let Some((name, step)) = kind.growth(term, ranges) {
         let key = info.key(name)?;
         let mut column = dataset.change(evaluations, &kind.with_more(term, key, step)).ok()?;
@@ -144,17 +142,8 @@ fn columns(
             full.values.insert(key.name.to_owned(), TermValue::List(vec![0.0; length.unwrap_or(1)]));
         }
     }
-    for (index, evaluation) in evaluations.iter().enumerate() {
-        let units = evaluation.columns(&full).ok()?;
-        for (i, unit) in units.into_iter().enumerate() {
-            if index == 0 {
-                keys.push((unit.key, unit.index));
-                stacked.push(dataset.looked_at(&unit.values).collect());
-            } else {
-                stacked[i].extend(dataset.looked_at(&unit.values));
-            }
-        }
-    }
+    let columns = dataset.unit_columns(evaluations, &full).ok()?.into_iter();
+    let (keys, mut stacked): (Vec<_>, Vec<_>) = columns.map(|unit| ((unit.key, unit.index), unit.values)).unzip();
     if let Some(only) = only {
         let kept = keys.iter().position(|(key, _)| key.name == only)?;
         return Some((vec![keys[kept]], vec![stacked.swap_remove(kept)]));

@@ -153,17 +153,6 @@ impl<'b, 's> Beside<'b, 's> {
         Ok(Self { dataset, fit, evaluations, explained, others, adds })
     }
 
-    /// What a unit of each amplitude of the term adds.
-    fn units(&self, term: &Term) -> Result<Vec<Vec<f64>>, PredictError> {
-        let mut lines: Vec<Vec<f64>> = Vec::new();
-        for evaluation in self.evaluations {
-            let units = evaluation.columns(term)?;
-            lines.resize(units.len(), Vec::new());
-            lines.iter_mut().zip(&units).for_each(|(line, unit)| line.extend(self.dataset.looked_at(&unit.values)));
-        }
-        Ok(lines)
-    }
-
     /// The squares that are left with the term shaped like this, whitened; `None` where it is none of its kind.
     fn left(&self, term: &Term) -> Option<f64> {
         term.check().ok()?;
@@ -171,7 +160,8 @@ impl<'b, 's> Beside<'b, 's> {
         if self.adds {
             let mut y = white(&self.explained);
             self.others.reduce(&mut y);
-            let units: Vec<Vec<f64>> = self.units(term).ok()?.iter().map(|unit| white(unit)).collect();
+            let units = self.dataset.unit_columns(self.evaluations, term).ok()?;
+            let units: Vec<Vec<f64>> = units.iter().map(|unit| white(&unit.values)).collect();
             return Some(dot(&y, &y) - self.others.gain(&units, &y).0);
         }
         let change = self.dataset.change(self.evaluations, term).ok()?;

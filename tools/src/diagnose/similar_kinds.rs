@@ -11,26 +11,26 @@ use crate::diagnose::nonparametric::Coordinates;
 use crate::kinds;
 use crate::numerics::extremes::largest;
 use crate::numerics::vector::dot;
-use crate::physics::Evaluation;
 use crate::regression::dataset::Dataset;
 use crate::regression::fit::Fitted;
 use crate::regression::heldout_rows::trimmed_sum;
+use crate::signal::plausible::sd;
 
 /// An effect changes with a coordinate where that lowers −2 ln L by so much, net of what as many columns gain from noise,
 const LEAST_NET_GAIN: f64 = 25.0;
 /// and predicts blocks held out better by so many squares of the noise, the best and the worst block left out. With both, none of 125 synthetic effects that were named
 /// right is beyond, of 27 named wrong 10.
 const LEAST_PREDICTED: f64 = 25.0;
-/// A coordinate counts up to so many standard deviations from its mean.
+/// A coordinate is limited to this many standard deviations about its mean.
 const FARTHEST: f64 = 3.0;
-/// The stiffness is told where the deflection changes by more than this part of its highest rate.
+/// The stiffness is computed where the deflection changes at more than this part of its highest rate.
 const LEAST_RATE: f64 = 0.02;
-/// It counts up to so many times its median.
+/// A larger stiffness is limited to this many times the median.
 const STIFFEST: f64 = 3.0;
 
 impl Dataset<'_> {
-    /// Withholds the only name of what a gear's model lacks where its effect changes with load, stiffness, speed, angle, temperature or time. Beside a second name either
-    /// may take what the other leaves; far from the machine, and far above the noise, every shape is approximate, and fidelity decides.
+    /// Withholds the only name of what a gear's model lacks where its effect changes with load, stiffness, speed, angle, temperature or time. Not applied
+    /// to two names, each of which may describe part of the other's effect, nor where the base is far from the machine or the effect far above the noise: there all shapes are approximate, and fidelity decides.
     pub(super) fn withhold_similar_kind(
         &self,
         verdict: &mut DiagnosisVerdict,
@@ -44,43 +44,27 @@ impl Dataset<'_> {
         let (Some(effect), None) = (named.next(), named.next()) else { return Ok(()) };
         let Some(term) = effect.term else { return Ok(()) };
         let acts_through = coordinates(&effect.name);
-        // Slip elements follow what is left of anything. An acceleration is smoothed, and an effect of it blunt where the motion turns.
+        // Slip elements fit the remainder of any effect. The acceleration is smoothed, so its effect is too small where the motion reverses.
         let is_of_elements = kinds::of(&effect.name).is_some_and(|kind| kind.drops_negative_elements());
         if is_of_elements || acts_through.contains(&"acceleration") {
             return Ok(());
         }
         let fit = self.fit(extended, &self.parameters(extended, search), None, STEPS_OF_LIKELIHOOD)?;
-        let added = self.added_by(&fit.model, &self.total(&fit.model)?, term)?;
+        let evaluations = self.evaluate(&fit.model)?;
+        let see = Coordinates::new(self, &evaluations);
+        let added = self.added_by(&fit.model, &see.torque, term)?;
         if dot(&added, &added) > TOO_LOUD_TO_REFINE * dot(&fit.residual, &fit.residual) {
             return Ok(());
         }
-        let evaluations = self.evaluate(&fit.model)?;
-        let units = self.units(&evaluations, &fit, term)?;
-        let see = Coordinates::new(self, &evaluations);
-        // Where the motion turns a velocity is blunt, too, and the stiffness is not known: one would seem to change with the other.
+        let units = self.unit_columns(&evaluations, &fit.model.terms[term])?;
+        let units: Vec<Vec<f64>> = units.into_iter().map(|unit| of_rms_one(unit.values)).collect();
+        // Where the motion reverses the velocity is inaccurate, too, and the stiffness is not known: an effect of the velocity would seem to change with the stiffness.
         let with_stiffness = !acts_through.contains(&"output_velocity");
         let others = others(&see, with_stiffness);
         if others.par_iter().any(|coordinate| self.change_with(&fit, &units, coordinate)) {
             effect.withhold();
         }
         Ok(())
-    }
-
-    /// What a unit of each linear number of a term adds, of root mean square one.
-    fn units(&self, evaluations: &[Evaluation<'_>], fit: &Fitted, term: usize) -> Result<Vec<Vec<f64>>, DiagnoseError> {
-        let mut units: Vec<Vec<f64>> = Vec::new();
-        for evaluation in evaluations {
-            let columns = evaluation.columns(&fit.model.terms[term])?;
-            units.resize_with(columns.len(), Vec::new);
-            for (unit, column) in units.iter_mut().zip(&columns) {
-                unit.extend(self.looked_at(&column.values));
-            }
-        }
-        for unit in &mut units {
-            let rms = (dot(unit, unit) / unit.len().max(1) as f64).sqrt().max(f64::MIN_POSITIVE);
-            unit.iter_mut().for_each(|x| *x /= rms);
-        }
-        Ok(units)
     }
 
     /// Whether a fit is better, on blocks held out, too, where every number of an effect may have a factor 1 + a c + b c² of a coordinate c.
@@ -121,9 +105,15 @@ fn stiffness(torque_rate: &[f64], rate: &[f64]) -> Vec<f64> {
     slopes.iter().map(|slope| slope.map_or(median, |s| s.clamp(0.0, STIFFEST * median.max(0.0)))).collect()
 }
 
+/// A column scaled to a root mean square of one.
+fn of_rms_one(mut column: Vec<f64>) -> Vec<f64> {
+    let rms = (dot(&column, &column) / column.len().max(1) as f64).sqrt().max(f64::MIN_POSITIVE);
+    column.iter_mut().for_each(|x| *x /= rms);
+    column
+}
+
 fn standardise(x: &mut [f64]) {
-    let count = x.len().max(1) as f64;
-    let mean = x.iter().sum::<f64>() / count;
-    let deviation = (x.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / count).sqrt().max(f64::MIN_POSITIVE);
+    let mean = x.iter().sum::<f64>() / x.len().max(1) as f64;
+    let deviation = sd(x).max(f64::MIN_POSITIVE);
     x.iter_mut().for_each(|x| *x = ((*x - mean) / deviation).clamp(-FARTHEST, FARTHEST));
 }

@@ -10,7 +10,7 @@ use crate::kinds;
 use crate::model::{Model, Term};
 use crate::numerics::extremes;
 use crate::numerics::mark::Mark;
-use crate::physics::{Evaluation, Parts, PredictError, Signals};
+use crate::physics::{Evaluation, Parts, PredictError, Signals, UnitColumn};
 use crate::recording::{Recording, TorqueUnit};
 use crate::regression::error::EstimateError;
 use crate::regression::parameters::FreeParameter;
@@ -251,6 +251,23 @@ impl<'a> Dataset<'a> {
             line.extend(self.looked_at(&evaluation.change(term)?));
         }
         Ok(line)
+    }
+
+    /// What a unit of each linear number of a term adds to the torque of a model evaluated on every recording, each in one line.
+    ///
+    /// # Errors
+    /// As [`Evaluation::columns`].
+    pub fn unit_columns(&self, evaluations: &[Evaluation<'_>], term: &Term) -> Result<Vec<UnitColumn>, PredictError> {
+        let mut lines: Vec<UnitColumn> = Vec::new();
+        for evaluation in evaluations {
+            let columns = evaluation.columns(term)?;
+            if lines.is_empty() {
+                let empty = |c: &UnitColumn| UnitColumn { values: Vec::with_capacity(self.target.len()), ..*c };
+                lines.extend(columns.iter().map(empty));
+            }
+            lines.iter_mut().zip(&columns).for_each(|(line, c)| line.values.extend(self.looked_at(&c.values)));
+        }
+        Ok(lines)
     }
 
     /// A signal of every recording in one line, if every recording tells it.
