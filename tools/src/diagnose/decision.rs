@@ -50,7 +50,8 @@ const CLEARLY_BETTER: f64 = 0.95;
 const MOST_OF_PREDICTABLE: f64 = 0.75;
 /// or leave less than this part of the held-out squares.
 const MUCH_BETTER: f64 = 0.5;
-/// A name that likelihood withheld stands if the selection leaves less than this part.
+/// A name that likelihood withheld stands if the selection leaves less than this part. Any name stands if the selection leaves less than this part of what the base leaves, and the
+/// finding of likelihood no less than the base.
 const BETTER: f64 = 0.8;
 /// A curve explains at most so many times the squares that the base leaves.
 const MOST_OF_RESIDUAL: f64 = 100.0;
@@ -62,6 +63,12 @@ const MOST_WITHOUT_PAST: f64 = 4.0;
 const STEPS: usize = 5;
 /// Steps of the fit against coloured noise from one by plain least squares.
 pub(super) const STEPS_OF_LIKELIHOOD: usize = 2;
+
+/// Whether what likelihood finds can speak against a selection, by the held-out squares of both and of the base: a finding that predicts no better than the base says nothing against
+/// names that do.
+fn may_doubt(selection: f64, likelihood: f64, base: f64) -> bool {
+    likelihood < base || selection >= BETTER * base
+}
 
 /// Whether likelihood, which sees structure without a name, speaks against the names of a selection that leaves so many times its held-out squares: the selection leaves much of
 /// what is predictable, or a name of it was withheld, or likelihood has no name at all and either predicts better or a name is only approximate.
@@ -141,15 +148,17 @@ impl Dataset<'_> {
         let (ours, theirs) =
             (self.mean_square_of_blocks(&selection.fit), self.mean_square_of_blocks(&verdict.extended));
         let better = ours < CLEARLY_BETTER * theirs;
+        let bare = self.mean_square_of_blocks(&base);
         let loud = selection.named() >= LARGE;
         // Where likelihood sees nothing, a little that is saved on held-out blocks may be chance.
-        let helps = ours < self.mean_square_of_blocks(&base) && (verdict.mismatch || loud);
+        let helps = ours < bare && (verdict.mismatch || loud);
         let nameless = verdict.effects.iter().all(|e| e.name == UNKNOWN) && ours <= theirs;
         // A curve predicts, but names nothing.
         let names_more = || -> Result<bool, DiagnoseError> { Ok(ours <= self.left_by_kinds(&verdict, search)?) };
         if helps
             && !selection.selected.is_empty()
-            && !is_doubted(&verdict, &selection, ours / theirs.max(f64::MIN_POSITIVE))
+            && !(may_doubt(ours, theirs, bare)
+                && is_doubted(&verdict, &selection, ours / theirs.max(f64::MIN_POSITIVE)))
             && (better || (loud && (nameless || names_more()?)))
         {
             let joint = self.joint_verdict(&base, &selection, search)?;
@@ -389,6 +398,13 @@ mod tests {
     use super::*;
     use crate::model::parse;
     use crate::recording::Recording;
+
+    #[test]
+    fn a_finding_that_predicts_no_better_than_the_base_says_nothing_against_names_that_do() {
+        assert!(!may_doubt(0.7, 1.05, 1.0));
+        assert!(may_doubt(0.7, 0.95, 1.0));
+        assert!(may_doubt(0.9, 1.05, 1.0));
+    }
 
     #[test]
     fn a_curve_that_trades_torque_with_a_friction_gives_it_back() {

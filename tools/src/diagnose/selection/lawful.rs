@@ -1,12 +1,16 @@
 //! Found terms whose refitted numbers make them no term of their kind.
 
+use gmhm::terms::Role;
+
 use super::STEPS;
 use crate::diagnose::DiagnoseError;
 use crate::diagnose::explain::{Search, is_delay};
 use crate::kinds;
 use crate::model::{Model, Term};
+use crate::numerics::extremes;
 use crate::regression::dataset::Dataset;
 use crate::regression::fit::Fitted;
+use crate::regression::parameters::{self, FreeParameter};
 
 /// A kind that a term was of, and the kind that it became a term of its own of.
 pub(super) type Renamed = (&'static str, Option<&'static str>);
@@ -43,8 +47,20 @@ impl Dataset<'_> {
         Ok((self.plain_fit(&model, &self.parameters(&model, search), STEPS)?, renamed))
     }
 
-    /// A fit without the found terms whose refitted numbers are not of their kind, and without found friction beside which friction of the `base` turns round and drives: at one
-    /// speed the two can trade any torque. With it those kinds. What refines such a term goes before the term itself.
+    /// Whether a linear number of a term makes it larger than the torque spans, as no set of kinds that is selected does.
+    fn exceeds_torque(&self, fit: &Fitted, at: usize) -> bool {
+        let numbers = fit.parameters.iter().zip(&fit.columns);
+        let largest = numbers.filter_map(|(parameter, column)| match parameter {
+            FreeParameter::Term { term, key, .. } if *term == at && key.role == Role::Linear => {
+                Some(parameters::value(&fit.model, *parameter).abs() * extremes::largest(column))
+            }
+            _ => None,
+        });
+        largest.fold(0.0, f64::max) > self.torque_span()
+    }
+
+    /// A fit without the found terms whose refitted numbers are not of their kind or larger than the torque spans, and without found friction beside which friction of the `base`
+    /// turns round and drives: at one speed the two can trade any torque. With it those kinds. What refines such a term goes before the term itself.
     pub(super) fn without_unlawful(
         &self,
         base: &Model,
@@ -61,9 +77,13 @@ impl Dataset<'_> {
             let is_friction = |term: &Term| kinds::of_term(term).is_some_and(kinds::is_friction_of_motion);
             let mut of_base = base.terms.iter().zip(&fit.model.terms).take(search.base_terms);
             let drives = of_base.any(|(was, is)| is_friction(is) && kinds::is_reversed(is) && !kinds::is_reversed(was));
-            let unlawful = found.iter().find(|t| {
-                (!may_be_reversed(t) && kinds::is_reversed(t)) || (smooths && is_delay(t)) || (drives && is_friction(t))
+            let unlawful = (search.base_terms..).zip(found).find(|(at, t)| {
+                (!may_be_reversed(t) && kinds::is_reversed(t))
+                    || (smooths && is_delay(t))
+                    || (drives && is_friction(t))
+                    || self.exceeds_torque(&fit, *at)
             });
+            let unlawful = unlawful.map(|(_, term)| term);
             let Some(unlawful) = unlawful else { return Ok((fit, lost)) };
             if let Some(fewer) = kinds::without_negative_elements(unlawful) {
                 let mut model = fit.model.clone();
@@ -121,5 +141,31 @@ mod tests {
         assert_eq!(lost, ["viscous_friction"]);
         let torque = kinds::number_of(&fit.model.terms[0], "torque_nm");
         assert!((torque - 0.5).abs() < 0.02, "{torque} N·m");
+    }
+
+    #[test]
+    fn gravity_that_a_refit_makes_larger_than_the_torque_spans_is_no_finding() {
+        // A fortieth of a turn: what bends with the square of the position looks like a gravity of 400 N·m.
+        let time_s: Vec<f64> = (0..4000).map(|row| 0.005 * f64::from(row)).collect();
+        let angle: Vec<f64> = time_s.iter().map(|t| 0.08 * (1.3 * t).sin()).collect();
+        let recording = Recording {
+            name: "axis".into(),
+            torque: Some(angle.iter().map(|q| 200.0 * q * q + 20.0 * q).collect()),
+            theta_out_rad: Some(angle.into()),
+            time_s: time_s.into(),
+            ..Recording::default()
+        };
+        let text = "format = 1\n[gear]\ntorque_side = \"motor\"\n[[term]]\nkind = \"inertia\"\ninertia_kgm2 = 0.1\n";
+        let base = parse("axis.toml", text).unwrap();
+        let found = "[[term]]\nkind = \"gravity_load\"\ncos_nm = -1.0\nsin_nm = 0.0\n";
+        let extended = parse("axis.toml", &format!("{text}{found}")).unwrap();
+        let recordings = [recording];
+        let dataset = Dataset::new(&recordings, &base).unwrap();
+        let search = Search { removed: &[], only: None, base_terms: 1, held_terms: None, zero: false, seed: 1 };
+        let fit = dataset.plain_fit(&extended, &dataset.parameters(&extended, search), STEPS).unwrap();
+        let gravity = kinds::number_of(&fit.model.terms[1], "cos_nm");
+        assert!(gravity < -300.0 && dataset.torque_span() < 10.0, "{gravity} N·m");
+        let (fit, lost) = dataset.without_unlawful(&base, fit, search).unwrap();
+        assert!(lost == ["gravity_load"] && !fit.model.has_term("gravity_load"));
     }
 }
