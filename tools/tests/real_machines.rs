@@ -99,7 +99,7 @@ fn a_ball_screw_with_coulomb_friction_lacks_viscous_friction() {
     let coulomb = "[[term]]\nkind = \"coulomb_friction\"\ntorque_nm = 20.0\nsmoothing_rad_per_s = 0.002\n";
     let found = diagnosed(&dir, &format!("{AXIS}{coulomb}"), "");
     assert_eq!(found["effects"][0]["name"], "viscous_friction", "{}", found["effects"]);
-    // A delay of the torque, which nobody knows of this machine, would leave 2.0 N.
+    // A delay of the torque in place of viscous friction would leave 2.0 N.
     assert!(!named(&found).contains(&"time_skew".to_owned()), "{}", found["effects"]);
     assert!(held_out(&found, "extended") < 2.1, "{}", found["heldout"]);
 }

@@ -16,7 +16,7 @@ use crate::recording::{Recording, Samples};
 
 /// A dropped term is asked for if it makes the squared error of the others so much larger.
 const WORTH_ASKING: f64 = 0.2;
-/// An added effect that textbook terms take less than this of the squared error by is not asked for.
+/// An added effect that lessens the squared error of base and answers by less than this, fitted with its own shape, is not asked for.
 const VISIBLE_SHARE: f64 = 0.03;
 /// Rms of an added effect over that of the torque.
 const ADDED: [f64; 3] = [0.01, 0.03, 0.10];
@@ -210,9 +210,24 @@ impl Material<'_> {
                 let question =
                     self.question(Part::Dropped, self.recording.clone(), &rest, std::slice::from_ref(dropped), asked);
                 let worth = (question.base_error / question.textbook_error).powi(2) - 1.0;
-                (worth >= WORTH_ASKING).then(|| Question { detail: format!("without {}", dropped.0), ..question })
+                let detail = format!("without {}", dropped.0);
+                (worth >= WORTH_ASKING).then(|| Question { detail, ..self.of_dahls_shape(question, &rest) })
             })
             .collect()
+    }
+
+    /// A question about Coulomb friction also accepts presliding friction where that predicts the recording better in its place: the friction is then of Dahl's shape.
+    fn of_dahls_shape(&self, mut question: Question, rest: &[Kind]) -> Question {
+        let asked = &mut question.asked[0];
+        if asked[0] == "coulomb_friction" {
+            let presliding = ("presliding_friction".to_owned(), Vec::new());
+            let kinds = [rest, std::slice::from_ref(&presliding)].concat();
+            let (fit, chosen) = self.fit(&self.torque(&question.recording), &kinds);
+            if chosen.last().is_some_and(Option::is_some) && fit.error() < question.textbook_error {
+                asked.push(presliding.0);
+            }
+        }
+        question
     }
 
     fn added(&self) -> Vec<Question> {
@@ -220,19 +235,25 @@ impl Material<'_> {
         let seed = u64::from_str_radix(&digest[..16], 16).unwrap_or(0);
         let Some((kind, unit)) = self.addition(&mut Rng::new(seed)) else { return Vec::new() };
         let full = self.full();
+        // The answers that the base does not hold are still there: to be named, and not to be taken for the effect.
+        let beside: Vec<Kind> = self.true_kinds().into_iter().filter(|k| full.iter().all(|f| f.0 != k.0)).collect();
+        let truth = [&beside[..], std::slice::from_ref(&kind)].concat();
         let torque = self.recording.torque.clone().unwrap_or_default();
         let size = crate::prove::generator::deviation(&torque);
         let norm = crate::prove::generator::deviation(&unit).max(1e-12);
-        // The answers that the base does not hold are still there to be named.
         let known: Vec<String> = self.entry.answer.iter().flat_map(|a| a.kinds.clone()).collect();
         ADDED
             .iter()
             .filter_map(|share| {
                 let added = torque.iter().zip(&unit).map(|(t, u)| t + share * size / norm * u).collect();
                 let recording = Recording { torque: Some(added), ..self.recording.clone() };
+                let (mut fit, _) = self.fit(&self.torque(&recording), &[&full[..], &beside].concat());
+                let without = fit.error();
+                // As it was added: a textbook shape of its kind may take what the machine itself does.
+                fit.add(&[vec![unit.clone()]]);
+                let visible = 1.0 - (fit.error() / without).powi(2) >= VISIBLE_SHARE;
                 let asked = vec![vec![kind.0.clone()]];
-                let question = self.question(Part::Added, recording, &full, std::slice::from_ref(&kind), asked);
-                let visible = 1.0 - (question.textbook_error / question.base_error).powi(2) >= VISIBLE_SHARE;
+                let question = self.question(Part::Added, recording, &full, &truth, asked);
                 let may_also = [&question.may_also[..], &known[..]].concat();
                 let detail = format!("{} of {} % of the torque", kind.0, 100.0 * share);
                 visible.then_some(Question { detail, may_also, ..question })
@@ -284,7 +305,8 @@ impl Material<'_> {
             answered || self.entry.base.iter().any(|b| b == kind)
         };
         let friction = self.channels.shapes("position_dependent_friction", &[]);
-        if high - low > 1.0 && rng.chance(0.5) && !friction.is_empty() {
+        // Of one direction of motion it is a ripple of the turn.
+        if high - low > 1.0 && rng.chance(0.5) && self.channels.turns_both_ways() && !friction.is_empty() {
             let (cos, sin) = (&friction[0][0], &friction[0][1]);
             let phase = rng.phase();
             let torque = cos.iter().zip(sin).map(|(c, s)| phase.cos() * c + phase.sin() * s).collect();
@@ -399,5 +421,79 @@ impl Question {
         let effects = stated.get("effects").and_then(|e| e.as_array().cloned()).unwrap_or_default();
         score.verdicts = effects.iter().filter_map(|e| Some(e.get("verdict")?.as_str()?.to_owned())).collect();
         score
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A joint beside a simulation that lacks its friction, swinging through 1.6 rad or turning one way.
+    fn material(entry: &Entry, one_way: bool) -> Material<'_> {
+        let mut rng = Rng::new(5);
+        let time_s: Vec<f64> = (0..4000).map(|row| 0.005 * f64::from(row)).collect();
+        let velocity = |t: f64| if one_way { 0.5 + 0.4 * (1.3 * t).cos() } else { 1.04 * (1.3 * t).cos() };
+        let angle = |t: f64| if one_way { 0.5 * t + 0.31 * (1.3 * t).sin() } else { 0.8 * (1.3 * t).sin() };
+        let velocities: Vec<f64> = time_s.iter().map(|t| velocity(*t)).collect();
+        let load: Vec<f64> = time_s.iter().map(|t| 4.0 * angle(*t).sin()).collect();
+        let torque = velocities.iter().zip(&load).map(|(v, load)| load + 2.0 * (v / 0.01).tanh() + 0.2 * rng.normal());
+        let recording = Recording {
+            torque: Some(torque.collect()),
+            torque_sim_nm: Some(load.into()),
+            theta_out_rad: Some(time_s.iter().map(|t| angle(*t)).collect()),
+            velocity_out_rad_per_s: Some(velocities.into()),
+            time_s: time_s.into(),
+            ..Recording::default()
+        };
+        Material { entry, channels: Channels::of(&recording), recording }
+    }
+
+    #[test]
+    fn dropped_coulomb_friction_of_dahls_shape_may_be_named_presliding_friction() {
+        let text = "file = \"c.csv\"\nmachine = \"joint\"\nsplit = \"development\"\nsource = \"made\"\ntorque_side = \"motor\"\nbase = []\n\
+                    unknown = \"nothing\"\n[[answer]]\nkinds = [\"coulomb_friction\"]\nsource = \"made\"\n\
+                    [[answer]]\nkinds = [\"viscous_friction\"]\nsource = \"made\"\n";
+        let entry: Entry = toml::from_str(text).unwrap();
+        for dahl in [false, true] {
+            let mut material = material(&entry, false);
+            let friction = if dahl {
+                &material.channels.shapes("presliding_friction", &[])[2]
+            } else {
+                &material.channels.shapes("coulomb_friction", &[])[1]
+            };
+            let viscous = &material.channels.shapes("viscous_friction", &[])[0][0];
+            let torque: Vec<f64> = friction[0].iter().zip(viscous).map(|(f, v)| 2.0 * f + v).collect();
+            material.recording.torque = Some(torque.into());
+            material.recording.torque_sim_nm = None;
+            let questions = material.dropped();
+            let question = questions.iter().find(|q| q.detail == "without coulomb_friction");
+            assert_eq!(question.map(|q| q.asked[0].len()), Some(if dahl { 2 } else { 1 }), "{dahl}");
+        }
+    }
+
+    /// An entry whose name draws an added friction over the angle, where that can be.
+    fn entry() -> Entry {
+        let rest = "machine = \"joint\"\nsplit = \"development\"\nsource = \"made\"\ntorque_side = \"motor\"\nbase = [\"simulation\"]\nunknown = \"nothing\"\n\
+                    [[answer]]\nkinds = [\"coulomb_friction\"]\nsource = \"made\"\n";
+        let named = |name: char| -> Entry { toml::from_str(&format!("file = \"{name}.csv\"\n{rest}")).unwrap() };
+        let draws = |entry: &Entry| material(entry, false).added().iter().all(|q| q.detail.starts_with("position"));
+        ('a'..='z').map(named).find(draws).unwrap()
+    }
+
+    #[test]
+    fn an_effect_is_added_only_where_it_is_seen_beside_the_answers() {
+        let entry = entry();
+        let questions = material(&entry, false).added();
+        // Alone, friction over the angle of any size takes part of the Coulomb friction that the base lacks.
+        let details: Vec<&str> = questions.iter().map(|q| q.detail.as_str()).collect();
+        assert_eq!(details, ["position_dependent_friction of 10 % of the torque"]);
+        assert!(questions.iter().all(|q| q.textbook_error < 0.21 && q.base_error > 1.5));
+    }
+
+    #[test]
+    fn friction_over_the_angle_is_not_added_to_a_motion_of_one_direction() {
+        let entry = entry();
+        let questions = material(&entry, true).added();
+        assert!(!questions.is_empty() && questions.iter().all(|q| q.detail.starts_with("torque_ripple")));
     }
 }

@@ -68,6 +68,13 @@ impl Channels {
         CORNERS[shape.min(CORNERS.len() - 1)] * self.fast
     }
 
+    /// Whether the joint moves in each direction for a tenth of the rows at least.
+    pub fn turns_both_ways(&self) -> bool {
+        let Some(velocity) = &self.velocity else { return false };
+        let rows = |forth: bool| velocity.iter().filter(|v| if forth { **v > 0.0 } else { **v < 0.0 }).count();
+        [true, false].into_iter().all(|forth| 10 * rows(forth) >= velocity.len())
+    }
+
     fn of_velocity(&self, f: impl Fn(f64) -> f64) -> Option<Vec<f64>> {
         Some(self.velocity.as_ref()?.iter().map(|v| f(*v)).collect())
     }
