@@ -39,7 +39,7 @@ fn what_a_motion_does_not_determine_stays_as_given() {
 
 /// The scores of these cases among the first forty of a block.
 fn scores(block: &str, seed: u64, indices: &[usize]) -> Vec<CaseScore> {
-    let mut cases = mix::only(&[block], seed, 40, &[]);
+    let mut cases = mix::only(&[block], seed, 200, &[]);
     cases.retain(|(index, _)| indices.contains(index));
     let report = Sealed::new(seed, cases).run(&Diagnostician, &|_| ());
     assert_eq!(report.cases.len(), indices.len());
@@ -93,6 +93,23 @@ fn a_base_that_a_block_does_not_determine_hides_nothing() {
     let case = score("maxwell slip", 10003, 585);
     assert_eq!(case.named, ["nonlocal_memory", "kinematic_error"]);
     assert!(case.unseen_error_nm.is_some_and(|left_nm| left_nm < 0.1), "{case:?}");
+}
+
+/// Stribeck friction beside a kinematic error, creep and load-dependent friction: both searches end in an optimum of the dip that explains hardly more than Coulomb friction does.
+#[test]
+fn a_dip_of_friction_that_is_seen_is_named() {
+    for case in scores("pair", 10004, &[103, 206]).into_iter().chain(scores("pair", 9701, &[506])) {
+        assert!(case.exact && case.named.iter().any(|name| name == "stribeck_friction"), "{case:?}");
+    }
+}
+
+/// Slow noise of joint logs that a free curve over time or a line of the spectrum follows, to a tenth of its squares.
+#[test]
+fn slow_noise_of_a_joint_is_no_structure() {
+    for (seed, index) in [(10003, 190), (10004, 475)] {
+        let case = score("null", seed, index);
+        assert!(!case.mismatch, "{case:?}");
+    }
 }
 
 /// A detent over the deflection and damping, smooth at 250 Hz: an autoregression follows both and likelihood sees nothing, though they are half of what is left.

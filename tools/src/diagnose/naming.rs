@@ -69,12 +69,19 @@ pub struct DiagnosisVerdict {
     pub noise_part: f64,
 }
 
+impl DiagnosisVerdict {
+    /// The same with nothing found: the refitted base alone.
+    pub(super) fn without_effects(self) -> Self {
+        Self { mismatch: false, extended: self.base.clone(), effects: Vec::new(), ..self }
+    }
+}
+
 /// Kinds within this of the best's −2 ln L are one class: the wrong one of two looks better by more than this once in a thousand.
 const CLASS: f64 = 11.0;
 /// A richer kind stays in the class of a simpler one that explains almost as much when noise alone would give it less than this (χ², 1 %).
 const RICHER: f64 = 13.0;
 /// One that holds the simpler as its special case stays from this on, if what it has beyond it is there to see: the recordings do not deny it.
-const LEAST_GAIN_OF_RICHER: f64 = 4.0;
+pub(super) const LEAST_GAIN_OF_RICHER: f64 = 4.0;
 /// A flexible curve has to gain this much, net of what its columns gain from noise, to be structure.
 pub const STRUCTURE: f64 = 45.0;
 /// A curve that shows the same as a term lessens the squared residual by at least this share of what the term does.
