@@ -14,7 +14,7 @@
 //! | [`naming`], `shares` | classes of indistinguishable kinds, names, shares of power |
 //! | [`selection`], [`joint_naming`] | joint selection of kinds by held-out error, and its verdicts |
 //! | `decision` | which of the two searches is believed |
-//! | `finer_kinds` | a finer kind in place of a named one that it contains |
+//! | `equivalents` | the class of a named kind by likelihood |
 //! | `similar_kinds` | the name withheld of an effect that changes with what its kind does not know |
 //! | `other_shapes` | the likeliest shape of what was found, and what the others add to its uncertainty |
 //! | `unchanged` | numbers of the base that stay as given |
@@ -25,10 +25,10 @@ pub mod candidates;
 mod curve_term;
 mod decision;
 pub mod diagnosis;
+mod equivalents;
 pub mod evidence;
 pub mod explain;
 mod findings;
-mod finer_kinds;
 pub mod joint_naming;
 pub(crate) mod jumps;
 pub mod naming;

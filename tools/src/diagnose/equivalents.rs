@@ -1,0 +1,223 @@
+//! The class of a named kind by likelihood: kinds that explain clearly less in its place leave it, and one that explains clearly more takes its place.
+//!
+//! Held-out error alone distinguishes similar kinds poorly. The searches fit each kind from the best candidates of a grid, and a dip of friction has several optima: a kind that
+//! contains the named one, as Stribeck friction contains Coulomb friction, is fitted with the swarm here.
+
+use rayon::prelude::*;
+
+use crate::diagnose::DiagnoseError;
+use crate::diagnose::candidates::{self, Proposal};
+use crate::diagnose::decision::{STEPS_OF_LIKELIHOOD, TOO_LOUD_TO_REFINE};
+use crate::diagnose::diagnosis::UNKNOWN;
+use crate::diagnose::explain::{Search, is_delay};
+use crate::diagnose::naming::{DiagnosisVerdict, LEAST_GAIN_OF_RICHER};
+use crate::kinds;
+use crate::model::Model;
+use crate::numerics::autoregression::Noise;
+use crate::numerics::vector::dot;
+use crate::regression::dataset::Dataset;
+use crate::regression::fit::Fitted;
+use crate::regression::heldout_rows::trimmed_sum;
+use crate::regression::parameters;
+
+/// One of two kinds explains clearly more where it lowers −2 ln L by so much more, net of what its further numbers gain from noise,
+const CLEARLY_MORE: f64 = 25.0;
+/// and predicts blocks held out better by so many squares of the noise of either, the best and the worst block left out.
+const CLEARLY_PREDICTED: f64 = 25.0;
+/// Candidates of the grid that are fitted until one ends as a term of its kind.
+const MOST_TRIED: usize = 3;
+/// Steps of a fit from a candidate of the grid.
+const FIRST_STEPS: usize = 2;
+/// Steps of a fit from one that is nearly right.
+const LAST_STEPS: usize = 4;
+
+/// A named kind, and the fit without it.
+struct Place<'f> {
+    kind: &'f str,
+    term: usize,
+    own: &'f Fitted,
+    rest: &'f Fitted,
+}
+
+/// A fit with another kind in the place of a named one, its last term.
+struct Rival {
+    kind: &'static str,
+    fit: Fitted,
+    /// By how much it lowers −2 ln L, net of what its further numbers gain from noise.
+    net: f64,
+}
+
+impl Dataset<'_> {
+    /// Settles the class of each named effect by likelihood. Not where the base is far from the machine or the effect far above the noise: there all shapes are approximate.
+    pub(super) fn settle_classes(
+        &self,
+        verdict: &mut DiagnosisVerdict,
+        search: Search<'_>,
+    ) -> Result<(), DiagnoseError> {
+        if self.is_far_from(&verdict.base) {
+            return Ok(());
+        }
+        for at in 0..verdict.effects.len() {
+            let (effect, model) = (&verdict.effects[at], &verdict.extended.model);
+            let Some(term) = effect.term.filter(|_| effect.name != UNKNOWN) else { continue };
+            let is_rival = |kind: &&str| {
+                let is_listed = || effect.equivalents.iter().any(|e| e == kind);
+                // One element of several explains less than all of them.
+                let is_whole = kinds::of(kind).is_some_and(|kind| !kind.extends());
+                let is_new = search.allows(kind) && !model.has_term(kind);
+                is_whole && is_new && (kinds::contains(kind, &effect.name) || is_listed())
+            };
+            let rivals: Vec<&'static str> = kinds::ALL.iter().map(|kind| kind.name()).filter(is_rival).collect();
+            if rivals.is_empty() {
+                continue;
+            }
+            let Some((mut own, rest)) = self.with_and_without(model, term, search)? else { continue };
+            let mut found =
+                self.rivals(&Place { kind: &effect.name, term, own: &own, rest: &rest }, search, &rivals)?;
+            let contested = self.winner(&found, &own).is_some_and(|at| kinds::contains(found[at].kind, &effect.name));
+            if contested {
+                // The swarm searches the shapes of the finer kind; those of the plainer one, too.
+                let before = own.minus_two_log_likelihood;
+                own = self.reshaped(own, term, search.seed)?;
+                let gained = (before - own.minus_two_log_likelihood).max(0.0);
+                found.iter_mut().for_each(|rival| rival.net -= gained);
+            }
+            let best = self.winner(&found, &own).map(|at| &found[at]);
+            let (most, winner) = best.map_or((0.0, &own), |best| (best.net, &best.fit));
+            // Two delays differ by little, and each has optima besides the best.
+            let is_shifted = is_delay(&own.model.terms[term]);
+            let is_other_delay = |rival: &Rival| is_shifted && rival.fit.model.terms.last().is_some_and(is_delay);
+            let is_out = |kind: &str| {
+                let rival = found.iter().find(|rival| rival.kind == kind && !is_other_delay(rival));
+                rival.is_some_and(|rival| most - rival.net > CLEARLY_MORE && self.predicts_clearly(winner, &rival.fit))
+            };
+            let mut class: Vec<String> = effect.equivalents.iter().filter(|e| !is_out(e)).cloned().collect();
+            let is_finer =
+                |rival: &&Rival| kinds::contains(rival.kind, &effect.name) && rival.net > LEAST_GAIN_OF_RICHER;
+            class.extend(found.iter().filter(|_| best.is_none()).filter(is_finer).map(|rival| rival.kind.to_owned()));
+            class.retain(|kind| best.is_none_or(|best| best.kind != kind));
+            class.sort();
+            class.dedup();
+            if let Some(best) = best {
+                let mut model = best.fit.model.clone();
+                let other = model.terms.pop();
+                model.terms.splice(term..term, other);
+                let free = self.parameters(&model, search);
+                verdict.extended = if verdict.extended.plain {
+                    self.plain_fit(&model, &free, LAST_STEPS)?
+                } else {
+                    self.or_plain(self.fit(&model, &free, Some(&best.fit.noise), LAST_STEPS)?)?
+                };
+            }
+            let effect = &mut verdict.effects[at];
+            effect.equivalents = class;
+            if let Some(best) = best {
+                let plain = std::mem::replace(&mut effect.name, best.kind.to_owned());
+                effect.tried.push((plain, effect.gain, parameters::of_term(&own.model, term).len()));
+                effect.gain += best.net;
+            }
+        }
+        Ok(())
+    }
+
+    /// A model fitted against coloured noise with and without a term; `None` where the term is far above the noise.
+    fn with_and_without(
+        &self,
+        model: &Model,
+        term: usize,
+        search: Search<'_>,
+    ) -> Result<Option<(Fitted, Fitted)>, DiagnoseError> {
+        let free = self.parameters(model, search);
+        let with = self.fit(model, &free, None, STEPS_OF_LIKELIHOOD)?;
+        let added = self.added_by(&with.model, &self.total(&with.model)?, term)?;
+        if dot(&added, &added) > TOO_LOUD_TO_REFINE * dot(&with.residual, &with.residual) {
+            return Ok(None);
+        }
+        let mut without = with.model.clone();
+        without.terms.remove(term);
+        let without = self.fit(&without, &self.parameters(&without, search), Some(&with.noise), LAST_STEPS)?;
+        // Noise that was fitted beside a wrong shape may hold part of the effect.
+        let again = self.fit(&with.model, &free, Some(&without.noise), LAST_STEPS)?;
+        let is_better = again.minus_two_log_likelihood < with.minus_two_log_likelihood;
+        Ok(Some((if is_better { again } else { with }, without)))
+    }
+
+    /// Which of some rivals explains clearly more than the named kind, and most.
+    fn winner(&self, rivals: &[Rival], own: &Fitted) -> Option<usize> {
+        let is_clear = |rival: &Rival| rival.net > CLEARLY_MORE && self.predicts_clearly(&rival.fit, own);
+        let clear = (0..rivals.len()).filter(|at| is_clear(&rivals[*at]));
+        clear.max_by(|a, b| rivals[*a].net.total_cmp(&rivals[*b].net))
+    }
+
+    /// Whether one fit predicts blocks held out clearly better than another, in the noise of either.
+    fn predicts_clearly(&self, better: &Fitted, worse: &Fitted) -> bool {
+        let gain = |noise: &[Noise]| trimmed_sum(&self.gain_of_blocks(better, worse, noise));
+        [better, worse].iter().all(|fit| gain(&fit.noise) > CLEARLY_PREDICTED)
+    }
+
+    /// The best fit of each of some kinds in a place.
+    fn rivals(
+        &self,
+        place: &Place<'_>,
+        search: Search<'_>,
+        kinds: &[&'static str],
+    ) -> Result<Vec<Rival>, DiagnoseError> {
+        let Place { own, rest, .. } = place;
+        let evaluations = self.evaluate(&rest.model)?;
+        let proposals = candidates::proposals(self, &evaluations, rest, Search { only: Some(kinds), ..search });
+        drop(evaluations);
+        let base = rest.parameter_columns();
+        let profiled = |proposal: &'_ Proposal| {
+            let mut columns = base.clone();
+            columns.extend(proposal.columns.iter().map(Vec::as_slice));
+            let profile = self.layout().best_profile(&columns, &rest.residual, &own.noise);
+            (profile.minus_two_log_likelihood, profile.coefficients[base.len()..].to_vec())
+        };
+        let tried = proposals.par_iter().map(|proposal| (proposal, profiled(proposal)));
+        let mut tried: Vec<_> = tried.filter(|(proposal, (_, weights))| proposal.accepts(weights)).collect();
+        tried.sort_by(|a, b| a.1.0.total_cmp(&b.1.0));
+        let gain = |fit: &Fitted, term: usize| {
+            let smoothed =
+                if is_delay(&fit.model.terms[term]) { self.smoothing_gain(rest, &fit.model).max(0.0) } else { 0.0 };
+            rest.minus_two_log_likelihood - fit.minus_two_log_likelihood - smoothed
+        };
+        let of_own = gain(own, place.term);
+        let numbers = parameters::of_term(&own.model, place.term).len() as f64;
+        let mut found = Vec::new();
+        for kind in kinds {
+            let of_kind = tried.iter().filter(|(proposal, _)| proposal.info.name == *kind);
+            for (proposal, (_, weights)) in of_kind.take(MOST_TRIED) {
+                let Some(fit) = self.polished(proposal, weights, place, search)? else { continue };
+                let further = proposal.parameters() as f64 - numbers;
+                let net = gain(&fit, fit.model.terms.len() - 1) - of_own - 2.0 * further;
+                found.push(Rival { kind: proposal.info.name, fit, net });
+                break;
+            }
+        }
+        Ok(found)
+    }
+
+    /// A candidate of the grid in a place, its shapes searched by the swarm where it contains the named kind; `None` where it ends as no term of its kind, or as one of the kinds
+    /// that it contains.
+    fn polished(
+        &self,
+        proposal: &Proposal,
+        weights: &[f64],
+        place: &Place<'_>,
+        search: Search<'_>,
+    ) -> Result<Option<Fitted>, DiagnoseError> {
+        let start = proposal.applied(&place.rest.model, weights);
+        let (last, noise) = (start.terms.len() - 1, Some(&place.rest.noise[..]));
+        let free = self.parameters(&start, search);
+        let mut fit = self.fit(&start, &free, noise, FIRST_STEPS)?;
+        if !proposal.accepts_fitted(&fit.model) {
+            fit = self.fit(&start, &free, noise, 0)?;
+        }
+        if kinds::contains(proposal.info.name, place.kind) {
+            fit = self.reshaped(fit, last, search.seed)?;
+        }
+        let fit = self.fit(&fit.model, &fit.parameters, Some(&fit.noise), LAST_STEPS)?;
+        let exceeds = proposal.kind.exceeds_what_it_contains(&fit.model.terms[last]);
+        Ok((exceeds && proposal.accepts_fitted(&fit.model)).then_some(fit))
+    }
+}
