@@ -1,4 +1,5 @@
-//! The class of a named kind by likelihood: kinds that explain clearly less in its place leave it, and one that explains clearly more takes its place.
+//! Names and their classes by likelihood: a small further effect that it does not see loses its name; kinds that explain clearly less in the place of a named one leave the class,
+//! and one that explains clearly more takes the place.
 //!
 //! Held-out error alone distinguishes similar kinds poorly. The searches fit each kind from the best candidates of a grid, and a dip of friction has several optima: a kind that
 //! contains the named one, as Stribeck friction contains Coulomb friction, is fitted with the swarm here.
@@ -11,6 +12,7 @@ use crate::diagnose::decision::{STEPS_OF_LIKELIHOOD, TOO_LOUD_TO_REFINE};
 use crate::diagnose::diagnosis::UNKNOWN;
 use crate::diagnose::explain::{Search, is_delay};
 use crate::diagnose::naming::{DiagnosisVerdict, LEAST_GAIN_OF_RICHER};
+use crate::diagnose::search::MARGIN;
 use crate::kinds;
 use crate::model::Model;
 use crate::numerics::autoregression::Noise;
@@ -24,6 +26,8 @@ use crate::regression::parameters;
 const CLEARLY_MORE: f64 = 25.0;
 /// and predicts blocks held out better by so many squares of the noise of either, the best and the worst block left out.
 const CLEARLY_PREDICTED: f64 = 25.0;
+/// A further name of a smaller share needs a likelihood that believes it; less may be a trace of the shapes of the others.
+const LARGEST_TRACE: f64 = 0.05;
 /// Candidates of the grid that are fitted until one ends as a term of its kind.
 const MOST_TRIED: usize = 3;
 /// Steps of a fit from a candidate of the grid.
@@ -57,6 +61,7 @@ impl Dataset<'_> {
         if self.is_far_from(&verdict.base) {
             return Ok(());
         }
+        self.drop_traces(verdict, search)?;
         for at in 0..verdict.effects.len() {
             let (effect, model) = (&verdict.effects[at], &verdict.extended.model);
             let Some(term) = effect.term.filter(|_| effect.name != UNKNOWN) else { continue };
@@ -115,6 +120,27 @@ impl Dataset<'_> {
                 let plain = std::mem::replace(&mut effect.name, best.kind.to_owned());
                 effect.tried.push((plain, effect.gain, parameters::of_term(&own.model, term).len()));
                 effect.gain += best.net;
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes out the names of small further effects that likelihood does not see beside the others; their terms stay in the model.
+    fn drop_traces(&self, verdict: &mut DiagnosisVerdict, search: Search<'_>) -> Result<(), DiagnoseError> {
+        let mut at = verdict.effects.len();
+        while at > 0 {
+            at -= 1;
+            let (effect, model) = (&verdict.effects[at], &verdict.extended.model);
+            let is_further = verdict.effects.iter().filter(|e| e.name != UNKNOWN).count() > 1;
+            let is_small = effect.name != UNKNOWN && effect.share < LARGEST_TRACE;
+            let Some(term) = effect.term.filter(|_| is_further && is_small) else { continue };
+            let Some((with, without)) = self.with_and_without(model, term, search)? else { continue };
+            let numbers = parameters::of_term(&with.model, term).len();
+            let gain = without.minus_two_log_likelihood - with.minus_two_log_likelihood;
+            let predicted = trimmed_sum(&self.gain_of_blocks(&with, &without, &with.noise));
+            if gain - self.penalty(numbers) < MARGIN && predicted < CLEARLY_PREDICTED {
+                let effect = verdict.effects.remove(at);
+                verdict.rejected.push((effect.name, gain, numbers));
             }
         }
         Ok(())
