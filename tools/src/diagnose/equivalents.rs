@@ -89,11 +89,8 @@ impl Dataset<'_> {
             }
             let best = self.winner(&found, &own).map(|at| &found[at]);
             let (most, winner) = best.map_or((0.0, &own), |best| (best.net, &best.fit));
-            // Two delays differ by little, and each has optima besides the best.
-            let is_shifted = is_delay(&own.model.terms[term]);
-            let is_other_delay = |rival: &Rival| is_shifted && rival.fit.model.terms.last().is_some_and(is_delay);
             let is_out = |kind: &str| {
-                let rival = found.iter().find(|rival| rival.kind == kind && !is_other_delay(rival));
+                let rival = found.iter().find(|rival| rival.kind == kind);
                 rival.is_some_and(|rival| most - rival.net > CLEARLY_MORE && self.predicts_clearly(winner, &rival.fit))
             };
             let mut class: Vec<String> = effect.equivalents.iter().filter(|e| !is_out(e)).cloned().collect();
