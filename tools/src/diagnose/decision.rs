@@ -54,8 +54,8 @@ const CLEARLY_BETTER: f64 = 0.95;
 const MOST_OF_PREDICTABLE: f64 = 0.75;
 /// or leave less than this part of the held-out squares.
 const MUCH_BETTER: f64 = 0.5;
-/// A name that likelihood withheld stands if the selection leaves less than this part. Any name stands if the base is far from its machine, the selection leaves less than this part of
-/// what the base leaves, and the finding of likelihood no less than the base.
+/// A name that likelihood withheld stands if the selection leaves less than this part of the squares that likelihood's finding leaves. The same part counts beside a base that is far from
+/// its machine, see `may_doubt`.
 const BETTER: f64 = 0.8;
 /// A curve explains at most so many times the squares that the base leaves.
 const MOST_OF_RESIDUAL: f64 = 100.0;
@@ -68,8 +68,8 @@ const STEPS: usize = 5;
 /// Steps of the fit against coloured noise from one by plain least squares.
 pub(super) const STEPS_OF_LIKELIHOOD: usize = 2;
 
-/// Whether what likelihood finds beside a base far from its machine can speak against a selection, by the held-out squares of both and of the base: there every kind leaves structure, and a
-/// finding that predicts no better than the base says nothing against names that do.
+/// Whether likelihood may speak against a selection beside a base that is far from its machine, by the held-out squares that the selection, likelihood's finding and the base leave. Every kind
+/// leaves structure there, so a finding that predicts no better than the base says nothing against names that predict clearly better.
 fn may_doubt(selection: f64, likelihood: f64, base: f64) -> bool {
     likelihood < base || selection >= BETTER * base
 }
@@ -164,14 +164,11 @@ impl Dataset<'_> {
         // Where likelihood sees nothing, a little that is saved on held-out blocks may be chance.
         let helps = ours < bare && (verdict.mismatch || loud);
         let nameless = verdict.effects.iter().all(|e| e.name == UNKNOWN) && ours <= theirs;
+        let counts = !self.is_far_from(&base) || may_doubt(ours, theirs, bare);
+        let doubted = counts && is_doubted(&verdict, &selection, ours / theirs.max(f64::MIN_POSITIVE));
         // A curve predicts, but names nothing.
         let names_more = || -> Result<bool, DiagnoseError> { Ok(ours <= self.left_by_kinds(&verdict, search)?) };
-        if helps
-            && !selection.selected.is_empty()
-            && !((!self.is_far_from(&base) || may_doubt(ours, theirs, bare))
-                && is_doubted(&verdict, &selection, ours / theirs.max(f64::MIN_POSITIVE)))
-            && (better || (loud && (nameless || names_more()?)))
-        {
+        if helps && !selection.selected.is_empty() && !doubted && (better || (loud && (nameless || names_more()?))) {
             let joint = self.joint_verdict(&base, &selection, search)?;
             let refuted = is_nameless(&verdict) && self.are_similar_kinds(model, &joint, &selection, search)?;
             if !refuted && joint.mismatch && (better || joint.effects.iter().any(|e| e.name != UNKNOWN)) {

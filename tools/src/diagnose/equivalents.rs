@@ -7,12 +7,13 @@
 use rayon::prelude::*;
 
 use crate::diagnose::DiagnoseError;
-use crate::diagnose::candidates::{self, Proposal};
+use crate::diagnose::candidates;
 use crate::diagnose::decision::{STEPS_OF_LIKELIHOOD, TOO_LOUD_TO_REFINE};
 use crate::diagnose::diagnosis::UNKNOWN;
-use crate::diagnose::explain::{Search, is_delay};
+use crate::diagnose::explain::{Search, Tried};
 use crate::diagnose::naming::{DiagnosisVerdict, LEAST_GAIN_OF_RICHER};
 use crate::diagnose::search::MARGIN;
+use crate::diagnose::similar_kinds::{LEAST_NET_GAIN, LEAST_PREDICTED};
 use crate::kinds;
 use crate::model::Model;
 use crate::numerics::autoregression::Noise;
@@ -22,10 +23,6 @@ use crate::regression::fit::Fitted;
 use crate::regression::heldout_rows::trimmed_sum;
 use crate::regression::parameters;
 
-/// One of two kinds explains clearly more where it lowers −2 ln L by so much more, net of what its further numbers gain from noise,
-const CLEARLY_MORE: f64 = 25.0;
-/// and predicts blocks held out better by so many squares of the noise of either, the best and the worst block left out.
-const CLEARLY_PREDICTED: f64 = 25.0;
 /// A further name of a smaller share needs a likelihood that believes it; less may be a trace of the shapes of the others.
 const LARGEST_TRACE: f64 = 0.05;
 /// Candidates of the grid that are fitted until one ends as a term of its kind.
@@ -61,7 +58,9 @@ impl Dataset<'_> {
         if self.is_far_from(&verdict.base) {
             return Ok(());
         }
-        self.drop_traces(verdict, search)?;
+        // Made where it is first needed, and again for a model in which a name was replaced.
+        let mut fitted = None;
+        self.drop_traces(verdict, &mut fitted, search)?;
         for at in 0..verdict.effects.len() {
             let (effect, model) = (&verdict.effects[at], &verdict.extended.model);
             let Some(term) = effect.term.filter(|_| effect.name != UNKNOWN) else { continue };
@@ -76,7 +75,8 @@ impl Dataset<'_> {
             if rivals.is_empty() {
                 continue;
             }
-            let Some((mut own, rest)) = self.with_and_without(model, term, search)? else { continue };
+            let fit = self.against_coloured_noise(&mut fitted, model, search)?;
+            let Some((mut own, rest)) = self.with_and_without(fit, term, search)? else { continue };
             let mut found =
                 self.rivals(&Place { kind: &effect.name, term, own: &own, rest: &rest }, search, &rivals)?;
             let contested = self.winner(&found, &own).is_some_and(|at| kinds::contains(found[at].kind, &effect.name));
@@ -91,7 +91,8 @@ impl Dataset<'_> {
             let (most, winner) = best.map_or((0.0, &own), |best| (best.net, &best.fit));
             let is_out = |kind: &str| {
                 let rival = found.iter().find(|rival| rival.kind == kind);
-                rival.is_some_and(|rival| most - rival.net > CLEARLY_MORE && self.predicts_clearly(winner, &rival.fit))
+                rival
+                    .is_some_and(|rival| most - rival.net > LEAST_NET_GAIN && self.predicts_clearly(winner, &rival.fit))
             };
             let mut class: Vec<String> = effect.equivalents.iter().filter(|e| !is_out(e)).cloned().collect();
             let is_finer =
@@ -110,6 +111,7 @@ impl Dataset<'_> {
                 } else {
                     self.or_plain(self.fit(&model, &free, Some(&best.fit.noise), LAST_STEPS)?)?
                 };
+                fitted = None;
             }
             let effect = &mut verdict.effects[at];
             effect.equivalents = class;
@@ -123,7 +125,12 @@ impl Dataset<'_> {
     }
 
     /// Takes out the names of small further effects that likelihood does not see beside the others; their terms stay in the model.
-    fn drop_traces(&self, verdict: &mut DiagnosisVerdict, search: Search<'_>) -> Result<(), DiagnoseError> {
+    fn drop_traces(
+        &self,
+        verdict: &mut DiagnosisVerdict,
+        fitted: &mut Option<Fitted>,
+        search: Search<'_>,
+    ) -> Result<(), DiagnoseError> {
         let mut at = verdict.effects.len();
         while at > 0 {
             at -= 1;
@@ -131,11 +138,12 @@ impl Dataset<'_> {
             let is_further = verdict.effects.iter().filter(|e| e.name != UNKNOWN).count() > 1;
             let is_small = effect.name != UNKNOWN && effect.share < LARGEST_TRACE;
             let Some(term) = effect.term.filter(|_| is_further && is_small) else { continue };
-            let Some((with, without)) = self.with_and_without(model, term, search)? else { continue };
+            let fit = self.against_coloured_noise(fitted, model, search)?;
+            let Some((with, without)) = self.with_and_without(fit, term, search)? else { continue };
             let numbers = parameters::of_term(&with.model, term).len();
             let gain = without.minus_two_log_likelihood - with.minus_two_log_likelihood;
             let predicted = trimmed_sum(&self.gain_of_blocks(&with, &without, &with.noise));
-            if gain - self.penalty(numbers) < MARGIN && predicted < CLEARLY_PREDICTED {
+            if gain - self.penalty(numbers) < MARGIN && predicted < LEAST_PREDICTED {
                 let effect = verdict.effects.remove(at);
                 verdict.rejected.push((effect.name, gain, numbers));
             }
@@ -143,15 +151,26 @@ impl Dataset<'_> {
         Ok(())
     }
 
-    /// A model fitted against coloured noise with and without a term; `None` where the term is far above the noise.
+    /// The fit of a model against coloured noise, made once.
+    fn against_coloured_noise<'f>(
+        &self,
+        fitted: &'f mut Option<Fitted>,
+        model: &Model,
+        search: Search<'_>,
+    ) -> Result<&'f Fitted, DiagnoseError> {
+        if fitted.is_none() {
+            *fitted = Some(self.fit(model, &self.parameters(model, search), None, STEPS_OF_LIKELIHOOD)?);
+        }
+        Ok(fitted.as_ref().expect("made above"))
+    }
+
+    /// A fit against coloured noise with and without a term; `None` where the term is far above the noise.
     fn with_and_without(
         &self,
-        model: &Model,
+        with: &Fitted,
         term: usize,
         search: Search<'_>,
     ) -> Result<Option<(Fitted, Fitted)>, DiagnoseError> {
-        let free = self.parameters(model, search);
-        let with = self.fit(model, &free, None, STEPS_OF_LIKELIHOOD)?;
         let added = self.added_by(&with.model, &self.total(&with.model)?, term)?;
         if dot(&added, &added) > TOO_LOUD_TO_REFINE * dot(&with.residual, &with.residual) {
             return Ok(None);
@@ -160,14 +179,14 @@ impl Dataset<'_> {
         without.terms.remove(term);
         let without = self.fit(&without, &self.parameters(&without, search), Some(&with.noise), LAST_STEPS)?;
         // Noise that was fitted beside a wrong shape may hold part of the effect.
-        let again = self.fit(&with.model, &free, Some(&without.noise), LAST_STEPS)?;
+        let again = self.fit(&with.model, &with.parameters, Some(&without.noise), LAST_STEPS)?;
         let is_better = again.minus_two_log_likelihood < with.minus_two_log_likelihood;
-        Ok(Some((if is_better { again } else { with }, without)))
+        Ok(Some((if is_better { again } else { with.clone() }, without)))
     }
 
     /// Which of some rivals explains clearly more than the named kind, and most.
     fn winner(&self, rivals: &[Rival], own: &Fitted) -> Option<usize> {
-        let is_clear = |rival: &Rival| rival.net > CLEARLY_MORE && self.predicts_clearly(&rival.fit, own);
+        let is_clear = |rival: &Rival| rival.net > LEAST_NET_GAIN && self.predicts_clearly(&rival.fit, own);
         let clear = (0..rivals.len()).filter(|at| is_clear(&rivals[*at]));
         clear.max_by(|a, b| rivals[*a].net.total_cmp(&rivals[*b].net))
     }
@@ -175,7 +194,7 @@ impl Dataset<'_> {
     /// Whether one fit predicts blocks held out clearly better than another, in the noise of either.
     fn predicts_clearly(&self, better: &Fitted, worse: &Fitted) -> bool {
         let gain = |noise: &[Noise]| trimmed_sum(&self.gain_of_blocks(better, worse, noise));
-        [better, worse].iter().all(|fit| gain(&fit.noise) > CLEARLY_PREDICTED)
+        [better, worse].iter().all(|fit| gain(&fit.noise) > LEAST_PREDICTED)
     }
 
     /// The best fit of each of some kinds in a place.
@@ -189,31 +208,18 @@ impl Dataset<'_> {
         let evaluations = self.evaluate(&rest.model)?;
         let proposals = candidates::proposals(self, &evaluations, rest, Search { only: Some(kinds), ..search });
         drop(evaluations);
-        let base = rest.parameter_columns();
-        let profiled = |proposal: &'_ Proposal| {
-            let mut columns = base.clone();
-            columns.extend(proposal.columns.iter().map(Vec::as_slice));
-            let profile = self.layout().best_profile(&columns, &rest.residual, &own.noise);
-            (profile.minus_two_log_likelihood, profile.coefficients[base.len()..].to_vec())
-        };
-        let tried = proposals.par_iter().map(|proposal| (proposal, profiled(proposal)));
-        let mut tried: Vec<_> = tried.filter(|(proposal, (_, weights))| proposal.accepts(weights)).collect();
-        tried.sort_by(|a, b| a.1.0.total_cmp(&b.1.0));
-        let gain = |fit: &Fitted, term: usize| {
-            let smoothed =
-                if is_delay(&fit.model.terms[term]) { self.smoothing_gain(rest, &fit.model).max(0.0) } else { 0.0 };
-            rest.minus_two_log_likelihood - fit.minus_two_log_likelihood - smoothed
-        };
-        let of_own = gain(own, place.term);
+        let profiled = proposals.par_iter().filter_map(|proposal| self.profiled(rest, &own.noise, proposal));
+        let mut tried: Vec<Tried<'_>> = profiled.collect();
+        tried.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        let of_own = self.gain_of(place.term, own, rest);
         let numbers = parameters::of_term(&own.model, place.term).len() as f64;
         let mut found = Vec::new();
         for kind in kinds {
-            let of_kind = tried.iter().filter(|(proposal, _)| proposal.info.name == *kind);
-            for (proposal, (_, weights)) in of_kind.take(MOST_TRIED) {
-                let Some(fit) = self.polished(proposal, weights, place, search)? else { continue };
-                let further = proposal.parameters() as f64 - numbers;
-                let net = gain(&fit, fit.model.terms.len() - 1) - of_own - 2.0 * further;
-                found.push(Rival { kind: proposal.info.name, fit, net });
+            for tried in tried.iter().filter(|tried| tried.proposal.info.name == *kind).take(MOST_TRIED) {
+                let Some(fit) = self.polished(tried, place, search)? else { continue };
+                let further = tried.proposal.parameters() as f64 - numbers;
+                let net = self.gain_of(fit.model.terms.len() - 1, &fit, rest) - of_own - 2.0 * further;
+                found.push(Rival { kind: tried.proposal.info.name, fit, net });
                 break;
             }
         }
@@ -224,12 +230,12 @@ impl Dataset<'_> {
     /// that it contains.
     fn polished(
         &self,
-        proposal: &Proposal,
-        weights: &[f64],
+        tried: &Tried<'_>,
         place: &Place<'_>,
         search: Search<'_>,
     ) -> Result<Option<Fitted>, DiagnoseError> {
-        let start = proposal.applied(&place.rest.model, weights);
+        let proposal = tried.proposal;
+        let start = proposal.applied(&place.rest.model, &tried.weights);
         let (last, noise) = (start.terms.len() - 1, Some(&place.rest.noise[..]));
         let free = self.parameters(&start, search);
         let mut fit = self.fit(&start, &free, noise, FIRST_STEPS)?;

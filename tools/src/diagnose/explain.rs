@@ -55,11 +55,13 @@ impl Search<'_> {
 }
 
 /// A proposal on the grid, with its own noise.
-struct Tried<'p> {
-    proposal: &'p Proposal,
-    weights: Vec<f64>,
+pub(super) struct Tried<'p> {
+    pub(super) proposal: &'p Proposal,
+    /// The linear numbers that explain most.
+    pub(super) weights: Vec<f64>,
     noise: Vec<Noise>,
-    gain: f64,
+    /// By how much it lowers −2 ln L.
+    pub(super) gain: f64,
 }
 
 /// A gain of the deviance that noise alone gives a kind on the grid.
@@ -119,10 +121,7 @@ impl Dataset<'_> {
             if worse || !proposal.accepts_fitted(&polished.model) {
                 return None;
             }
-            let mut gain = fit.minus_two_log_likelihood - polished.minus_two_log_likelihood;
-            if is_delay(&proposal.term) {
-                gain -= self.smoothing_gain(fit, &polished.model).max(0.0);
-            }
+            let gain = self.gain_of(proposal.extends.unwrap_or(polished.model.terms.len() - 1), &polished, fit);
             Some(Alternative {
                 kind: proposal.info.name,
                 extends: proposal.extends,
@@ -147,8 +146,15 @@ impl Dataset<'_> {
         Ok(found)
     }
 
+    /// By how much a term of a fit lowers −2 ln L beside the fit without it; of a delay only what being late gains.
+    pub(super) fn gain_of(&self, term: usize, with: &Fitted, without: &Fitted) -> f64 {
+        let gain = without.minus_two_log_likelihood - with.minus_two_log_likelihood;
+        let is_late = is_delay(&with.model.terms[term]);
+        if is_late { gain - self.smoothing_gain(without, &with.model).max(0.0) } else { gain }
+    }
+
     /// What a delay gains beside a fitted model by smoothing the model's own noise between samples, not by being late: the gain of the mean of both signs of it.
-    pub fn smoothing_gain(&self, fit: &Fitted, delayed: &Model) -> f64 {
+    fn smoothing_gain(&self, fit: &Fitted, delayed: &Model) -> f64 {
         let Some(term) = delayed.terms.iter().find(|t| is_delay(t)) else { return 0.0 };
         let mut model = fit.model.clone();
         model.terms.push(term.clone());
@@ -188,6 +194,17 @@ impl Dataset<'_> {
         Some([with(0.0)?, with(delay)?, with(-delay)?])
     }
 
+    /// A proposal beside a fit, its linear numbers and those of the fit estimated together from the noise given on; `None` where they are none that the kind may have.
+    pub(super) fn profiled<'p>(&self, fit: &Fitted, noise: &[Noise], proposal: &'p Proposal) -> Option<Tried<'p>> {
+        let mut columns = fit.parameter_columns();
+        let base = columns.len();
+        columns.extend(proposal.columns.iter().map(Vec::as_slice));
+        let profile = self.layout().best_profile(&columns, &fit.residual, noise);
+        let weights = profile.coefficients[base..].to_vec();
+        let gain = fit.minus_two_log_likelihood - profile.minus_two_log_likelihood;
+        proposal.accepts(&weights).then_some(Tried { proposal, weights, noise: profile.noise, gain })
+    }
+
     /// The best of each kind on the grid.
     fn screen<'p>(&self, fit: &Fitted, proposals: &'p [Proposal]) -> Vec<Tried<'p>> {
         let layout = self.layout();
@@ -218,17 +235,8 @@ impl Dataset<'_> {
                 }
             }
         }
-        let base = fit.parameter_columns();
-        let profile = |&i: &usize| -> Option<Tried<'p>> {
-            let proposal = &proposals[i];
-            let mut columns = base.clone();
-            columns.extend(proposal.columns.iter().map(Vec::as_slice));
-            let profile = layout.best_profile(&columns, &fit.residual, &fit.noise);
-            let weights = profile.coefficients[base.len()..].to_vec();
-            let gain = fit.minus_two_log_likelihood - profile.minus_two_log_likelihood;
-            proposal.accepts(&weights).then_some(Tried { proposal, weights, noise: profile.noise, gain })
-        };
-        let mut tried: Vec<Tried<'p>> = chosen.par_iter().filter_map(profile).collect();
+        let profiled = |&i: &usize| self.profiled(fit, &fit.noise, &proposals[i]);
+        let mut tried: Vec<Tried<'p>> = chosen.par_iter().filter_map(profiled).collect();
         tried.sort_by(|a, b| b.gain.total_cmp(&a.gain));
         // Of each form the best; of a kind those that the polish may still turn.
         let mut kept: Vec<(_, f64)> = Vec::new();

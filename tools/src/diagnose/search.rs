@@ -3,7 +3,7 @@
 use gmhm::terms::KINDS;
 
 use crate::diagnose::DiagnoseError;
-use crate::diagnose::explain::{Alternative, Search, is_delay};
+use crate::diagnose::explain::{Alternative, Search};
 use crate::kinds;
 use crate::numerics::vector::dot;
 use crate::regression::dataset::Dataset;
@@ -186,10 +186,7 @@ impl Dataset<'_> {
             without.terms.remove(term);
             let free = self.parameters(&without, search);
             let rest = self.fit(&without, &free, Some(&extended.noise), 6)?;
-            let mut gain = rest.minus_two_log_likelihood - extended.minus_two_log_likelihood;
-            if is_delay(&extended.model.terms[term]) {
-                gain -= self.smoothing_gain(&rest, &extended.model).max(0.0);
-            }
+            let gain = self.gain_of(term, &extended, &rest);
             let parameters = crate::regression::parameters::of_term(&extended.model, term).len();
             let net = gain - self.penalty(parameters);
             let held_out = self.gain_of_blocks(&extended, &rest, &extended.noise);

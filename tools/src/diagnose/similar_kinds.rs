@@ -17,10 +17,10 @@ use crate::regression::heldout_rows::trimmed_sum;
 use crate::signal::plausible::sd;
 
 /// An effect changes with a coordinate where that lowers −2 ln L by so much, net of what as many columns gain from noise,
-const LEAST_NET_GAIN: f64 = 25.0;
+pub(super) const LEAST_NET_GAIN: f64 = 25.0;
 /// and predicts blocks held out better by so many squares of the noise, the best and the worst block left out. With both, none of 125 synthetic effects that were named
 /// right is beyond, of 27 named wrong 10.
-const LEAST_PREDICTED: f64 = 25.0;
+pub(super) const LEAST_PREDICTED: f64 = 25.0;
 /// A coordinate is limited to this many standard deviations about its mean.
 const FARTHEST: f64 = 3.0;
 /// The stiffness is computed where the deflection changes at more than this part of its highest rate.
