@@ -37,7 +37,7 @@ fn what_a_motion_does_not_determine_stays_as_given() {
     }
 }
 
-/// The scores of these cases among the first forty of a block.
+/// The scores of these cases among the first two hundred of a block.
 fn scores(block: &str, seed: u64, indices: &[usize]) -> Vec<CaseScore> {
     let mut cases = mix::only(&[block], seed, 200, &[]);
     cases.retain(|(index, _)| indices.contains(index));
@@ -93,6 +93,14 @@ fn a_base_that_a_block_does_not_determine_hides_nothing() {
     let case = score("maxwell slip", 10003, 585);
     assert_eq!(case.named, ["nonlocal_memory", "kinematic_error"]);
     assert!(case.unseen_error_nm.is_some_and(|left_nm| left_nm < 0.1), "{case:?}");
+}
+
+/// Slip elements with the input locked: friction along the output is a memory of the deflection there. Alone it has that memory as an equivalent; beside it, it is no effect of its own.
+#[test]
+fn friction_along_the_output_of_a_locked_gear_is_a_memory() {
+    for case in scores("maxwell slip", 10007, &[105, 375]) {
+        assert!(case.plant_named == Some(true) && case.wrong_names.is_empty(), "{case:?}");
+    }
 }
 
 /// Stribeck friction beside a kinematic error, creep and load-dependent friction: both searches end in an optimum of the dip that explains hardly more than Coulomb friction does.

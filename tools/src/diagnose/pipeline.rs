@@ -274,6 +274,7 @@ impl Dataset<'_> {
         progress.report("searching", 0.35);
         let (mut verdict, search) = self.decided(&plain.model, base, &selection, search)?;
         self.settle_classes(&mut verdict, search)?;
+        self.unite_with_memory(&mut verdict, search)?;
         self.withhold_similar_kind(&mut verdict, search)?;
         check(progress)?;
         Ok(Searched { verdict, selection, search, suggestions })

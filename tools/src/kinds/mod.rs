@@ -207,6 +207,11 @@ pub trait Kind: Sync {
         &[]
     }
 
+    /// The kind that its effect is, too, where the input is locked and the output turns by the deflection alone.
+    fn at_locked_input(&self) -> Option<&'static str> {
+        None
+    }
+
     /// Whether what this kind has beyond the kinds that it [contains](Self::contains) is large enough to be named.
     fn exceeds_what_it_contains(&self, _term: &Term) -> bool {
         true

@@ -49,6 +49,10 @@ impl Kind for PreslidingFriction {
         &["coulomb_friction"]
     }
 
+    fn at_locked_input(&self) -> Option<&'static str> {
+        Some("nonlocal_memory")
+    }
+
     fn measured_by(&self) -> &'static [FreeCoordinate] {
         &[FreeCoordinate::OutputReversal, FreeCoordinate::Velocity]
     }
