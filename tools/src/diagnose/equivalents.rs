@@ -7,7 +7,6 @@
 use rayon::prelude::*;
 
 use crate::diagnose::DiagnoseError;
-use crate::diagnose::candidates;
 use crate::diagnose::decision::{STEPS_OF_LIKELIHOOD, TOO_LOUD_TO_REFINE};
 use crate::diagnose::diagnosis::UNKNOWN;
 use crate::diagnose::explain::{Search, Tried};
@@ -77,7 +76,7 @@ impl Dataset<'_> {
             }
             let fit = self.against_coloured_noise(&mut fitted, model, search)?;
             let Some((mut own, rest)) = self.with_and_without(fit, term, search)? else { continue };
-            let mut found =
+            let (mut found, lost) =
                 self.rivals(&Place { kind: &effect.name, term, own: &own, rest: &rest }, search, &rivals)?;
             let contested = self.winner(&found, &own).is_some_and(|at| kinds::contains(found[at].kind, &effect.name));
             if contested {
@@ -91,8 +90,9 @@ impl Dataset<'_> {
             let (most, winner) = best.map_or((0.0, &own), |best| (best.net, &best.fit));
             let is_out = |kind: &str| {
                 let rival = found.iter().find(|rival| rival.kind == kind);
-                rival
-                    .is_some_and(|rival| most - rival.net > LEAST_NET_GAIN && self.predicts_clearly(winner, &rival.fit))
+                let is_worse =
+                    |rival: &Rival| most - rival.net > LEAST_NET_GAIN && self.predicts_clearly(winner, &rival.fit);
+                rival.map_or(lost.contains(&kind), is_worse)
             };
             let mut class: Vec<String> = effect.equivalents.iter().filter(|e| !is_out(e)).cloned().collect();
             let is_finer =
@@ -197,33 +197,38 @@ impl Dataset<'_> {
         [better, worse].iter().all(|fit| gain(&fit.noise) > LEAST_PREDICTED)
     }
 
-    /// The best fit of each of some kinds in a place.
+    /// The best fit of each of some kinds in a place, and the kinds of which no fit ends as a term of its kind.
     fn rivals(
         &self,
         place: &Place<'_>,
         search: Search<'_>,
         kinds: &[&'static str],
-    ) -> Result<Vec<Rival>, DiagnoseError> {
+    ) -> Result<(Vec<Rival>, Vec<&'static str>), DiagnoseError> {
         let Place { own, rest, .. } = place;
-        let evaluations = self.evaluate(&rest.model)?;
-        let proposals = candidates::proposals(self, &evaluations, rest, Search { only: Some(kinds), ..search });
-        drop(evaluations);
+        let proposals = self.proposals(rest, Search { only: Some(kinds), ..search })?;
         let profiled = proposals.par_iter().filter_map(|proposal| self.profiled(rest, &own.noise, proposal));
         let mut tried: Vec<Tried<'_>> = profiled.collect();
         tried.sort_by(|a, b| b.gain.total_cmp(&a.gain));
         let of_own = self.gain_of(place.term, own, rest);
         let numbers = parameters::of_term(&own.model, place.term).len() as f64;
-        let mut found = Vec::new();
+        let (mut found, mut lost) = (Vec::new(), Vec::new());
         for kind in kinds {
+            let mut is_lost = false;
             for tried in tried.iter().filter(|tried| tried.proposal.info.name == *kind).take(MOST_TRIED) {
-                let Some(fit) = self.polished(tried, place, search)? else { continue };
-                let further = tried.proposal.parameters() as f64 - numbers;
-                let net = self.gain_of(fit.model.terms.len() - 1, &fit, rest) - of_own - 2.0 * further;
-                found.push(Rival { kind: tried.proposal.info.name, fit, net });
-                break;
+                let fit = self.polished(tried, place, search)?;
+                is_lost = fit.is_none();
+                if let Some(fit) = fit {
+                    let further = tried.proposal.parameters() as f64 - numbers;
+                    let net = self.gain_of(fit.model.terms.len() - 1, &fit, rest) - of_own - 2.0 * further;
+                    found.push(Rival { kind: tried.proposal.info.name, fit, net });
+                    break;
+                }
+            }
+            if is_lost {
+                lost.push(*kind);
             }
         }
-        Ok(found)
+        Ok((found, lost))
     }
 
     /// A candidate of the grid in a place, its shapes searched by the swarm where it contains the named kind; `None` where it ends as no term of its kind, or as one of the kinds

@@ -2,13 +2,16 @@
 
 use rand_chacha::ChaCha8Rng;
 
-use super::build::term;
+use super::build::{number_of, term};
 use super::draft::Draft;
 use super::experiment::Experiment;
 use super::measures::Measures;
-use super::ranges::Ranges;
+use super::ranges::{Extent, Ranges};
 use super::{Family, Kind};
 use crate::model::{Model, Term};
+
+/// By how much the output's reading is older than the motor's.
+const DELAY: &str = "delay_s";
 
 /// Kind `encoder_skew`.
 pub struct EncoderSkew;
@@ -26,7 +29,6 @@ impl Kind for EncoderSkew {
         &[Experiment::Running]
     }
 
-    /// Not searched for yet.
     fn candidates(&self, ranges: &Ranges, _model: &Model) -> Vec<Term> {
         if ranges.rated_rad > 0.0 && ranges.velocity_rad_per_s > 0.0 {
             vec![term(self.name(), &[])]
@@ -35,7 +37,13 @@ impl Kind for EncoderSkew {
         }
     }
 
+    /// Encoders are not read further apart than the core's range says: a longer skew is a delay of something else.
+    fn is_of_kind(&self, term: &Term, _extent: &Extent) -> bool {
+        let range = self.info().and_then(|info| info.key(DELAY)).map_or((0.0, 0.0), |key| key.plausible);
+        (range.0..=range.1).contains(&number_of(term, DELAY))
+    }
+
     fn draft(&self, _shape: &str, measures: &Measures, _random: &mut ChaCha8Rng) -> Draft {
-        Draft::new(self.name()).number("delay_s", 1.0 / (measures.stiffness() * measures.velocity))
+        Draft::new(self.name()).number(DELAY, 1.0 / (measures.stiffness() * measures.velocity))
     }
 }
