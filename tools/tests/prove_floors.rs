@@ -111,6 +111,13 @@ fn a_dip_of_friction_that_is_seen_is_named() {
     }
 }
 
+/// A delay of the torque and damping that leave 0.15 N·m each and 0.016 together: neither is seen without the other.
+#[test]
+fn two_kinds_that_cancel_each_other_are_found_together() {
+    let case = score("pair", 10008, 116);
+    assert!(case.class_hits == 2 && case.wrong_names.is_empty(), "{case:?}");
+}
+
 /// Slow noise of joint logs that a free curve over time or a line of the spectrum follows, to a tenth of its squares.
 #[test]
 fn slow_noise_of_a_joint_is_no_structure() {

@@ -103,12 +103,29 @@ impl Dataset<'_> {
     /// # Errors
     /// A model that cannot be evaluated.
     pub fn explain(&self, fit: &Fitted, search: Search<'_>, asked: f64) -> Result<Vec<Alternative>, DiagnoseError> {
+        Ok(self.explain_by(fit, &self.proposals(fit, search)?, search, asked))
+    }
+
+    /// Every kind over its grid beside a fitted model.
+    ///
+    /// # Errors
+    /// A model that cannot be evaluated.
+    pub(super) fn proposals(&self, fit: &Fitted, search: Search<'_>) -> Result<Vec<Proposal>, DiagnoseError> {
         let evaluations = self.evaluate(&fit.model)?;
-        let proposals = candidates::proposals(self, &evaluations, fit, search);
-        drop(evaluations);
-        let mut tried = self.screen(fit, &proposals);
+        Ok(candidates::proposals(self, &evaluations, fit, search))
+    }
+
+    /// [`explain`](Self::explain) by these proposals.
+    pub(super) fn explain_by(
+        &self,
+        fit: &Fitted,
+        proposals: &[Proposal],
+        search: Search<'_>,
+        asked: f64,
+    ) -> Vec<Alternative> {
+        let mut tried = self.screen(fit, proposals);
         tried.retain(|t| t.gain > LEAST_GAIN.max(PART_OF_ASKED * asked));
-        let Some(best) = tried.iter().map(|t| t.gain).max_by(f64::total_cmp) else { return Ok(Vec::new()) };
+        let Some(best) = tried.iter().map(|t| t.gain).max_by(f64::total_cmp) else { return Vec::new() };
         let polish = |tried: &Tried<'_>| -> Option<Alternative> {
             let proposal = tried.proposal;
             let start = proposal.applied(&fit.model, &tried.weights);
@@ -143,7 +160,7 @@ impl Dataset<'_> {
             }
         }
         found.retain(|a| best.contains(&(a.kind, a.extends, net(a))));
-        Ok(found)
+        found
     }
 
     /// By how much a term of a fit lowers −2 ln L beside the fit without it; of a delay only what being late gains.

@@ -15,6 +15,7 @@
 //! | [`selection`], [`joint_naming`] | joint selection of kinds by held-out error, and its verdicts |
 //! | `decision` | which of the two searches is believed |
 //! | `equivalents` | the class of a named kind by likelihood |
+//! | `hidden_pair` | two kinds that hide each other |
 //! | `locked_input` | friction of the output that is a memory of the deflection |
 //! | `similar_kinds` | the name withheld of an effect that changes with what its kind does not know |
 //! | `other_shapes` | the likeliest shape of what was found, and what the others add to its uncertainty |
@@ -30,6 +31,7 @@ mod equivalents;
 pub mod evidence;
 pub mod explain;
 mod findings;
+mod hidden_pair;
 pub mod joint_naming;
 pub(crate) mod jumps;
 mod locked_input;

@@ -134,10 +134,12 @@ impl Dataset<'_> {
         let (base_power, left_power) = (power(&base.residual), power(&extended.residual));
         let structured = (base_power - left_power).max(1e-12 * base_power);
         let mut verdicts = Vec::new();
+        let mut saved_in_place = Vec::new();
         for effect in effects {
             let kind = extended.model.terms[effect.term].kind.clone();
             let rest = effect.rest;
             let own_part = part(&extended, &rest);
+            saved_in_place.push(((power(&rest.residual) - left_power) / structured).clamp(0.0, 1.0));
             let curves = self.curves_beside(&rest, LEAST_SHARED_PART * own_part)?;
             let mut tried = effect.alternatives;
             let elements = kinds::elements(&extended.model.terms[effect.term]);
@@ -264,6 +266,10 @@ impl Dataset<'_> {
             }
         }
         self.share_out(&base, &extended, &mut verdicts)?;
+        // Of two that cancel each other almost one has no part of what both explain together: what it saves in its place counts.
+        for (effect, saved) in verdicts.iter_mut().zip(saved_in_place).filter(|(effect, _)| effect.share == 0.0) {
+            effect.share = saved;
+        }
         verdicts.sort_by(|a, b| b.share.total_cmp(&a.share));
         // Two terms of a kind are one effect, told by the larger.
         let mut effects: Vec<EffectVerdict> = Vec::new();

@@ -108,7 +108,8 @@ impl Dataset<'_> {
             let found = extended.model.terms.len() - search.base_terms;
             let so_far = base.minus_two_log_likelihood - extended.minus_two_log_likelihood;
             let asked = MARGIN.max(LEAST_SHARE * so_far);
-            let tried = self.explain(&extended, search, asked + self.penalty(1))?;
+            let proposals = self.proposals(&extended, search)?;
+            let tried = self.explain_by(&extended, &proposals, search, asked + self.penalty(1));
             let net = |a: &Alternative| a.gain - self.penalty(a.parameters);
             let believed = |a: &Alternative| {
                 let predicted = self.gain_of_blocks(&a.fit, &extended, &a.fit.noise);
@@ -127,17 +128,24 @@ impl Dataset<'_> {
                 let as_much = |a: &Alternative| net(a) >= net(best) - SHAPE * best.gain;
                 able().find(|(_, a)| kinds::contains(best.kind, a.kind) && as_much(a))
             });
-            let Some((best, alternative)) = simplest.or(best) else {
-                rejected = tried;
-                break;
+            let is_enough = |(_, alternative): &(usize, &Alternative)| {
+                let grows = alternative.extends.is_some();
+                let asked = if part(&alternative.fit, &extended) > LARGE_PART { MARGIN } else { asked };
+                net(alternative) >= asked && (found < MOST_EFFECTS || grows)
             };
-            let grows = alternative.extends.is_some();
-            let asked = if part(&alternative.fit, &extended) > LARGE_PART { MARGIN } else { asked };
-            if net(alternative) < asked || (found >= MOST_EFFECTS && !grows) {
-                rejected = tried;
-                break;
+            if let Some((best, _)) = simplest.or(best).filter(is_enough) {
+                extended = self.adopted(&tried[best], search)?;
+                continue;
             }
-            extended = self.adopted(&tried[best], search)?;
+            let pair = if found == 0 { self.with_hidden_pair(&extended, &proposals, search)? } else { None };
+            let pair = pair.filter(|pair| part(pair, &extended) > LEAST_PART);
+            match pair {
+                Some(pair) => extended = pair,
+                None => {
+                    rejected = tried;
+                    break;
+                }
+            }
         }
         let mut swaps = 0;
         let effects = loop {
@@ -148,7 +156,7 @@ impl Dataset<'_> {
             for needed in needed {
                 let Needed { term, gain, parameters, rest, net, held_out } = needed;
                 let kind = &extended.model.terms[term].kind;
-                let alternatives = self.explain(&rest, search, gain)?;
+                let mut alternatives = self.explain(&rest, search, gain)?;
                 let better = alternatives.iter().position(|a| {
                     let shape = if kinds::contains(a.kind, kind) { SHAPE * gain } else { 0.0 };
                     let other = a.gain - self.penalty(a.parameters);
@@ -164,6 +172,11 @@ impl Dataset<'_> {
                     swap = Some(self.adopted(&alternatives[better], search)?);
                     break;
                 }
+                if extended.model.terms.len() > search.base_terms + 1 {
+                    let simple = alternatives.iter_mut().filter(|a| a.parameters <= parameters);
+                    self.refit_beside_others(simple, (&extended, term), (&rest, gain), search)?;
+                    alternatives.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+                }
                 effects.push(Explained { term, gain, parameters, rest, alternatives });
             }
             let Some(swapped) = swap else { break effects };
@@ -171,6 +184,36 @@ impl Dataset<'_> {
             extended = swapped;
         };
         Ok(Outcome { base, extended, effects, free_zero: search.zero, rejected })
+    }
+
+    /// Refits alternatives in the place of a term that fall short of its gain, with the numbers of all other terms as they are beside it: without the term these are often far off, as those of a
+    /// delay are that hides damping.
+    fn refit_beside_others<'a>(
+        &self,
+        alternatives: impl Iterator<Item = &'a mut Alternative>,
+        (extended, term): (&Fitted, usize),
+        (rest, gain): (&Fitted, f64),
+        search: Search<'_>,
+    ) -> Result<(), DiagnoseError> {
+        for alternative in alternatives {
+            let falls_short = (LEAST_OF_REFITTED * gain..gain - SWAP).contains(&alternative.gain);
+            let Some(other) = alternative.fit.model.terms.last() else { continue };
+            if !falls_short || !alternative.polished || alternative.extends.is_some() {
+                continue;
+            }
+            let mut model = extended.model.clone();
+            model.terms.remove(term);
+            model.terms.push(other.clone());
+            let last = model.terms.len() - 1;
+            let fit = self.fit(&model, &self.parameters(&model, search), Some(&extended.noise), 6)?;
+            let gain = self.gain_of(last, &fit, rest);
+            let is_sound =
+                fit.model.terms[last].check().is_ok() && kinds::positive_where_needed(&fit.model.terms[last]);
+            if gain > alternative.gain && is_sound {
+                (alternative.fit, alternative.gain) = (fit, gain);
+            }
+        }
+        Ok(())
     }
 
     /// A fit without the terms that it does not need, and what is known of those that it does.
@@ -228,6 +271,9 @@ pub fn part(better: &Fitted, worse: &Fitted) -> f64 {
 
 /// A kind has to explain at least this share more than the special case of it: following a shape to the last makes no other physics.
 const SHAPE: f64 = 0.02;
+
+/// An alternative that gains less than this part of what the term gains in whose place it stands is not refitted.
+const LEAST_OF_REFITTED: f64 = 0.3;
 
 /// A swap has to gain this much.
 const SWAP: f64 = 4.0;

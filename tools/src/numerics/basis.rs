@@ -37,6 +37,12 @@ impl Basis {
 
     /// How much of the squared length of `y`, which has nothing in this basis, the columns explain beyond it, and by how many of them.
     pub fn gain(&self, columns: &[Vec<f64>], y: &[f64]) -> (f64, usize) {
+        let own = self.beyond(columns);
+        (own.iter().map(|q| dot(q, y).powi(2)).sum(), own.len())
+    }
+
+    /// An orthonormal basis of what columns have beyond this one.
+    pub fn beyond(&self, columns: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let mut own = Self::default();
         for column in columns {
             let before = dot(column, column).sqrt();
@@ -47,6 +53,6 @@ impl Basis {
                 own.add(&rest);
             }
         }
-        (own.columns.iter().map(|q| dot(q, y).powi(2)).sum(), own.columns.len())
+        own.columns
     }
 }
