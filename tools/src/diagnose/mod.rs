@@ -18,6 +18,7 @@
 //! | `hidden_pair` | two kinds that hide each other |
 //! | `locked_input` | friction of the output that is a memory of the deflection |
 //! | `similar_kinds` | the name withheld of an effect that changes with what its kind does not know |
+//! | `soft_edges` | what a soft edge adds to the uncertainty of a gap |
 //! | `other_shapes` | the likeliest shape of what was found, and what the others add to its uncertainty |
 //! | `unchanged` | numbers of the base that stay as given |
 //! | [`next_experiment`] | what could not have been seen, and the experiment that would show it |
@@ -49,6 +50,7 @@ pub mod selection;
 pub(crate) mod shapes;
 pub(crate) mod shares;
 mod similar_kinds;
+mod soft_edges;
 pub mod suggestion;
 pub(crate) mod tones;
 mod unchanged;

@@ -125,8 +125,9 @@ pub fn diagnose(
     verdict.extended = dataset.with_curves_apart(verdict.extended, search)?;
     dataset.drop_curves(&mut verdict, search)?;
     verdict.extended = dataset.with_base_unchanged(&model, verdict.extended, search)?;
-    let (extended, variances) = dataset.among_shapes(verdict.extended, search)?;
+    let (extended, mut variances) = dataset.among_shapes(verdict.extended, search)?;
     verdict.extended = extended;
+    dataset.add_soft_edges(&verdict.extended, search, &mut variances)?;
     check(progress)?;
     progress.report("checking on rows held out", 0.9);
     let rms = Rms {

@@ -19,6 +19,7 @@ use crate::signal::acceleration::acceleration;
 use crate::signal::denoise::denoised;
 
 /// Recordings of one gear or joint, their rows in one line.
+#[derive(Clone)]
 pub struct Dataset<'a> {
     /// The recordings, their angles freed of noise.
     pub recordings: Vec<Cow<'a, Recording>>,
