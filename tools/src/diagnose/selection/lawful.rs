@@ -61,7 +61,7 @@ impl Dataset<'_> {
 
     /// A fit without the found terms whose refitted numbers are not of their kind or larger than the torque spans, and without found friction beside which friction of the `base`
     /// turns round and drives: at one speed the two can trade any torque. With it those kinds. What refines such a term goes before the term itself.
-    pub(super) fn without_unlawful(
+    pub(in crate::diagnose) fn without_unlawful(
         &self,
         base: &Model,
         mut fit: Fitted,
