@@ -12,6 +12,7 @@ use crate::numerics::basis::Basis;
 use crate::numerics::vector::dot;
 use crate::regression::dataset::Dataset;
 use crate::regression::fit::Fitted;
+use crate::regression::likelihood::Profile;
 use crate::regression::parameters::FreeParameter;
 
 /// A kind that was tried, at its best.
@@ -213,13 +214,35 @@ impl Dataset<'_> {
 
     /// A proposal beside a fit, its linear numbers and those of the fit estimated together from the noise given on; `None` where they are none that the kind may have.
     pub(super) fn profiled<'p>(&self, fit: &Fitted, noise: &[Noise], proposal: &'p Proposal) -> Option<Tried<'p>> {
-        let mut columns = fit.parameter_columns();
-        let base = columns.len();
-        columns.extend(proposal.columns.iter().map(Vec::as_slice));
-        let profile = self.layout().best_profile(&columns, &fit.residual, noise);
-        let weights = profile.coefficients[base..].to_vec();
+        let (profile, weights) = self.profile_beside(fit, noise, &proposal.columns);
         let gain = fit.minus_two_log_likelihood - profile.minus_two_log_likelihood;
         proposal.accepts(&weights).then_some(Tried { proposal, weights, noise: profile.noise, gain })
+    }
+
+    /// Columns beside a fit, estimated together with its numbers from the noise given on, and their coefficients.
+    pub(super) fn profile_beside<'c>(
+        &self,
+        fit: &'c Fitted,
+        noise: &[Noise],
+        added: impl IntoIterator<Item = &'c Vec<f64>>,
+    ) -> (Profile, Vec<f64>) {
+        let own = fit.parameter_columns();
+        let columns: Vec<&[f64]> = own.iter().copied().chain(added.into_iter().map(Vec::as_slice)).collect();
+        let profile = self.layout().best_profile(&columns, &fit.residual, noise);
+        let weights = profile.coefficients[own.len()..].to_vec();
+        (profile, weights)
+    }
+
+    /// The numbers of a fit as a basis, whitened, and what is left beside them of its residual.
+    pub(super) fn whitened(&self, fit: &Fitted, noise: &[Noise]) -> (Basis, Vec<f64>) {
+        let layout = self.layout();
+        let mut basis = Basis::default();
+        for column in &fit.columns {
+            basis.add(&layout.whiten(noise, column));
+        }
+        let mut left = layout.whiten(noise, &fit.residual);
+        basis.reduce(&mut left);
+        (basis, left)
     }
 
     /// The best of each kind on the grid.
@@ -228,12 +251,7 @@ impl Dataset<'_> {
         let plain = layout.white();
         let mut chosen: Vec<usize> = Vec::new();
         for (noise, most) in [(&fit.noise, 2), (&plain, 1)] {
-            let mut basis = Basis::default();
-            for column in &fit.columns {
-                basis.add(&layout.whiten(noise, column));
-            }
-            let mut y = layout.whiten(noise, &fit.residual);
-            basis.reduce(&mut y);
+            let (basis, y) = self.whitened(fit, noise);
             let gain = |proposal: &Proposal| {
                 let white: Vec<Vec<f64>> = proposal.columns.iter().map(|c| layout.whiten(noise, c)).collect();
                 basis.gain(&white, &y).0

@@ -10,7 +10,6 @@ use crate::diagnose::candidates::Proposal;
 use crate::diagnose::explain::{Search, is_delay};
 use crate::diagnose::search::MARGIN;
 use crate::kinds;
-use crate::numerics::basis::Basis;
 use crate::regression::dataset::Dataset;
 use crate::regression::fit::Fitted;
 use crate::regression::heldout_rows::improves_heldout;
@@ -54,12 +53,7 @@ impl Dataset<'_> {
     /// Of each two kinds that hide each other the best candidates, the best pair first.
     fn pairs<'p>(&self, fit: &Fitted, proposals: &'p [Proposal]) -> Vec<[&'p Proposal; 2]> {
         let (layout, noise) = (self.layout(), &fit.noise);
-        let mut base = Basis::default();
-        for column in &fit.columns {
-            base.add(&layout.whiten(noise, column));
-        }
-        let mut y = layout.whiten(noise, &fit.residual);
-        base.reduce(&mut y);
+        let (base, y) = self.whitened(fit, noise);
         let own = |proposal: &Proposal| -> Vec<Vec<f64>> {
             base.beyond(&proposal.columns.iter().map(|column| layout.whiten(noise, column)).collect::<Vec<_>>())
         };
@@ -114,11 +108,9 @@ impl Dataset<'_> {
         [first, second]: [&Proposal; 2],
         search: Search<'_>,
     ) -> Result<Option<Fitted>, DiagnoseError> {
-        let mut columns = fit.parameter_columns();
-        let base = columns.len();
-        columns.extend(first.columns.iter().chain(&second.columns).map(Vec::as_slice));
-        let profile = self.layout().best_profile(&columns, &fit.residual, &fit.noise);
-        let (of_first, of_second) = profile.coefficients[base..].split_at(first.columns.len());
+        let both = first.columns.iter().chain(&second.columns);
+        let (profile, weights) = self.profile_beside(fit, &fit.noise, both);
+        let (of_first, of_second) = weights.split_at(first.columns.len());
         if !first.accepts(of_first) || !second.accepts(of_second) {
             return Ok(None);
         }

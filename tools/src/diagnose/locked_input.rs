@@ -5,9 +5,8 @@ use crate::diagnose::explain::Search;
 use crate::diagnose::naming::DiagnosisVerdict;
 use crate::diagnose::nonparametric::Coordinates;
 use crate::kinds;
-use crate::numerics::vector::dot;
 use crate::regression::dataset::Dataset;
-use crate::signal::plausible::sd;
+use crate::signal::plausible::correlation;
 
 /// The input is locked where the output angle follows the deflection with so little left, a part of its standard deviation.
 const LEFT_OF_LOCKED: f64 = 0.02;
@@ -48,17 +47,8 @@ impl Dataset<'_> {
         let evaluations = self.evaluate(&verdict.base.model)?;
         let see = Coordinates::new(self, &evaluations);
         let (Some(output), Some(deflection)) = (&see.output, &see.deflection) else { return Ok(false) };
-        let follows = self.spans.iter().all(|span| {
-            let [output, deflection] = [output, deflection].map(|x| about_mean(&x[span.clone()]));
-            let slope = dot(&output, &deflection) / dot(&deflection, &deflection).max(f64::MIN_POSITIVE);
-            let left: Vec<f64> = output.iter().zip(&deflection).map(|(o, d)| o - slope * d).collect();
-            sd(&left) < LEFT_OF_LOCKED * sd(&output)
-        });
-        Ok(follows)
+        let apart =
+            |span: &std::ops::Range<usize>| 1.0 - correlation(&output[span.clone()], &deflection[span.clone()]).powi(2);
+        Ok(self.spans.iter().all(|span| apart(span) < LEFT_OF_LOCKED.powi(2)))
     }
-}
-
-fn about_mean(x: &[f64]) -> Vec<f64> {
-    let mean = x.iter().sum::<f64>() / x.len().max(1) as f64;
-    x.iter().map(|x| x - mean).collect()
 }

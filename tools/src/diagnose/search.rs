@@ -154,18 +154,18 @@ impl Dataset<'_> {
             let mut effects = Vec::new();
             let mut swap = None;
             for needed in needed {
-                let Needed { term, gain, parameters, rest, net, held_out } = needed;
+                let Needed { term, gain, parameters, ref rest, net, ref held_out } = needed;
                 let kind = &extended.model.terms[term].kind;
-                let mut alternatives = self.explain(&rest, search, gain)?;
+                let mut alternatives = self.explain(rest, search, gain)?;
                 let better = alternatives.iter().position(|a| {
                     let shape = if kinds::contains(a.kind, kind) { SHAPE * gain } else { 0.0 };
                     let other = a.gain - self.penalty(a.parameters);
                     let sum = |gains: &[f64]| gains.iter().sum::<f64>();
-                    let predicted = || self.gain_of_blocks(&a.fit, &rest, &extended.noise);
+                    let predicted = || self.gain_of_blocks(&a.fit, rest, &extended.noise);
                     a.extends.is_none()
                         && other > net + SWAP + shape
-                        && self.lessens(&a.fit, &rest, other)
-                        && (net < LEAST_OF_BEST * other || sum(&predicted()) > sum(&held_out))
+                        && self.lessens(&a.fit, rest, other)
+                        && (net < LEAST_OF_BEST * other || sum(&predicted()) > sum(held_out))
                         && (a.kind != kind || a.parameters >= parameters)
                 });
                 if let Some(better) = better.filter(|_| swaps < MOST_SWAPS) {
@@ -173,11 +173,9 @@ impl Dataset<'_> {
                     break;
                 }
                 if extended.model.terms.len() > search.base_terms + 1 {
-                    let simple = alternatives.iter_mut().filter(|a| a.parameters <= parameters);
-                    self.refit_beside_others(simple, (&extended, term), (&rest, gain), search)?;
-                    alternatives.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+                    self.refit_beside_others(&mut alternatives, &extended, &needed, search)?;
                 }
-                effects.push(Explained { term, gain, parameters, rest, alternatives });
+                effects.push(Explained { term, gain, parameters, rest: needed.rest, alternatives });
             }
             let Some(swapped) = swap else { break effects };
             swaps += 1;
@@ -186,33 +184,34 @@ impl Dataset<'_> {
         Ok(Outcome { base, extended, effects, free_zero: search.zero, rejected })
     }
 
-    /// Refits alternatives in the place of a term that fall short of its gain, with the numbers of all other terms as they are beside it: without the term these are often far off, as those of a
+    /// Refits alternatives of no more numbers in the place of a term that fall short of its gain, with the numbers of all other terms as they are beside it: without the term these are often far off, as those of a
     /// delay are that hides damping.
-    fn refit_beside_others<'a>(
+    fn refit_beside_others(
         &self,
-        alternatives: impl Iterator<Item = &'a mut Alternative>,
-        (extended, term): (&Fitted, usize),
-        (rest, gain): (&Fitted, f64),
+        alternatives: &mut [Alternative],
+        extended: &Fitted,
+        needed: &Needed,
         search: Search<'_>,
     ) -> Result<(), DiagnoseError> {
-        for alternative in alternatives {
-            let falls_short = (LEAST_OF_REFITTED * gain..gain - SWAP).contains(&alternative.gain);
+        let falls_short = LEAST_OF_REFITTED * needed.gain..needed.gain - SWAP;
+        let is_refitted = |a: &&mut Alternative| {
+            falls_short.contains(&a.gain) && a.parameters <= needed.parameters && a.polished && a.extends.is_none()
+        };
+        for alternative in alternatives.iter_mut().filter(is_refitted) {
             let Some(other) = alternative.fit.model.terms.last() else { continue };
-            if !falls_short || !alternative.polished || alternative.extends.is_some() {
-                continue;
-            }
             let mut model = extended.model.clone();
-            model.terms.remove(term);
+            model.terms.remove(needed.term);
             model.terms.push(other.clone());
             let last = model.terms.len() - 1;
             let fit = self.fit(&model, &self.parameters(&model, search), Some(&extended.noise), 6)?;
-            let gain = self.gain_of(last, &fit, rest);
+            let gain = self.gain_of(last, &fit, &needed.rest);
             let is_sound =
                 fit.model.terms[last].check().is_ok() && kinds::positive_where_needed(&fit.model.terms[last]);
             if gain > alternative.gain && is_sound {
                 (alternative.fit, alternative.gain) = (fit, gain);
             }
         }
+        alternatives.sort_by(|a, b| b.gain.total_cmp(&a.gain));
         Ok(())
     }
 

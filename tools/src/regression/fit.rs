@@ -111,6 +111,18 @@ impl Dataset<'_> {
         }
     }
 
+    /// Fits the numbers of a fit in another model, or along other rows, as they were fitted: by plain least squares, or against coloured noise.
+    ///
+    /// # Errors
+    /// A model that cannot be evaluated.
+    pub fn fit_as(&self, before: &Fitted, model: &Model, most_steps: usize) -> Result<Fitted, EstimateError> {
+        if before.plain {
+            self.plain_fit(model, &before.parameters, most_steps)
+        } else {
+            self.fit(model, &before.parameters, Some(&before.noise), most_steps)
+        }
+    }
+
     /// [`fit`](Self::fit) from white noise.
     fn fit_from_white(
         &self,

@@ -428,7 +428,7 @@ pub(crate) fn sd(x: &[f64]) -> f64 {
 }
 
 /// 0 where either does not change.
-fn correlation(x: &[f64], y: &[f64]) -> f64 {
+pub(crate) fn correlation(x: &[f64], y: &[f64]) -> f64 {
     let (a, b, size) = (mean(x), mean(y), sd(x) * sd(y));
     let product = x.iter().zip(y).map(|(x, y)| (x - a) * (y - b)).sum::<f64>() / x.len().max(1) as f64;
     if size > 0.0 { product / size } else { 0.0 }
