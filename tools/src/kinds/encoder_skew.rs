@@ -1,13 +1,14 @@
 //! Delay of the output encoder against the motor encoder.
 
+use gmhm::terms::KeyInfo;
 use rand_chacha::ChaCha8Rng;
 
-use super::build::{number_of, term};
+use super::build::term;
 use super::draft::Draft;
 use super::experiment::Experiment;
 use super::measures::Measures;
 use super::ranges::{Extent, Ranges};
-use super::{Family, Kind};
+use super::{Family, Kind, is_within_limits};
 use crate::model::{Model, Term};
 
 /// By how much the output's reading is older than the motor's.
@@ -38,9 +39,12 @@ impl Kind for EncoderSkew {
     }
 
     /// Encoders are not read further apart than the core's range says: a longer skew is a delay of something else.
+    fn limits(&self, key: &KeyInfo) -> (f64, f64) {
+        key.plausible
+    }
+
     fn is_of_kind(&self, term: &Term, _extent: &Extent) -> bool {
-        let range = self.info().and_then(|info| info.key(DELAY)).map_or((0.0, 0.0), |key| key.plausible);
-        (range.0..=range.1).contains(&number_of(term, DELAY))
+        is_within_limits(self, term)
     }
 
     fn draft(&self, _shape: &str, measures: &Measures, _random: &mut ChaCha8Rng) -> Draft {

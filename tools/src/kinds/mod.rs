@@ -187,6 +187,11 @@ pub trait Kind: Sync {
         usual_bounds(term, key, index)
     }
 
+    /// The range of a number outside which a term is of another kind; the bounds of a fit are wider.
+    fn limits(&self, _key: &KeyInfo) -> (f64, f64) {
+        (f64::NEG_INFINITY, f64::INFINITY)
+    }
+
     /// Whether a fitted term is of this kind within the recordings. By default friction has to saturate within the speeds recorded: what does not is viscous.
     fn is_of_kind(&self, term: &Term, extent: &Extent) -> bool {
         saturates(term, extent)
@@ -359,6 +364,18 @@ pub fn positive_where_needed(term: &Term) -> bool {
 /// Whether a number of a term has the wrong sign for its kind, or most of a list has.
 pub fn is_reversed(term: &Term) -> bool {
     needed_positive(term).is_some_and(|mut numbers| numbers.any(|own| own.iter().sum::<f64>() < 0.0))
+}
+
+/// Whether every number of a term is within the limits of its kind.
+pub fn is_within_limits(kind: &dyn Kind, term: &Term) -> bool {
+    kind.info().into_iter().flat_map(|info| info.keys).all(|key| {
+        let (least, most) = kind.limits(key);
+        match term.values.get(key.name) {
+            Some(TermValue::Number(x)) => (least..=most).contains(x),
+            Some(TermValue::List(list)) => list.iter().all(|x| (least..=most).contains(x)),
+            _ => true,
+        }
+    })
 }
 
 /// A term without the elements whose numbers have the wrong sign; `None` where it has none of them, or no other.

@@ -1,5 +1,6 @@
 //! Delay of the torque channel.
 
+use gmhm::terms::KeyInfo;
 use rand_chacha::ChaCha8Rng;
 
 use super::build::{number, term};
@@ -42,6 +43,11 @@ impl Kind for TimeSkew {
 
     fn growth(&self, _term: &Term, ranges: &Ranges) -> Option<(&'static str, f64)> {
         Some((DELAY, 0.25 * ranges.period_s))
+    }
+
+    /// Much longer than the core accepts as plausible is no delay: along sines a friction or a damping leads the torque by a part of their period. The first estimate is off.
+    fn limits(&self, key: &KeyInfo) -> (f64, f64) {
+        (2.0 * key.plausible.0, 2.0 * key.plausible.1)
     }
 
     /// From one side, interpolation between rows would smooth the noise of the angles, and look like a gain.

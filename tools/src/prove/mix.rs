@@ -2,7 +2,7 @@
 
 mod loud;
 
-use super::generator::{CaseSpec, Colour, KINDS, OUTSIDE, PlantKind, Rng, case_seed, fits_a_joint};
+use super::generator::{CaseSpec, Colour, FRICTION, KINDS, OUTSIDE, PlantKind, Rng, case_seed, fits_a_joint};
 
 /// Blocks of the proof, in the order of the table.
 pub const BLOCKS: [&str; 10] = [
@@ -90,9 +90,8 @@ fn spec(seed: u64, index: usize, real: &[Vec<f64>]) -> Option<CaseSpec> {
         }
         "pair" => {
             hide(kind, 0.15);
-            // Where the base model holds friction that warms up, friction cannot be hidden as well.
-            let clash =
-                |a: &str, b: &str| a == "thermal_friction" && matches!(b, "coulomb_friction" | "viscous_friction");
+            // Friction that warms up is that of the base model here, of every friction in the library: no other friction is hidden beside it.
+            let clash = |a: &str, b: &str| a == "thermal_friction" && FRICTION.contains(&b);
             let others: Vec<&str> =
                 KINDS.into_iter().filter(|k| *k != kind && !clash(k, kind) && !clash(kind, k)).collect();
             hide(rng.pick(&others), 0.15);

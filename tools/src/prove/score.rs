@@ -192,9 +192,14 @@ fn excused(key: &Key, effect: &Effect) -> bool {
         || key.hidden().any(|hidden| !hidden.listed && hidden.class.contains(&effect.name))
 }
 
-/// A friction law that was found also counts as its parts: Stribeck friction contains Coulomb and viscous friction.
+/// A friction law that was found also counts as its parts: Stribeck friction contains Coulomb and viscous friction. So does one that the key counts as its part because the dip is small.
 fn part_of(pairs: &[(&HiddenEffect, &Effect)], effect: &Effect) -> bool {
-    pairs.iter().any(|(hidden, _)| super::generator::parts(&hidden.kind).contains(&effect.name.as_str()))
+    let name = effect.name.as_str();
+    pairs.iter().any(|(hidden, _)| {
+        let is_of_law =
+            hidden.class.iter().any(|k| k == name) && super::generator::parts(name).contains(&hidden.kind.as_str());
+        is_of_law || super::generator::parts(&hidden.kind).contains(&name)
+    })
 }
 
 /// Is a coordinate of `hidden`, or of a kind that nobody could tell from it, among the first places, two for each effect?
@@ -219,12 +224,21 @@ fn parameters(hidden: &HiddenEffect, found: &Effect) -> Vec<ParameterScore> {
             if let (Some(&truth), Some(&value), Some(&sd)) =
                 (truth.numbers().get(i), estimate.value.numbers().get(k), sd.numbers().get(k))
             {
+                let truth = if name == "per_k" { truth_at_reference(hidden, found, truth) } else { truth };
                 let suffix = if true_orders.len() > 1 { format!(" order {order}") } else { String::new() };
                 scores.push(ParameterScore { name: format!("{}.{name}{suffix}", hidden.kind), truth, value, sd });
             }
         }
     }
     scores
+}
+
+/// A coefficient of temperature as the effect found states it: a stiffness c1 (1 − κ (Θ − Θ_0)) about another Θ_0 has another c1, and so another κ.
+fn truth_at_reference(hidden: &HiddenEffect, found: &Effect, truth: f64) -> f64 {
+    let number = |value: &ParameterValue| value.numbers().first().copied();
+    let own = hidden.parameters.get("reference_c").and_then(number);
+    let stated = found.parameters.get("reference_c").and_then(|p| number(&p.value));
+    own.zip(stated).map_or(truth, |(own, stated)| truth / (1.0 - truth * (stated - own)))
 }
 
 /// What was said of one kind, over the cases in which it was hidden alone and anybody could see it.

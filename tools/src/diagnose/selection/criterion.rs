@@ -19,6 +19,8 @@ pub struct Candidate {
     pub columns: Vec<usize>,
     /// Which weights have to be positive for the kind to be of its kind.
     pub positive: Vec<bool>,
+    /// The range of each weight outside which the term is of another kind.
+    pub limits: Vec<(f64, f64)>,
     /// The largest value of each column, before what is each recording's own was taken out of it.
     pub largest: Vec<f64>,
     /// What it costs, as a share of what is predictable.
@@ -133,7 +135,10 @@ impl Search<'_> {
     pub fn is_lawful(&self, set: &Set) -> bool {
         let weights = self.weights(set);
         let signs = weights.iter().all(|(c, weights)| {
-            weights.iter().zip(&self.candidates()[*c].positive).all(|(w, positive)| !positive || *w > 0.0)
+            let candidate = &self.candidates()[*c];
+            let within = |(w, limits): (&f64, &(f64, f64))| (limits.0..=limits.1).contains(w);
+            weights.iter().zip(&candidate.positive).all(|(w, positive)| !positive || *w > 0.0)
+                && weights.iter().zip(&candidate.limits).all(within)
         });
         let size = |kind: &str| -> Option<f64> {
             let own = set.get(kind)?;
@@ -193,6 +198,7 @@ mod tests {
             kind,
             columns: vec![column],
             positive: vec![false],
+            limits: vec![(f64::NEG_INFINITY, f64::INFINITY)],
             largest: vec![1.0],
             price: 0.01,
             refines: None,

@@ -146,7 +146,7 @@ impl Dictionary {
         }
         for term in search.base_terms..fit.model.terms.len() {
             let mut columns = Vec::new();
-            let mut positive = Vec::new();
+            let (mut positive, mut limits) = (Vec::new(), Vec::new());
             let own = &fit.model.terms[term];
             let Some(info) = own.info() else { continue };
             let linear = |parameter: &FreeParameter| matches!(parameter, FreeParameter::Term { key, .. } if key.role == Role::Linear);
@@ -162,7 +162,13 @@ impl Dictionary {
                 self.y.iter_mut().zip(column).for_each(|(y, x)| *y += value * x);
                 columns.push(self.columns.len());
                 self.columns.push(column.clone());
-                positive.push(matches!(parameter, FreeParameter::Term { key, .. } if kinds::of(info.name).is_some_and(|k| self.has_to_be_positive(k, key))));
+                let of_kind = kinds::of(info.name).zip(if let FreeParameter::Term { key, .. } = parameter {
+                    Some(key)
+                } else {
+                    None
+                });
+                positive.push(of_kind.is_some_and(|(kind, key)| self.has_to_be_positive(kind, key)));
+                limits.push(of_kind.map_or((f64::NEG_INFINITY, f64::INFINITY), |(kind, key)| kind.limits(key)));
             }
             if columns.is_empty() {
                 continue;
@@ -175,6 +181,7 @@ impl Dictionary {
                 largest: self.largest_of(&columns),
                 columns,
                 positive,
+                limits,
                 price,
                 refines: kind.shape_refines(own),
                 additive: kind.elements_are_effects(),
@@ -205,6 +212,7 @@ impl Dictionary {
             largest: self.largest_of(&own),
             columns: own,
             positive: proposal.keys.iter().map(|(key, _)| self.has_to_be_positive(of, key)).collect(),
+            limits: proposal.keys.iter().map(|(key, _)| of.limits(key)).collect(),
             price: of.price() + of.shape_price(&proposal.term),
             refines: of.shape_refines(&proposal.term),
             additive: of.elements_are_effects(),
@@ -268,6 +276,7 @@ impl Dictionary {
             let candidate = &mut self.candidates[c];
             candidate.columns = kept.iter().map(|k| candidate.columns[*k]).collect();
             candidate.positive = kept.iter().map(|k| candidate.positive[*k]).collect();
+            candidate.limits = kept.iter().map(|k| candidate.limits[*k]).collect();
             candidate.largest = kept.iter().map(|k| candidate.largest[*k]).collect();
             if let Origin::Proposed(_, numbers) = &mut self.origins[c] {
                 *numbers = kept;

@@ -140,7 +140,7 @@ impl Arm {
     fn cruise(&self, rng: &mut Rng, time_s: &[f64], period_s: f64) -> [Vec<f64>; 3] {
         let mut path = [Vec::new(), Vec::new(), Vec::new()];
         let (mut q, mut from, mut to, mut start, mut ramp) = (self.middle, 0.0, 0.0, 0.0, 0.2);
-        let mut turn_at = 0.0;
+        let (mut turn_at, mut before) = (0.0, 0.0);
         for &t in time_s {
             if t >= turn_at {
                 let away = if q > self.middle { -1.0 } else { 1.0 };
@@ -152,10 +152,12 @@ impl Arm {
             let s = ((t - start) / ramp).clamp(0.0, 1.0);
             let velocity = from + (to - from) * 0.5 * (1.0 - (PI * s).cos());
             let inside = s < 1.0;
+            // By trapezia: a sum of past speeds would lag half a row behind velocity and acceleration, a delay that no key knows.
+            q += 0.5 * (before + velocity) * period_s;
+            before = velocity;
             path[0].push(q);
             path[1].push(velocity);
             path[2].push(if inside { (to - from) * 0.5 * PI / ramp * (PI * s).sin() } else { 0.0 });
-            q += velocity * period_s;
         }
         path
     }

@@ -72,6 +72,16 @@ pub fn parts(kind: &str) -> &'static [&'static str] {
     }
 }
 
+/// Kinds of friction.
+pub const FRICTION: [&str; 6] = [
+    "coulomb_friction",
+    "viscous_friction",
+    "stribeck_friction",
+    "presliding_friction",
+    "load_dependent_friction",
+    "position_dependent_friction",
+];
+
 /// The coordinates of MODEL.md section 7 in which `kind` shows.
 pub fn coordinates(kind: &str) -> &'static [&'static str] {
     match kind {
@@ -382,7 +392,13 @@ pub fn parameters(hidden: &Hidden, scale: f64) -> BTreeMap<String, ParameterValu
         }
         "backlash" => drop(keys.insert("half_gap_rad".to_owned(), number(first))),
         "time_skew" => drop(keys.insert("delay_s".to_owned(), number(first))),
-        "thermal_stiffness" | "thermal_friction" => drop(keys.insert("per_k".to_owned(), number(first))),
+        "thermal_stiffness" => {
+            keys.insert("per_k".to_owned(), number(first));
+            if let Some((Piece::WarmStiffness { reference }, _)) = hidden.pieces.first() {
+                keys.insert("reference_c".to_owned(), number(*reference));
+            }
+        }
+        "thermal_friction" => drop(keys.insert("per_k".to_owned(), number(first))),
         "thermal_zero_drift" => drop(keys.insert("nm_per_k".to_owned(), number(first))),
         "sensor_drift" => drop(keys.insert("nm_per_s".to_owned(), number(first))),
         "wear" => drop(keys.insert("stiffness_drop_nm_per_rad".to_owned(), number(first))),

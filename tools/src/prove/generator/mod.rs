@@ -14,7 +14,7 @@ mod rng;
 mod simulated;
 mod truth;
 
-pub use kinds::{KINDS, OUTSIDE, coordinates, fits_a_joint, parts};
+pub use kinds::{FRICTION, KINDS, OUTSIDE, coordinates, fits_a_joint, parts};
 pub use noise::{Colour, real_residuals};
 pub use omitted::kinds as omitted_kinds;
 pub use rng::{Rng, case_seed};

@@ -1,6 +1,7 @@
 //! Cases of joint logs: a rigid-body torque, or terms of gravity and inertia, beside the measured torque, and what they leave out.
 
 use super::arm::{Arm, Path, Style};
+use super::kinds::FRICTION;
 use super::linear;
 use super::noise::{Noise, quantise, rms};
 use super::omitted::{self, Omitted, Sum};
@@ -14,6 +15,8 @@ use crate::recording::Recording;
 const ATTEMPTS: u64 = 20;
 /// What at least of an effect the other effects cannot stand in for, as a share of its rms.
 const OWN_SHARE: f64 = 0.4;
+/// Friction gives back at most this part of the energy that it takes: presliding gives back some.
+const GIVEN_BACK: f64 = 0.05;
 /// Rows that a check of that reads.
 const CHECKED_ROWS: usize = 1500;
 
@@ -33,7 +36,7 @@ pub fn case(seed: u64, spec: &CaseSpec) -> Case {
     let mut draft = None;
     for attempt in 0..ATTEMPTS {
         let made = drafted(&mut rng.stream(300 + attempt), spec);
-        let done = made.own.iter().all(|own| *own >= OWN_SHARE);
+        let done = made.own.iter().all(|own| *own >= OWN_SHARE) && !friction_drives(&made);
         draft = Some(made);
         if done {
             break;
@@ -62,6 +65,20 @@ fn drafted(rng: &mut Rng, spec: &CaseSpec) -> Draft {
     let sums: Vec<Sum> = paths.iter().map(|path| omitted::along(&effects, path)).collect();
     let own = (0..effects.len()).map(|i| own_share(&paths, &sums, i, spec.plant_model)).collect();
     Draft { arm, styles, paths, effects, sums, own }
+}
+
+/// Whether friction, all kinds together, gives back more than a little of the energy that it takes: friction brakes at every position.
+fn friction_drives(draft: &Draft) -> bool {
+    let is_friction = |effect: &Omitted| FRICTION.contains(&effect.kind.as_str());
+    let (mut taken, mut given) = (0.0, 0.0);
+    for (path, sum) in draft.paths.iter().zip(&draft.sums) {
+        for (row, velocity) in path.velocity.iter().enumerate() {
+            let own = sum.parts.iter().zip(&draft.effects).filter(|(_, effect)| is_friction(effect));
+            let power = velocity * own.map(|(part, _)| part[row]).sum::<f64>();
+            if power > 0.0 { taken += power } else { given -= power }
+        }
+    }
+    given > GIVEN_BACK * taken
 }
 
 /// What the other effects, a constant and a refitted base leave of effect `index`, as a share of its rms.

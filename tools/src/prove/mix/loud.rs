@@ -22,6 +22,9 @@ const RUNNING: [&str; 7] = [
     "position_dependent_friction",
 ];
 
+/// A wave of the friction over the angle is at most this part of the friction that it is a wave of, rms: more would drive the joint over a part of the turn.
+const LARGEST_WAVE: f64 = 0.6;
+
 /// Case `count` of `block`, `simulation` or `loud`.
 pub fn spec(block: &str, count: usize, rng: &mut Rng) -> CaseSpec {
     let mut spec = CaseSpec {
@@ -69,7 +72,14 @@ pub fn spec(block: &str, count: usize, rng: &mut Rng) -> CaseSpec {
 
 fn omitted(rng: &mut Rng, count: usize, simulation: bool) -> Vec<(String, f64)> {
     let kinds = omitted_kinds(rng, count, simulation);
-    kinds.into_iter().map(|kind| (kind.to_owned(), rng.log_uniform(0.15, 1.0))).collect()
+    let mut effects: Vec<(String, f64)> =
+        kinds.into_iter().map(|kind| (kind.to_owned(), rng.log_uniform(0.15, 1.0))).collect();
+    let of = |kinds: &[&str], effects: &[(String, f64)]| effects.iter().find(|e| kinds.contains(&&*e.0)).map(|e| e.1);
+    if let Some(all) = of(&["coulomb_friction", "stribeck_friction"], &effects) {
+        let own = effects.iter_mut().find(|e| e.0 == "position_dependent_friction");
+        own.into_iter().for_each(|e| e.1 = e.1.min(LARGEST_WAVE * all));
+    }
+    effects
 }
 
 /// Some of `kinds`, each leaving between `least` and `most`, N·m.
