@@ -245,6 +245,17 @@ pub fn draw(kind: &str, rng: &mut Rng, world: &World) -> Hidden {
                 sign: plain,
                 width,
             });
+            // Within a part of a turn a wave of the friction may be of one sign: that which brakes.
+            let taken = |(piece, weight): &(Piece, f64)| match *piece {
+                Piece::AngleFriction { angle, order, sine, .. } => {
+                    let waves = world.wave(angle, order, sine);
+                    weight * waves.iter().zip(&world.velocity).map(|(wave, v)| wave * v.abs()).sum::<f64>()
+                }
+                _ => 0.0,
+            };
+            if pieces.iter().map(taken).sum::<f64>() < 0.0 {
+                pieces.iter_mut().for_each(|(_, weight)| *weight = -*weight);
+            }
         }
         "viscous_damping" => pieces = one(Piece::Rate),
         "inertia" => pieces = one(Piece::Acceleration),

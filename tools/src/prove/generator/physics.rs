@@ -241,7 +241,7 @@ impl World {
         }
     }
 
-    fn wave(&self, angle: Angle, order: f64, sine: bool) -> Vec<f64> {
+    pub fn wave(&self, angle: Angle, order: f64, sine: bool) -> Vec<f64> {
         let q = if angle == Angle::Motor { &self.motor } else { &self.output };
         q.iter().map(|q| if sine { (order * q).sin() } else { (order * q).cos() }).collect()
     }
