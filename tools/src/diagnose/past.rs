@@ -16,8 +16,8 @@ impl Dataset<'_> {
     /// # Errors
     /// A model that cannot be evaluated.
     pub fn allow_any_past(&mut self, fit: &Fitted) -> Result<bool, EstimateError> {
-        let mut admitted = Vec::new();
-        for (recording, span) in self.recordings.iter().zip(&self.spans) {
+        let mut admitted = vec![Vec::new(); self.spans.len()];
+        for ((recording, span), admitted) in self.recordings.iter().zip(&self.spans).zip(&mut admitted) {
             let Some(room) = untouched(recording, &fit.model)? else { continue };
             let come: Vec<f64> = room.iter().map(|(above, below)| -(above + below)).collect();
             let (from, to) = (come[0], come[come.len() - 1]);
@@ -34,11 +34,58 @@ impl Dataset<'_> {
             let with = self.layout().best_profile(&columns, &fit.residual, &fit.noise);
             let gain = fit.minus_two_log_likelihood - with.minus_two_log_likelihood;
             if gain > self.penalty(own.len()) + MARGIN {
-                admitted.extend(own);
+                *admitted = own;
             }
         }
-        let any = !admitted.is_empty();
-        self.nuisances.extend(admitted);
+        let any = admitted.iter().any(|own| !own.is_empty());
+        if any {
+            self.remember(admitted);
+        }
         Ok(any)
+    }
+
+    /// Adds nuisances to those of each recording. Each has as many, those that it lacks are 0.
+    fn remember(&mut self, mut admitted: Vec<Vec<Vec<f64>>>) {
+        let rows = self.len();
+        let before = self.nuisances.len() / self.spans.len();
+        let most = admitted.iter().map(Vec::len).max().unwrap_or(0);
+        let mut known = std::mem::take(&mut self.nuisances).into_iter();
+        for own in &mut admitted {
+            own.resize(most, vec![0.0; rows]);
+            self.nuisances.extend(known.by_ref().take(before));
+            self.nuisances.append(own);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::parse;
+    use crate::recording::Recording;
+
+    #[test]
+    fn each_recording_keeps_its_own_offset_beside_an_older_past() {
+        let text = "format = 1\n[gear]\ntorque_side = \"motor\"\n[[term]]\nkind = \"viscous_friction\"\ndamping_nms_per_rad = 1.0\n";
+        let model = parse("joint.toml", text).unwrap();
+        let time_s: Vec<f64> = (0..200).map(|row| 0.01 * f64::from(row)).collect();
+        let recording = Recording {
+            name: "joint".into(),
+            torque: Some(time_s.iter().map(|t| t.sin()).collect()),
+            velocity_out_rad_per_s: Some(time_s.iter().map(|t| t.cos()).collect()),
+            time_s: time_s.into(),
+            ..Recording::default()
+        };
+        let recordings = [recording.clone(), recording];
+        let mut dataset = Dataset::new(&recordings, &model).unwrap();
+        let of_second: Vec<f64> = (0..dataset.len()).map(|row| f64::from(u8::from(row >= 200))).collect();
+        dataset.remember(vec![Vec::new(), vec![of_second; PAST_HATS]]);
+        let own = dataset.nuisances.len() / 2;
+        for (index, span) in dataset.spans.iter().enumerate() {
+            let lines = &dataset.nuisances[index * own..][..own];
+            assert!(lines[0][span.clone()].iter().all(|x| *x == 1.0), "recording {index} has lost its offset");
+            let others = (0..dataset.len()).filter(|row| !span.contains(row));
+            assert!(others.flat_map(|row| lines.iter().map(move |line| line[row])).all(|x| x == 0.0));
+        }
     }
 }

@@ -35,7 +35,8 @@ pub struct Dataset<'a> {
     pub marks: Vec<Vec<Mark>>,
     /// The torque to be explained, N·m or A.
     pub target: Vec<f64>,
-    /// What each recording adds that is no property of the gear: its offset, what the gear remembers from before the first row.
+    /// What each recording adds that is no property of the gear: its offset, what the gear remembers from before the first row. Recording by recording, as many
+    /// lines for each, 0 in the rows of the others.
     pub nuisances: Vec<Vec<f64>>,
     /// Smoothings of the friction of a base model, each of a term by its number, and their highest values, rad/s.
     highest_smoothings: Vec<(usize, f64)>,

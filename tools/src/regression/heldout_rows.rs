@@ -88,7 +88,7 @@ impl Dataset<'_> {
     }
 
     /// Standard deviation of each free number given all others free; `None` where the recordings do not tell it from others. The larger of what the noise says
-    /// and of the scatter over blocks (jackknife), which knows nothing of the noise; of a plain fit the latter alone.
+    /// and of the scatter over blocks (jackknife), which knows nothing of the noise; against coloured noise plain least squares are no better than the fit that weighs by it.
     pub fn standard_deviations(&self, fit: &Fitted) -> Vec<Option<f64>> {
         let (_, moves) = self.left_of_blocks(&fit.parameter_columns(), &fit.residual, &self.weights(fit));
         let scatter = |i: usize| {
@@ -98,6 +98,6 @@ impl Dataset<'_> {
         };
         let of_noise =
             self.layout().standard_deviations(&fit.parameter_columns(), &fit.residual).into_iter().enumerate();
-        of_noise.map(|(i, sd)| sd.map(|sd| scatter(i).max(if fit.plain { 0.0 } else { sd }))).collect()
+        of_noise.map(|(i, sd)| sd.map(|sd| scatter(i).max(sd))).collect()
     }
 }
