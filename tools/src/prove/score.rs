@@ -273,3 +273,64 @@ pub fn confusion(scores: &[CaseScore]) -> BTreeMap<String, KindRow> {
     };
     cases.into_iter().map(|(kind, scores)| (kind, row(scores))).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::diagnosis::{Naming, Parameter, Side};
+    use crate::diagnose::evidence::Evidence;
+    use crate::prove::key::Role;
+
+    fn hidden(kind: &str, class: &[&str], parameters: &[(&str, f64)]) -> HiddenEffect {
+        let parameters = parameters.iter().map(|(k, v)| ((*k).to_owned(), ParameterValue::Number(*v))).collect();
+        HiddenEffect {
+            kind: kind.to_owned(),
+            class: class.iter().map(|k| (*k).to_owned()).collect(),
+            role: Role::Hidden,
+            visible: true,
+            listed: true,
+            parameters,
+            ..HiddenEffect::default()
+        }
+    }
+
+    fn found(name: &str, parameters: &[(&str, f64, Option<f64>)]) -> Effect {
+        let parameter = |value: f64, sd: Option<f64>| Parameter {
+            value: ParameterValue::Number(value),
+            sd: sd.map(ParameterValue::Number),
+            unit: String::new(),
+        };
+        Effect {
+            name: name.to_owned(),
+            verdict: Naming::Named,
+            fidelity: None,
+            family: String::new(),
+            closest: None,
+            equivalents: Vec::new(),
+            confidence: 1.0,
+            share: 1.0,
+            parameters: parameters.iter().map(|(k, v, sd)| ((*k).to_owned(), parameter(*v, *sd))).collect(),
+            side: Side::Plant,
+            why: Evidence::Written(String::new()),
+        }
+    }
+
+    #[test]
+    fn a_dip_that_the_key_counts_as_coulomb_friction_may_be_named_beside_it() {
+        let coulomb = found("coulomb_friction", &[]);
+        let dip = found("stribeck_friction", &[]);
+        let small_dip = hidden("coulomb_friction", &["stribeck_friction", "coulomb_friction"], &[]);
+        let no_dip = hidden("coulomb_friction", &["coulomb_friction"], &[]);
+        assert!(part_of(&[(&small_dip, &coulomb)], &dip));
+        assert!(!part_of(&[(&no_dip, &coulomb)], &dip));
+    }
+
+    #[test]
+    fn a_thermal_stiffness_is_compared_at_the_reference_that_was_found() {
+        // 8000 (1 − 0.007 (Θ − 20)) is 7664 (1 − 0.0073069 (Θ − 26)).
+        let truth = hidden("thermal_stiffness", &[], &[("per_k", 0.007), ("reference_c", 20.0)]);
+        let stated = found("thermal_stiffness", &[("per_k", 0.0073, Some(1e-5)), ("reference_c", 26.0, None)]);
+        let [score] = &parameters(&truth, &stated)[..] else { panic!("one number has a deviation") };
+        assert!((score.truth - 0.007 * 8000.0 / 7664.0).abs() < 1e-12, "{}", score.truth);
+    }
+}

@@ -244,6 +244,20 @@ mod tests {
     }
 
     #[test]
+    fn a_weight_beyond_the_limits_of_its_kind_is_not_lawful() {
+        let rate: Vec<f64> = (0..ROWS).map(|row| (0.03 * row as f64).cos()).collect();
+        let dictionary = Dictionary {
+            columns: vec![rate],
+            counts: vec![true; ROWS],
+            candidates: vec![Candidate { limits: vec![(-0.04, 0.04)], ..candidate("time_skew", 0) }],
+            ..Dictionary::default()
+        };
+        for (delay_s, expected) in [(0.01, true), (-0.03, true), (-0.12, false), (0.05, false)] {
+            assert_eq!(is_lawful(&dictionary, &[delay_s], 10.0), expected, "{delay_s} s");
+        }
+    }
+
+    #[test]
     fn friction_that_drives_the_joint_is_not_lawful() {
         let angle = |row: usize| 0.8 * (0.03 * row as f64).sin();
         let velocity: Vec<f64> = (0..ROWS).map(|row| (0.03 * row as f64).cos()).collect();

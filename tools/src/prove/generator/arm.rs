@@ -162,3 +162,23 @@ impl Arm {
         path
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_angle_of_a_cruise_lags_neither_its_velocity_nor_its_acceleration() {
+        let mut rng = Rng::new(3);
+        let arm = Arm::draw(&mut rng);
+        let (rows, period_s) = (3000, 0.008);
+        let path = arm.path(&mut rng, Style::Cruise, rows, period_s);
+        let inner = 1..rows - 1;
+        let slope = |row: usize| (path.angle[row + 1] - path.angle[row - 1]) / (2.0 * period_s);
+        // What a velocity older or younger by half a row would differ by, as a share of the acceleration.
+        let lag = |row: usize| (path.velocity[row] - slope(row), path.acceleration[row]);
+        let (along, squares) =
+            inner.map(lag).fold((0.0, 0.0), |(along, squares), (off, a)| (along + off * a, squares + a * a));
+        assert!((along / squares).abs() < 0.01 * period_s, "{} rows", along / squares / period_s);
+    }
+}
