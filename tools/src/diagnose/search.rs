@@ -205,8 +205,9 @@ impl Dataset<'_> {
             let last = model.terms.len() - 1;
             let fit = self.fit(&model, &self.parameters(&model, search), Some(&extended.noise), 6)?;
             let gain = self.gain_of(last, &fit, &needed.rest);
-            let is_sound =
-                fit.model.terms[last].check().is_ok() && kinds::positive_where_needed(&fit.model.terms[last]);
+            let refitted = &fit.model.terms[last];
+            let is_of_kind = kinds::of_term(refitted).is_some_and(|kind| kinds::is_within_limits(kind, refitted));
+            let is_sound = refitted.check().is_ok() && kinds::positive_where_needed(refitted) && is_of_kind;
             if gain > alternative.gain && is_sound {
                 (alternative.fit, alternative.gain) = (fit, gain);
             }

@@ -162,11 +162,10 @@ impl Dictionary {
                 self.y.iter_mut().zip(column).for_each(|(y, x)| *y += value * x);
                 columns.push(self.columns.len());
                 self.columns.push(column.clone());
-                let of_kind = kinds::of(info.name).zip(if let FreeParameter::Term { key, .. } = parameter {
-                    Some(key)
-                } else {
-                    None
-                });
+                let of_kind = match parameter {
+                    FreeParameter::Term { key, .. } => kinds::of(info.name).map(|kind| (kind, key)),
+                    _ => None,
+                };
                 positive.push(of_kind.is_some_and(|(kind, key)| self.has_to_be_positive(kind, key)));
                 limits.push(of_kind.map_or((f64::NEG_INFINITY, f64::INFINITY), |(kind, key)| kind.limits(key)));
             }

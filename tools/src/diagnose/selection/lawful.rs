@@ -79,7 +79,7 @@ impl Dataset<'_> {
             let drives = of_base.any(|(was, is)| is_friction(is) && kinds::is_reversed(is) && !kinds::is_reversed(was));
             let unlawful = (search.base_terms..).zip(found).find(|(at, t)| {
                 (!may_be_reversed(t) && kinds::is_reversed(t))
-                    || !kinds::of_term(t).is_some_and(|kind| kinds::is_within_limits(kind, t))
+                    || kinds::of_term(t).is_some_and(|kind| !kinds::is_within_limits(kind, t))
                     || (smooths && is_delay(t))
                     || (drives && is_friction(t))
                     || self.exceeds_torque(&fit, *at)
