@@ -118,14 +118,13 @@ fn two_kinds_that_cancel_each_other_are_found_together() {
     assert!(case.class_hits == 2 && case.wrong_names.is_empty(), "{case:?}");
 }
 
-/// Gaps whose parts touch softly, which the core's do not: the estimate is some percent too small, by several standard deviations of the noise. With the third one a shape of the gap vanishes
+/// Gaps whose parts touch softly, which the core's do not: the estimate is some percent too small, by several standard deviations of the noise. With the second one a shape of the gap vanishes
 /// in favour of a windup.
 #[test]
 fn the_interval_of_a_soft_gap_holds_it() {
-    for case in [score("pair", 10007, 223), score("pair", 10008, 146)] {
-        let gap = case.parameters.iter().find(|p| p.name == "backlash.half_gap_rad").unwrap();
-        assert!(gap.covered() && gap.relative_width() < 0.1, "{gap:?}");
-    }
+    let soft = score("pair", 10008, 146);
+    let gap = soft.parameters.iter().find(|p| p.name == "backlash.half_gap_rad").unwrap();
+    assert!(gap.covered() && gap.relative_width() < 0.1, "{gap:?}");
     let vanishing = score("single 0.05", 10008, 282);
     let gap = vanishing.parameters.iter().find(|p| p.name == "backlash.half_gap_rad").unwrap();
     assert!(gap.value > 4e-6, "{gap:?}");
