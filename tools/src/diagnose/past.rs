@@ -45,16 +45,15 @@ impl Dataset<'_> {
     }
 
     /// Adds nuisances to those of each recording. Each has as many, those that it lacks are 0.
-    fn remember(&mut self, mut admitted: Vec<Vec<Vec<f64>>>) {
-        let rows = self.len();
-        let before = self.nuisances.len() / self.spans.len();
+    fn remember(&mut self, admitted: Vec<Vec<Vec<f64>>>) {
         let most = admitted.iter().map(Vec::len).max().unwrap_or(0);
-        let mut known = std::mem::take(&mut self.nuisances).into_iter();
-        for own in &mut admitted {
-            own.resize(most, vec![0.0; rows]);
-            self.nuisances.extend(known.by_ref().take(before));
-            self.nuisances.append(own);
+        let mut all = Vec::new();
+        for (index, mut own) in admitted.into_iter().enumerate() {
+            own.resize(most, vec![0.0; self.len()]);
+            all.extend_from_slice(self.layout().nuisances_of(index));
+            all.append(&mut own);
         }
+        self.nuisances = all;
     }
 }
 
@@ -80,9 +79,9 @@ mod tests {
         let mut dataset = Dataset::new(&recordings, &model).unwrap();
         let of_second: Vec<f64> = (0..dataset.len()).map(|row| f64::from(u8::from(row >= 200))).collect();
         dataset.remember(vec![Vec::new(), vec![of_second; PAST_HATS]]);
-        let own = dataset.nuisances.len() / 2;
         for (index, span) in dataset.spans.iter().enumerate() {
-            let lines = &dataset.nuisances[index * own..][..own];
+            let layout = dataset.layout();
+            let lines = layout.nuisances_of(index);
             assert!(lines[0][span.clone()].iter().all(|x| *x == 1.0), "recording {index} has lost its offset");
             let others = (0..dataset.len()).filter(|row| !span.contains(row));
             assert!(others.flat_map(|row| lines.iter().map(move |line| line[row])).all(|x| x == 0.0));

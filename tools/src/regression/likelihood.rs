@@ -113,11 +113,16 @@ impl Layout<'_> {
         })
     }
 
+    /// The nuisances of a recording, over all rows.
+    pub fn nuisances_of(&self, recording: usize) -> &[Vec<f64>] {
+        let each = self.nuisances.len() / self.spans.len();
+        &self.nuisances[recording * each..][..each]
+    }
+
     /// Takes nuisances of given size out of a line.
     pub fn less_nuisances(&self, linear: &Linear, y: &mut [f64]) {
-        let own = self.nuisances.len() / self.spans.len();
         for (index, (span, weights)) in self.spans.iter().zip(&linear.recordings).enumerate() {
-            for (nuisance, weight) in self.nuisances[index * own..].iter().zip(weights) {
+            for (nuisance, weight) in self.nuisances_of(index).iter().zip(weights) {
                 y[span.clone()].iter_mut().zip(&nuisance[span.clone()]).for_each(|(y, x)| *y -= weight * x);
             }
         }
@@ -193,11 +198,10 @@ impl Layout<'_> {
     }
 
     fn with_problem<T>(&self, columns: &[&[f64]], y: &[f64], work: impl FnOnce(&Problem<'_>) -> T) -> T {
-        let own = self.nuisances.len() / self.spans.len();
-        let names = (0..own).map(|_| Column::of_recording("nuisance", "1"));
+        let names = self.nuisances_of(0).iter().map(|_| Column::of_recording("nuisance", "1"));
         let names = names.chain(columns.iter().map(|_| Column::of_gear("column", "1", Bound::Free))).collect();
         let of_recording = |(index, span): (usize, &Range<usize>)| {
-            let nuisances = self.nuisances[index * own..][..own].iter().map(Vec::as_slice);
+            let nuisances = self.nuisances_of(index).iter().map(Vec::as_slice);
             nuisances.chain(columns.iter().copied()).map(|c| &c[span.clone()]).collect()
         };
         let ready = Ready::new(names, self.spans.iter().enumerate().map(of_recording).collect());

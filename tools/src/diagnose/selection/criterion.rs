@@ -130,11 +130,11 @@ impl Search<'_> {
         set.values().flatten().map(|c| (*c, self.candidates()[*c].columns.iter().map(at).collect())).collect()
     }
 
-    /// Whether every weight that has to be positive is, no refinement is larger than what it refines, and nothing is larger than the torque spans: within a
+    /// Whether every weight that has to be positive is, every weight is within the limits of its kind, no refinement is larger than what it refines, and nothing is larger than the torque spans: within a
     /// small part of a turn an offset of the recording hides any gravity.
     pub fn is_lawful(&self, set: &Set) -> bool {
         let weights = self.weights(set);
-        let signs = weights.iter().all(|(c, weights)| {
+        let numbers = weights.iter().all(|(c, weights)| {
             let candidate = &self.candidates()[*c];
             let within = |(w, limits): (&f64, &(f64, f64))| (limits.0..=limits.1).contains(w);
             weights.iter().zip(&candidate.positive).all(|(w, positive)| !positive || *w > 0.0)
@@ -156,7 +156,7 @@ impl Search<'_> {
                 .zip(&self.candidates()[*c].largest)
                 .all(|(w, largest)| (w * largest).abs() <= self.torque_span)
         };
-        signs && sizes() && weights.iter().all(spans) && self.dissipates(&weights)
+        numbers && sizes() && weights.iter().all(spans) && self.dissipates(&weights)
     }
 
     /// Whether the friction of a set, all kinds together, takes energy from the motion recorded: friction of the position beside a small Coulomb friction can

@@ -74,10 +74,10 @@ fn omitted(rng: &mut Rng, count: usize, simulation: bool) -> Vec<(String, f64)> 
     let kinds = omitted_kinds(rng, count, simulation);
     let mut effects: Vec<(String, f64)> =
         kinds.into_iter().map(|kind| (kind.to_owned(), rng.log_uniform(0.15, 1.0))).collect();
-    let of = |kinds: &[&str], effects: &[(String, f64)]| effects.iter().find(|e| kinds.contains(&&*e.0)).map(|e| e.1);
-    if let Some(all) = of(&["coulomb_friction", "stribeck_friction"], &effects) {
-        let own = effects.iter_mut().find(|e| e.0 == "position_dependent_friction");
-        own.into_iter().for_each(|e| e.1 = e.1.min(LARGEST_WAVE * all));
+    let whole = effects.iter().find(|e| matches!(e.0.as_str(), "coulomb_friction" | "stribeck_friction")).map(|e| e.1);
+    let wave = effects.iter_mut().find(|e| e.0 == "position_dependent_friction");
+    if let Some((whole, wave)) = whole.zip(wave) {
+        wave.1 = wave.1.min(LARGEST_WAVE * whole);
     }
     effects
 }
