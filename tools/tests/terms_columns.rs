@@ -6,8 +6,8 @@ use crate::common::PUBLISHED;
 use gmhm::terms::{Domain, Form, KINDS, KeyInfo, Role};
 use gmhm_tools::model::{Model, Term, TermValue, parse};
 use gmhm_tools::numerics::levenberg_marquardt::descend;
-use gmhm_tools::physics::Evaluation;
 use gmhm_tools::physics::columns::get;
+use gmhm_tools::physics::{Evaluation, Parts, Signals};
 use gmhm_tools::recording::Recording;
 use gmhm_tools::regression::dataset::Dataset;
 use gmhm_tools::regression::parameters::{is_linear, linear_together, of_gear, of_term, put, step, value};
@@ -135,13 +135,65 @@ fn the_part_of_a_term_is_what_it_changes() {
         let off: Vec<f64> = part.iter().zip(&change).map(|(p, c)| p - c).collect();
         assert!(largest(&off) <= 1e-9 * largest(&change), "{}", info.name);
     }
-    let joint = "format = 1\nname = \"joint\"\n[[term]]\nkind = \"gravity_load\"\ncos_nm = 9.0\nsin_nm = 1.0\n";
-    let base = Evaluation::new(&parse("joint.toml", joint).unwrap(), None, &recording).unwrap();
+    let mut joint = joint();
     let (gravity, friction) = (term("gravity_load", 0), term("load_dependent_friction", 0));
-    // The load of a joint is made of terms, and friction may depend on it.
-    assert_eq!(base.part(&gravity).unwrap(), None);
-    assert_eq!(base.part(&friction).unwrap(), None);
-    assert!(base.part(&term("viscous_friction", 0)).unwrap().is_some());
+    let part = |joint: &Model, term: &Term| Evaluation::new(joint, None, &recording).unwrap().part(term).unwrap();
+    assert!(part(&joint, &gravity).is_some());
+    assert!(part(&joint, &term("viscous_friction", 0)).is_some());
+    assert_eq!(part(&joint, &friction), None);
+    // The load of a joint is made of terms, and this friction depends on it.
+    joint.terms.push(friction);
+    assert_eq!(part(&joint, &gravity), None);
+}
+
+/// A joint without a gear.
+fn joint() -> Model {
+    parse("joint.toml", "format = 1\n[[term]]\nkind = \"gravity_load\"\ncos_nm = 9.0\nsin_nm = 1.0\n").unwrap()
+}
+
+/// What is known of a recording changes no total: other amplitudes, another delay and another shape are computed with what the models before left in the store.
+#[test]
+fn a_total_from_stored_parts_is_the_total() {
+    let recording = recording();
+    let follower = joint_with(&["load_dependent_friction"]);
+    let mut compared = 0;
+    for base in [model(), joint(), follower, joint_with(&["viscous_friction", "time_skew"])] {
+        let parts = Parts::default();
+        for info in KINDS {
+            for choice in 0..choices(info.name) {
+                let mut with = base.clone();
+                with.terms.push(term(info.name, choice));
+                for factor in [1.0, 1.1, 0.9] {
+                    with.terms.iter_mut().for_each(|term| scale(term, factor));
+                    let Ok(expected) = Evaluation::new(&with, None, &recording) else { continue };
+                    let signals = Signals::new(&recording, &with.gear);
+                    let found = Evaluation::along(&with, None, &recording, signals, Some(&parts)).unwrap();
+                    let off: Vec<f64> = expected.total().iter().zip(found.total()).map(|(e, f)| e - f).collect();
+                    assert!(largest(&off) <= 1e-11 * largest(expected.total()), "{} {choice} {factor}", info.name);
+                    compared += 1;
+                }
+            }
+        }
+    }
+    assert!(compared > 300, "{compared}");
+}
+
+fn joint_with(kinds: &[&str]) -> Model {
+    let mut joint = joint();
+    joint.terms.extend(kinds.iter().map(|kind| term(kind, 0)));
+    joint
+}
+
+/// Multiplies the numbers of a term that are no orders, knots or times.
+fn scale(term: &mut Term, factor: f64) {
+    let info = term.info().unwrap();
+    for key in info.keys.iter().filter(|key| !matches!(key.name, "orders" | "knots" | "start_s" | "t1_nm" | "t2_nm")) {
+        match term.values.get_mut(key.name) {
+            Some(TermValue::Number(x)) => *x *= factor,
+            Some(TermValue::List(list)) => list.iter_mut().for_each(|x| *x *= factor),
+            _ => {}
+        }
+    }
 }
 
 #[test]

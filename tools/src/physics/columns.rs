@@ -26,28 +26,50 @@ pub struct UnitColumn {
 
 /// What terms add alone to the torque of one recording, by their values: a search asks for the same terms again and again.
 #[derive(Debug, Default)]
-pub struct Parts(Mutex<HashMap<String, Arc<Vec<f64>>>>);
+pub struct Parts(Mutex<Generations>);
+
+/// Lines that were asked for lately, and those that were before them.
+#[derive(Debug, Default)]
+struct Generations {
+    young: HashMap<String, Arc<Vec<f64>>>,
+    old: HashMap<String, Arc<Vec<f64>>>,
+}
+
+impl Generations {
+    /// Numbers that each generation keeps at most.
+    const MOST_NUMBERS: usize = 1 << 22;
+
+    fn get(&mut self, key: &str) -> Option<Arc<Vec<f64>>> {
+        if let Some(known) = self.young.get(key) {
+            return Some(Arc::clone(known));
+        }
+        let (key, known) = self.old.remove_entry(key)?;
+        self.insert(key, Arc::clone(&known));
+        Some(known)
+    }
+
+    fn insert(&mut self, key: String, line: Arc<Vec<f64>>) {
+        if (self.young.len() + 1) * line.len() > Self::MOST_NUMBERS {
+            self.old = std::mem::take(&mut self.young);
+        }
+        self.young.insert(key, line);
+    }
+}
 
 impl Parts {
-    /// Numbers that are kept at most.
-    const MOST_NUMBERS: usize = 1 << 23;
-
     /// What a key stands for, computed where it is not known.
     fn get(
         &self,
         key: String,
         compute: impl FnOnce() -> Result<Vec<f64>, PredictError>,
-    ) -> Result<Vec<f64>, PredictError> {
-        let known = self.0.lock().ok().and_then(|known| known.get(&key).cloned());
+    ) -> Result<Arc<Vec<f64>>, PredictError> {
+        let known = self.0.lock().ok().and_then(|mut known| known.get(&key));
         if let Some(known) = known {
-            return Ok(known.to_vec());
+            return Ok(known);
         }
-        let part = compute()?;
+        let part = Arc::new(compute()?);
         if let Ok(mut known) = self.0.lock() {
-            if (known.len() + 1) * part.len() > Self::MOST_NUMBERS {
-                known.clear();
-            }
-            known.insert(key, Arc::new(part.clone()));
+            known.insert(key, Arc::clone(&part));
         }
         Ok(part)
     }
@@ -73,10 +95,10 @@ impl<'a> Evaluation<'a> {
     /// # Errors
     /// As there.
     pub fn new(model: &Model, asked_rad: Option<f64>, recording: &'a Recording) -> Result<Self, PredictError> {
-        Self::along(model, asked_rad, recording, Signals::new(recording, &model.gear))
+        Self::along(model, asked_rad, recording, Signals::new(recording, &model.gear), None)
     }
 
-    /// The same for signals that are at hand.
+    /// The same for signals that are at hand, with `parts` that other evaluations on this recording have computed.
     ///
     /// # Errors
     /// As there.
@@ -85,20 +107,19 @@ impl<'a> Evaluation<'a> {
         asked_rad: Option<f64>,
         recording: &'a Recording,
         signals: Signals<'a>,
+        parts: Option<&'a Parts>,
     ) -> Result<Self, PredictError> {
         let context = context(model, asked_rad, recording, signals)?;
         let mut terms = no_terms(model, context.rated_deflection_rad);
         model.terms.iter().try_for_each(|term| add(&mut terms, term))?;
         context.check(&terms)?;
         let followed = context.follow(&terms)?;
-        let total = context.total(&followed, &terms);
-        Ok(Self { context, terms, followed, total, side: model.gear.torque_side, parts: None })
-    }
-
-    /// The same, with parts that other evaluations on this recording have computed.
-    #[must_use]
-    pub fn with_parts(self, parts: &'a Parts) -> Self {
-        Self { parts: Some(parts), ..self }
+        let mut own = Self { context, terms, followed, total: Vec::new(), side: model.gear.torque_side, parts };
+        own.total = match parts {
+            Some(parts) => own.total_with(model, parts)?,
+            None => own.context.total(&own.followed, &own.terms),
+        };
+        Ok(own)
     }
 
     /// The same, with every part computed anew: what never asks for the same term twice would only fill the store.
@@ -167,19 +188,52 @@ impl<'a> Evaluation<'a> {
     /// # Errors
     /// Keys that are refused, signals that are missing.
     pub fn part(&self, term: &Term) -> Result<Option<Vec<f64>>, PredictError> {
-        let adds = term.info().is_some_and(|info| match info.domain {
-            Domain::Torque | Domain::Friction => true,
-            Domain::Load => self.terms.has_gear(),
-            Domain::Deflection | Domain::FrictionScale | Domain::Delay => false,
-        });
-        if !adds || !self.terms.has_gear() && term.follows_base() {
+        if !self.adds_alone(term) {
             return Ok(None);
         }
-        match self.parts.filter(|_| self.is_of_motion_alone(term)) {
-            Some(parts) => parts.get(self.key_of(term), || self.alone(term)),
-            None => self.alone(term),
+        let part = match self.parts.filter(|_| self.is_of_motion_alone(term)) {
+            Some(parts) => parts.get(self.key_of(term), || self.alone(term))?.to_vec(),
+            None => self.alone(term)?,
+        };
+        Ok(Some(self.context.delayed(part, self.terms.delay())))
+    }
+
+    /// Whether a term adds a torque that changes no other part of the model, and that none changes.
+    fn adds_alone(&self, term: &Term) -> bool {
+        let has_gear = self.terms.has_gear();
+        let adds = term.info().is_some_and(|info| match info.domain {
+            Domain::Torque | Domain::Friction => true,
+            // T_base of a joint is made of its loads.
+            Domain::Load => has_gear || !self.terms.terms().iter().any(|other| other.follows_base()),
+            Domain::Deflection | Domain::FrictionScale | Domain::Delay => false,
+        });
+        adds && (has_gear || !term.follows_base())
+    }
+
+    /// The torque of the model: of terms that depend on the recorded motion only, what a unit of each linear number adds is asked of `parts`, so that a step of
+    /// such a number costs a sum.
+    fn total_with(&self, model: &Model, parts: &Parts) -> Result<Vec<f64>, PredictError> {
+        let (stored, others): (Vec<&Term>, Vec<&Term>) =
+            model.terms.iter().partition(|term| self.adds_alone(term) && self.is_of_motion_alone(term));
+        let mut rest = no_terms(model, self.context.rated_deflection_rad);
+        others.into_iter().try_for_each(|term| add(&mut rest, term))?;
+        let mut total = self.context.undelayed(&self.followed, &rest);
+        for term in stored {
+            let mut zero = term.clone();
+            let places = term.info().map(|info| linear_places(info, &mut zero)).unwrap_or_default();
+            let mut add = |amount: f64, term: &Term| -> Result<(), PredictError> {
+                let part = parts.get(self.key_of(term), || self.alone(term))?;
+                total.iter_mut().zip(&*part).for_each(|(total, part)| *total += amount * part);
+                Ok(())
+            };
+            if places.is_empty() {
+                add(1.0, term)?;
+            }
+            for (key, index) in places {
+                add(get(term, key, index), &set(&zero, key, index, 1.0))?;
+            }
         }
-        .map(Some)
+        Ok(self.context.delayed(total, self.terms.delay()))
     }
 
     /// What a unit of a linear number of a term of the model adds, at the values of its other keys; `None` where the total is not linear in it alone.
@@ -205,10 +259,10 @@ impl<'a> Evaluation<'a> {
             && (self.context.params.is_none() && self.followed.deflection_rad.is_empty() || is_friction())
     }
 
-    /// A term, and all of the model that changes what it adds.
+    /// A term, and all of the model that changes what it adds before any delay.
     fn key_of(&self, term: &Term) -> String {
         let scales = self.terms.only(|term| term.info().domain == Domain::FrictionScale);
-        format!("{term:?} {:?} {:?} {:?}", scales.terms(), self.terms.delay(), self.side)
+        format!("{term:?} {:?} {:?}", scales.terms(), self.side)
     }
 
     /// The change of the total `here` per unit of a linear number of a deflection term, from a small step of it through the whole chain.
@@ -243,13 +297,12 @@ impl<'a> Evaluation<'a> {
         self.part(&unit)?.map_or_else(|| self.change(&unit), Ok)
     }
 
-    /// What a torque term adds alone, but for what scales it.
+    /// What a torque term adds alone, but for what scales it, before any delay.
     fn alone(&self, term: &Term) -> Result<Vec<f64>, PredictError> {
         let mut alone = self.terms.only(|term| term.info().domain == Domain::FrictionScale);
         add(&mut alone, term)?;
         self.context.check(&alone)?;
-        let torque = self.context.torque(&self.followed, &alone);
-        Ok(self.context.delayed(torque, self.terms.delay()))
+        Ok(self.context.torque(&self.followed, &alone))
     }
 }
 

@@ -154,13 +154,21 @@ impl<'a> RecordingContext<'a> {
 
     /// The torque of base model and terms on a way that was followed with the same deflection terms.
     pub fn total(&self, followed: &Followed, terms: &Terms) -> Vec<f64> {
+        self.delayed(self.undelayed(followed, terms), terms.delay())
+    }
+
+    /// The same before any delay.
+    pub fn undelayed(&self, followed: &Followed, terms: &Terms) -> Vec<f64> {
         let sum = self.torque(followed, terms).into_iter().enumerate();
-        let total = sum.map(|(row, terms)| terms + followed.base_at(row)).collect();
-        self.delayed(total, terms.delay())
+        sum.map(|(row, terms)| terms + followed.base_at(row)).collect()
     }
 
     /// What the torque terms add, before any delay.
     pub fn torque(&self, followed: &Followed, terms: &Terms) -> Vec<f64> {
+        let adds_none = |domain| matches!(domain, Domain::Deflection | Domain::FrictionScale | Domain::Delay);
+        if terms.terms().iter().all(|term| adds_none(term.info().domain)) {
+            return vec![0.0; self.signals.len()];
+        }
         let mut state = terms.start();
         for sample in &followed.past {
             terms.torque(&mut state, sample);

@@ -240,7 +240,7 @@ impl<'a> Dataset<'a> {
         let recording = &self.recordings[index];
         let mut signals = Signals::new(recording, &model.gear);
         signals.acceleration_rad_per_s2.clone_from(&self.accelerations[index]);
-        Ok(Evaluation::along(model, None, recording, signals)?.with_parts(&self.parts[index]))
+        Evaluation::along(model, None, recording, signals, Some(&self.parts[index]))
     }
 
     /// What a term would add to the torque of a model evaluated on every recording, in one line.

@@ -105,7 +105,7 @@ impl<'a> ModelPart<'a> {
             signals = Signals::new(recording, &model.gear);
             signals.acceleration_rad_per_s2 = acceleration;
         }
-        Evaluation::along(model, None, recording, signals)
+        Evaluation::along(model, None, recording, signals, None)
     }
 
     /// The columns of a recording, what is known last.

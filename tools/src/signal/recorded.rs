@@ -54,5 +54,5 @@ pub fn predict_under(
 /// # Errors
 /// As there.
 pub fn evaluate<'a>(model: &Model, recording: &'a Recording) -> Result<Evaluation<'a>, PredictError> {
-    Evaluation::along(model, None, recording, seen(model, recording))
+    Evaluation::along(model, None, recording, seen(model, recording), None)
 }
