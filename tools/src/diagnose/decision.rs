@@ -241,7 +241,8 @@ impl Dataset<'_> {
         let theirs = self.mean_square_of_blocks(&joint.extended);
         let is_plain = joint.effects.len() < 2 && theirs < LARGE * self.mean_square_of_blocks(&joint.base);
         let is_clear = taken > VERY_LOUD || is_plain;
-        let may_be_refined = taken < TOO_LOUD_TO_REFINE && joint.effects.iter().any(|e| is_refined(&e.name));
+        let may_be_refined =
+            !self.is_far_from(base) && taken < TOO_LOUD_TO_REFINE && joint.effects.iter().any(|e| is_refined(&e.name));
         let most = if model.has_gear() { MOST_REFUTABLE_OF_GEAR } else { MOST_REFUTABLE };
         let may_be_refuted = taken < REFUTABLE && joint.effects.len() <= most;
         if is_clear && !may_be_refined && !may_be_refuted {
