@@ -61,6 +61,9 @@ pub struct HiddenEffect {
     /// Kinds of MODEL.md section 7 whose equation its shape is as well: friction of Dahl's shape is presliding friction.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub also: Vec<String>,
+    /// The kind as which it was made, where it is called by a plainer one: Stribeck friction whose dip hardly shows is called Coulomb friction.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub made_as: Option<String>,
     /// Is it a kind of MODEL.md section 7 that the detector's library holds?
     pub listed: bool,
     /// Hidden on purpose, or part of the plant model.

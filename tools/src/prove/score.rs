@@ -192,13 +192,15 @@ fn excused(key: &Key, effect: &Effect) -> bool {
         || key.hidden().any(|hidden| !hidden.listed && hidden.class.contains(&effect.name))
 }
 
-/// A friction law that was found also counts as its parts: Stribeck friction contains Coulomb and viscous friction. So does one that the key counts as its part because the dip is small.
+/// A friction law that was found also counts as its parts: Stribeck friction contains Coulomb and viscous friction, also where the key calls it Coulomb friction because the dip is
+/// small. So does the law itself beside the part that the key calls it by.
 fn part_of(pairs: &[(&HiddenEffect, &Effect)], effect: &Effect) -> bool {
     let name = effect.name.as_str();
     pairs.iter().any(|(hidden, _)| {
         let is_of_law =
             hidden.class.iter().any(|k| k == name) && super::generator::parts(name).contains(&hidden.kind.as_str());
-        is_of_law || super::generator::parts(&hidden.kind).contains(&name)
+        let law = hidden.made_as.as_ref().unwrap_or(&hidden.kind);
+        is_of_law || super::generator::parts(law).contains(&name)
     })
 }
 
@@ -323,6 +325,15 @@ mod tests {
         let no_dip = hidden("coulomb_friction", &["coulomb_friction"], &[]);
         assert!(part_of(&[(&small_dip, &coulomb)], &dip));
         assert!(!part_of(&[(&no_dip, &coulomb)], &dip));
+    }
+
+    #[test]
+    fn the_viscous_part_of_a_stribeck_friction_may_be_named_beside_its_coulomb_friction() {
+        let (coulomb, viscous) = (found("coulomb_friction", &[]), found("viscous_friction", &[]));
+        let of_coulomb = hidden("coulomb_friction", &["stribeck_friction", "coulomb_friction"], &[]);
+        let of_stribeck = HiddenEffect { made_as: Some("stribeck_friction".to_owned()), ..of_coulomb.clone() };
+        assert!(part_of(&[(&of_stribeck, &coulomb)], &viscous));
+        assert!(!part_of(&[(&of_coulomb, &coulomb)], &viscous));
     }
 
     #[test]

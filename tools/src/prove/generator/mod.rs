@@ -365,6 +365,7 @@ fn entry(
     HiddenEffect {
         kind: hidden.kind.clone(),
         also: if dahl { vec!["presliding_friction".to_owned()] } else { Vec::new() },
+        made_as: None,
         listed: listed && !removed.contains(&hidden.kind),
         role: Role::Hidden,
         shape: hidden.shape.clone(),

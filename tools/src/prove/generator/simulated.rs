@@ -232,6 +232,7 @@ fn entry(draft: &Draft, index: usize, left_out: f64, noise: &Noise) -> HiddenEff
     let kind = class.last().unwrap_or(&effect.kind).clone();
     HiddenEffect {
         coordinates: coordinates(&kind).iter().map(|c| (*c).to_owned()).collect(),
+        made_as: (effect.kind != kind).then(|| effect.kind.clone()),
         kind,
         listed: true,
         shape: format!("{}: {}", effect.kind, effect.shape),
