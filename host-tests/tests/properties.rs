@@ -230,6 +230,27 @@ proptest! {
     }
 
     #[test]
+    fn the_torque_is_exact_where_no_open_loop_may_lack_a_pair(p in any_masing(), depth in 18..60usize) {
+        let gear = Gear::<f64>::new(&p);
+        let mut small: State<f64, 16> = gear.start(0.0);
+        let mut large: State<f64, N> = gear.start(0.0);
+        let turn = |k: usize| if k.is_multiple_of(2) { 1.0 } else { -1.0 } * A * (0.9 - 0.8 * k as f64 / depth as f64);
+        // A full stack keeps the mirror image of the first turn and the thirteen first turns.
+        let back = 0.5 * (turn(10) + turn(12));
+        let ends: Vec<f64> = [0.0].into_iter().chain((0..depth).map(turn)).chain([back]).collect();
+        let (mut lacked, mut left) = (false, 0);
+        for &theta in &walk(&ends, 2e-3)[1..] {
+            let (a, b) = (gear.step(&mut small, theta).torque, gear.step(&mut large, theta).torque);
+            let AnyMemory::Masing(path) = small.memory() else { unreachable!("law masing") };
+            let lacks = path.may_lack_pairs();
+            prop_assert!(lacks || (a - b).abs() < ROUNDING * p.torque_scale_nm(), "{} N·m apart", a - b);
+            lacked |= lacks;
+            left = if lacks { 0 } else { path.turning_points().len() };
+        }
+        prop_assert!(lacked && left > 8, "{left} turning points left");
+    }
+
+    #[test]
     fn a_peek_tells_what_a_step_gives_and_moves_nothing(p in any_masing(), play in prop_oneof![Just(0.0), 0.0..0.1f64], turns in corners(1.2, 2..30)) {
         let params = Params::new(A, p.elastic(), Memory { reversal_play_rad: play * A, ..p.memory() }).unwrap();
         let gear = Gear::<f32>::new(&params);

@@ -57,7 +57,7 @@ impl<S: Float> Adaptation<S> {
                 return Change::None;
             }
         }
-        if gear.status() != Status::default() || path.is_merged() {
+        if gear.status() != Status::default() || path.may_lack_pairs() {
             return Change::None;
         }
         let theta = gear.theta();

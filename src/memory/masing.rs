@@ -160,6 +160,14 @@ impl<S: Scalar, const N: usize> Path<S, N> {
         self.merged & 1 == 1
     }
 
+    /// Whether the loops that are open may lack pairs. They lack none, though some were given up since the stack was last empty, while it is shorter than what it keeps of a full one:
+    /// pairs are given up within the innermost loop of those alone, and go when it closes.
+    #[inline]
+    #[must_use]
+    pub fn may_lack_pairs(&self) -> bool {
+        self.is_merged() && self.turning_points.len() >= N - 2
+    }
+
     /// Half of what η may be apart after two pasts: (1 − max/A)(1 + min/A) over the deflections seen since the start.
     ///
     /// The past can only be one of those that end on one of the two rated branches through θ_0; between them lie the hysterons that
