@@ -248,16 +248,21 @@ fn entry(draft: &Draft, index: usize, left_out: f64, noise: &Noise) -> HiddenEff
 }
 
 /// Kinds that come as near to an effect as the textbook of its own kind does, or leave so little that it would be no large effect alone: Coulomb friction where the dip of
-/// Stribeck friction, or the distance of presliding, hardly shows.
+/// Stribeck friction beside its viscous part, or the distance of presliding, hardly shows.
 fn class(draft: &Draft, index: usize, left_out: f64) -> Vec<String> {
     let effect = &draft.effects[index];
     let mut class = vec![effect.kind.clone()];
     if parts(&effect.kind).contains(&"coulomb_friction") {
         let (path, part) = (&draft.paths[0], &draft.sums[0].parts[index]);
         let fastest = path.velocity.iter().fold(1e-9_f64, |most, v| most.max(v.abs()));
+        let mut beside = vec![vec![1.0; part.len()]];
+        if parts(&effect.kind).contains(&"viscous_friction") {
+            beside.push(path.velocity.clone());
+        }
         let left = |width: f64| {
             let sign = path.velocity.iter().map(|v| (v / (width * fastest)).tanh()).collect();
-            rms(&linear::residual(&[vec![1.0; part.len()], sign], part))
+            let columns: Vec<Vec<f64>> = beside.iter().cloned().chain([sign]).collect();
+            rms(&linear::residual(&columns, part))
         };
         let least = [0.003, 0.01, 0.03, 0.1].map(left).into_iter().fold(f64::INFINITY, f64::min);
         if least <= (effect.off_textbook * deviation(part)).max(LARGE_SHARE * left_out) {
