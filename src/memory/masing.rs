@@ -91,7 +91,7 @@ impl<S: Scalar> Branch<S> {
 /// The path as the loop remembers it: up to `N` turning points.
 ///
 /// When the stack is full the innermost pair is merged and counted; the affected branches are blended so that η stays continuous
-/// and the error is gone once the stack empties. `N` must be even and at least 4.
+/// and the error is gone once the loop has closed within which it was. `N` must be even and at least 4.
 #[derive(Debug, Clone)]
 pub struct Path<S, const N: usize> {
     /// Deflection after the play.
@@ -154,14 +154,15 @@ impl<S: Scalar, const N: usize> Path<S, N> {
         self.merged >> 1
     }
 
-    /// Whether pairs were given up that the present loops still lack: η is then an approximation.
+    /// Whether pairs were given up since the stack was last empty.
     #[must_use]
     pub fn is_merged(&self) -> bool {
         self.merged & 1 == 1
     }
 
-    /// Whether the loops that are open may lack pairs. They lack none, though some were given up since the stack was last empty, while it is shorter than what it keeps of a full one:
-    /// pairs are given up within the innermost loop of those alone, and go when it closes.
+    /// Whether a loop that is open may lack a pair that was given up: η is then an approximation.
+    ///
+    /// A full stack keeps its outermost `N` − 2 turning points. Pairs are given up within the innermost loop of these, so that none is lacked once it has closed.
     #[inline]
     #[must_use]
     pub fn may_lack_pairs(&self) -> bool {
