@@ -192,7 +192,7 @@ impl<'a> Evaluation<'a> {
             return Ok(None);
         }
         let part = match self.parts.filter(|_| self.is_of_motion_alone(term)) {
-            Some(parts) => parts.get(self.key_of(term), || self.alone(term))?.to_vec(),
+            Some(parts) => self.stored(term, parts)?.to_vec(),
             None => self.alone(term)?,
         };
         Ok(Some(self.context.delayed(part, self.terms.delay())))
@@ -210,8 +210,8 @@ impl<'a> Evaluation<'a> {
         adds && (has_gear || !term.follows_base())
     }
 
-    /// The torque of the model: of terms that depend on the recorded motion only, what a unit of each linear number adds is asked of `parts`, so that a step of
-    /// such a number costs a sum.
+    /// The torque of the model. The columns of terms that depend on the recorded motion only come from `parts`, one for each linear number, so that another value of such a number needs
+    /// no new evaluation.
     fn total_with(&self, model: &Model, parts: &Parts) -> Result<Vec<f64>, PredictError> {
         let (stored, others): (Vec<&Term>, Vec<&Term>) =
             model.terms.iter().partition(|term| self.adds_alone(term) && self.is_of_motion_alone(term));
@@ -222,7 +222,7 @@ impl<'a> Evaluation<'a> {
             let mut zero = term.clone();
             let places = term.info().map(|info| linear_places(info, &mut zero)).unwrap_or_default();
             let mut add = |amount: f64, term: &Term| -> Result<(), PredictError> {
-                let part = parts.get(self.key_of(term), || self.alone(term))?;
+                let part = self.stored(term, parts)?;
                 total.iter_mut().zip(&*part).for_each(|(total, part)| *total += amount * part);
                 Ok(())
             };
@@ -257,6 +257,11 @@ impl<'a> Evaluation<'a> {
         let is_friction = || term.info().is_some_and(|info| info.domain == Domain::Friction);
         !term.follows_base()
             && (self.context.params.is_none() && self.followed.deflection_rad.is_empty() || is_friction())
+    }
+
+    /// What a term that depends on the recorded motion only adds before any delay, from the store where it is known.
+    fn stored(&self, term: &Term, parts: &Parts) -> Result<Arc<Vec<f64>>, PredictError> {
+        parts.get(self.key_of(term), || self.alone(term))
     }
 
     /// A term, and all of the model that changes what it adds before any delay.

@@ -193,7 +193,7 @@ fn excused(key: &Key, effect: &Effect) -> bool {
 }
 
 /// A friction law that was found also counts as its parts: Stribeck friction contains Coulomb and viscous friction, also where the key calls it Coulomb friction because the dip is
-/// small. So does the law itself beside the part that the key calls it by.
+/// small. In that case Stribeck friction itself may also be named beside Coulomb friction.
 fn part_of(pairs: &[(&HiddenEffect, &Effect)], effect: &Effect) -> bool {
     let name = effect.name.as_str();
     pairs.iter().any(|(hidden, _)| {
