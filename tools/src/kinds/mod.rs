@@ -311,11 +311,19 @@ pub const JOINT_BASE: [&str; 4] = ["gravity_load", "inertia", "coulomb_friction"
 /// Friction that every joint has, and whose sign is known.
 pub const JOINT_FRICTION: [&str; 2] = ["coulomb_friction", "viscous_friction"];
 
+/// Whether a kind is friction along the motion.
+pub fn is_friction(kind: &dyn Kind) -> bool {
+    kind.info().is_some_and(|info| info.domain == Domain::Friction)
+}
+
 /// Whether a kind is friction that acts against the motion as it is at that time.
 pub fn is_friction_of_motion(kind: &dyn Kind) -> bool {
-    kind.info().is_some_and(|info| {
-        info.domain == Domain::Friction && info.coordinates.iter().all(|c| *c != Coordinate::Reversal)
-    })
+    is_friction(kind) && kind.info().is_some_and(|info| info.coordinates.iter().all(|c| *c != Coordinate::Reversal))
+}
+
+/// Whether a kind shifts the torque in time.
+pub fn shifts_time(kind: &dyn Kind) -> bool {
+    kind.info().is_some_and(|info| info.domain == Domain::Delay)
 }
 
 /// The kind of a name.

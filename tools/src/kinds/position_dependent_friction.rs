@@ -45,8 +45,7 @@ impl Kind for PositionDependentFriction {
                 orders.into_iter().for_each(|order| add("motor", order));
             }
             if ranges.output_turns_enough() {
-                add("output", 1.0);
-                add("output", 2.0);
+                [1.0, 2.0, 3.0].into_iter().for_each(|order| add("output", order));
             }
         }
         terms
@@ -65,7 +64,7 @@ impl Kind for PositionDependentFriction {
     }
 
     fn refines(&self) -> &'static [&'static str] {
-        &["coulomb_friction"]
+        &["coulomb_friction", "presliding_friction"]
     }
 
     /// More than that drives the joint over much of the turn.

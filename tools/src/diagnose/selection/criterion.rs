@@ -146,7 +146,7 @@ impl Search<'_> {
         };
         let sizes = || {
             set.keys().filter_map(|kind| kinds::of(kind)).all(|kind| {
-                let refined = kind.refines().iter().find_map(|refined| size(refined));
+                let refined = kind.refines().iter().filter_map(|refined| size(refined)).reduce(f64::max);
                 refined.zip(size(kind.name())).is_none_or(|(refined, own)| own <= kind.most_of_refined() * refined)
             })
         };
@@ -165,7 +165,7 @@ impl Search<'_> {
         let Some(velocity) = &self.dictionary.against_friction else { return true };
         let own: Vec<(&[f64], f64)> = weights
             .iter()
-            .filter(|(c, _)| kinds::of(self.candidates()[**c].kind).is_some_and(kinds::is_friction_of_motion))
+            .filter(|(c, _)| kinds::of(self.candidates()[**c].kind).is_some_and(kinds::is_friction))
             .flat_map(|(c, weights)| self.candidates()[*c].columns.iter().zip(weights))
             .map(|(column, weight)| (self.dictionary.columns[*column].as_slice(), *weight))
             .collect();
