@@ -16,7 +16,7 @@ use crate::numerics::vector::dot;
 use crate::physics::Signals;
 use crate::physics::signals::{curvature, rate};
 use crate::recording::Recording;
-use crate::signal::denoise::{FEWEST_ROWS, pieces, white_sd};
+use crate::signal::denoise::{FEWEST_ROWS, pieces, uncounted, white_sd};
 
 /// Rows that are filtered together, and bins on both sides over which their power is averaged.
 const STRETCH: usize = 256;
@@ -37,7 +37,9 @@ pub fn acceleration(recording: &Recording, gear: &GearSection) -> Option<Vec<f64
     let of_angle = |q: &[f64], other: Option<&[f64]>| {
         // A difference of two samples has the weights 1, −2, 1 over the period squared.
         let gain = |w: f64, period_s: f64| (2.0 * (0.5 * w).sin() / period_s).powi(4);
-        expected(curvature(q, time_s), other, white_sd(q), time_s, gain)
+        // Counts of a slow motion are lines, not white noise.
+        let motion = uncounted(q, time_s);
+        expected(curvature(motion.as_deref().unwrap_or(q), time_s), other, white_sd(q), time_s, gain)
     };
     if let (TorqueSide::Motor, Some(q_m), Some(ratio)) = (gear.torque_side, &recording.theta_in_rad, gear.ratio) {
         return Some(of_angle(&q_m.iter().map(|q| q / ratio).collect::<Vec<f64>>(), None));

@@ -159,8 +159,7 @@ fn whittaker(x: &[f64], time_s: &[f64]) -> Option<Vec<f64>> {
     if sd <= 1e-9 * range {
         return None;
     }
-    // Where counts are all the noise there is, it is bounded.
-    let resolution = quantisation_step(x).filter(|step| noise_sd(x) < 0.45 * step);
+    let resolution = step_of_counts(x);
     let mut smooth = x.to_vec();
     for piece in pieces(time_s).into_iter().filter(|piece| piece.len() >= FEWEST_ROWS) {
         let (rows, out) = (&x[piece.clone()], &mut smooth[piece]);
@@ -170,6 +169,16 @@ fn whittaker(x: &[f64], time_s: &[f64]) -> Option<Vec<f64>> {
         }
     }
     Some(smooth)
+}
+
+/// The step of a channel whose counts are all the noise it has, which is bounded then.
+fn step_of_counts(x: &[f64]) -> Option<f64> {
+    quantisation_step(x).filter(|step| noise_sd(x) < 0.45 * step)
+}
+
+/// The smoothest motion that a channel counted, where counts are all the noise it has.
+pub(crate) fn uncounted(x: &[f64], time_s: &[f64]) -> Option<Vec<f64>> {
+    step_of_counts(x).and_then(|_| whittaker(x, time_s))
 }
 
 /// The rows between gaps in time.
