@@ -16,7 +16,7 @@ use crate::regression::error::EstimateError;
 use crate::regression::parameters::FreeParameter;
 use crate::regression::rows;
 use crate::signal::acceleration::acceleration;
-use crate::signal::denoise::denoised;
+use crate::signal::denoise::{denoised, uncounted};
 
 /// Recordings of one gear or joint, their rows in one line.
 #[derive(Clone)]
@@ -78,7 +78,7 @@ impl<'a> Dataset<'a> {
             return Err(EstimateError::SomeSimulated);
         }
         let marks = recordings.iter().map(|r| rows::gaps(&r.time_s)).collect();
-        let accelerations = recordings.iter().map(|r| acceleration(r, &model.gear)).collect();
+        let accelerations = recordings.iter().map(|r| acceleration(r, &uncounted(r), &model.gear)).collect();
         let recordings: Vec<Cow<'a, Recording>> = recordings.iter().map(|r| denoised(r, model.gear.ratio)).collect();
         let nuisances = nuisances(&recordings, &spans, model)?;
         let parts = Arc::new(recordings.iter().map(|_| Parts::default()).collect());

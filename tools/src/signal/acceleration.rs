@@ -16,7 +16,7 @@ use crate::numerics::vector::dot;
 use crate::physics::Signals;
 use crate::physics::signals::{curvature, rate};
 use crate::recording::Recording;
-use crate::signal::denoise::{FEWEST_ROWS, pieces, uncounted, white_sd};
+use crate::signal::denoise::{FEWEST_ROWS, pieces, white_sd};
 
 /// Rows that are filtered together, and bins on both sides over which their power is averaged.
 const STRETCH: usize = 256;
@@ -29,36 +29,38 @@ const STANDS_OUT: f64 = 3.0;
 /// Two records of one motion share what they tell of it: their squared coherence is at least this. Of two that have nothing in common it is 0.1 over so many bins.
 const COHERENT: f64 = 0.3;
 
-/// The acceleration that a model of this gear sees, freed of the noise of the angle or the velocity that it follows from, whichever tells more of it; `None` without either.
+/// The acceleration that a model of this gear sees, freed of the noise of the angle or the velocity that it follows from, whichever tells more of it; `None` without either. `motion`
+/// is the recording [uncounted](crate::signal::denoise::uncounted).
 ///
 /// A record without noise is differentiated as it stands.
-pub fn acceleration(recording: &Recording, gear: &GearSection) -> Option<Vec<f64>> {
+pub fn acceleration(recording: &Recording, motion: &Recording, gear: &GearSection) -> Option<Vec<f64>> {
     let time_s = &*recording.time_s;
-    let of_angle = |q: &[f64], other: Option<&[f64]>| {
+    let of_angle = |q: &[f64], uncounted: &[f64], other: Option<&[f64]>| {
         // A difference of two samples has the weights 1, −2, 1 over the period squared.
         let gain = |w: f64, period_s: f64| (2.0 * (0.5 * w).sin() / period_s).powi(4);
-        // Counts of a slow motion are lines, not white noise.
-        let motion = uncounted(q, time_s);
-        expected(curvature(motion.as_deref().unwrap_or(q), time_s), other, white_sd(q), time_s, gain)
+        expected(curvature(uncounted, time_s), other, white_sd(q), time_s, gain)
     };
-    if let (TorqueSide::Motor, Some(q_m), Some(ratio)) = (gear.torque_side, &recording.theta_in_rad, gear.ratio) {
-        return Some(of_angle(&q_m.iter().map(|q| q / ratio).collect::<Vec<f64>>(), None));
+    let input = recording.theta_in_rad.as_deref().zip(motion.theta_in_rad.as_deref());
+    if let (TorqueSide::Motor, Some((q_m, uncounted)), Some(ratio)) = (gear.torque_side, input, gear.ratio) {
+        let at_output = |q: &[f64]| q.iter().map(|q| q / ratio).collect::<Vec<f64>>();
+        return Some(of_angle(&at_output(q_m), &at_output(uncounted), None));
     }
     let of_velocity = |v: &[f64], sd: f64, other: Option<&[f64]>| {
         let gain = |w: f64, period_s: f64| (w.sin() / period_s).powi(2);
         expected(rate(v, time_s), other, sd, time_s, gain)
     };
-    let signals = Signals::new(recording, gear);
+    let (signals, smooth) = (Signals::new(recording, gear), Signals::new(motion, gear));
+    let output = signals.output_angle_rad.as_deref().zip(smooth.output_angle_rad.as_deref());
     let recorded = recording.velocity_out_rad_per_s.as_deref().map(|v| (v, white_sd(v)));
-    match (signals.output_angle_rad.as_deref(), recorded) {
-        (Some(q), Some((v, sd))) if sd > 0.0 => {
-            let (angle, velocity) =
-                (of_angle(q, Some(&rate(v, time_s))), of_velocity(v, sd, Some(&curvature(q, time_s))));
+    match (output, recorded) {
+        (Some((q, uncounted)), Some((v, sd))) if sd > 0.0 => {
+            let angle = of_angle(q, uncounted, Some(&rate(v, time_s)));
+            let velocity = of_velocity(v, sd, Some(&curvature(uncounted, time_s)));
             // What is expected varies the less the less is known.
             Some(if dot(&velocity, &velocity) > dot(&angle, &angle) { velocity } else { angle })
         }
         (_, Some((v, sd))) => Some(of_velocity(v, sd, None)),
-        (q, None) => q.map(|q| of_angle(q, None)),
+        (output, None) => output.map(|(q, uncounted)| of_angle(q, uncounted, None)),
     }
 }
 
@@ -150,6 +152,7 @@ fn mirrored(row: isize, rows: usize) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::signal::denoise::uncounted;
     use rand::SeedableRng;
     use rand_chacha::ChaCha8Rng;
     use rand_distr::{Distribution, StandardNormal};
@@ -165,7 +168,7 @@ mod tests {
     fn regressions_on_it_are_not_biased() {
         let clean = motion(6000, 2e-3);
         let gear = GearSection::default();
-        let truth = acceleration(&clean, &gear).unwrap();
+        let truth = acceleration(&clean, &clean, &gear).unwrap();
         assert_eq!(truth, curvature(clean.theta_out_rad.as_deref().unwrap(), &clean.time_s));
         // Noise of a five-hundredth, a quarter and twenty-six times the power of the acceleration.
         for (seed, sd, within) in [(1, 1e-6, 0.002), (2, 1e-5, 0.01), (3, 1e-4, 0.2)] {
@@ -175,7 +178,7 @@ mod tests {
                 let normal: f64 = StandardNormal.sample(&mut random);
                 *q += sd * normal;
             }
-            let found = acceleration(&noisy, &gear).unwrap();
+            let found = acceleration(&noisy, &uncounted(&noisy), &gear).unwrap();
             let slope = dot(&truth, &found) / dot(&found, &found);
             assert!((slope - 1.0).abs() < within, "sd {sd}: {slope}");
         }

@@ -176,9 +176,20 @@ fn step_of_counts(x: &[f64]) -> Option<f64> {
     quantisation_step(x).filter(|step| noise_sd(x) < 0.45 * step)
 }
 
-/// The smoothest motion that a channel counted, where counts are all the noise it has.
-pub(crate) fn uncounted(x: &[f64], time_s: &[f64]) -> Option<Vec<f64>> {
-    step_of_counts(x).and_then(|_| whittaker(x, time_s))
+/// The recording with each angle whose counts are all the noise it has replaced by the smoothest motion that gives these counts: the counts of a slow motion have a rate in one row of
+/// many, and lines instead of white noise.
+pub fn uncounted(recording: &Recording) -> Cow<'_, Recording> {
+    let motion = |channel: &Option<Samples>| {
+        channel.as_deref().filter(|x| step_of_counts(x).is_some()).and_then(|x| whittaker(x, &recording.time_s))
+    };
+    let (input, output) = (motion(&recording.theta_in_rad), motion(&recording.theta_out_rad));
+    if input.is_none() && output.is_none() {
+        return Cow::Borrowed(recording);
+    }
+    let mut smooth = recording.clone();
+    smooth.theta_in_rad = input.map(Samples::from).or(smooth.theta_in_rad);
+    smooth.theta_out_rad = output.map(Samples::from).or(smooth.theta_out_rad);
+    Cow::Owned(smooth)
 }
 
 /// The rows between gaps in time.

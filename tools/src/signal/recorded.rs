@@ -1,5 +1,7 @@
 //! A motion as it was recorded, with noise, as a model sees it: to predict its torque, to fit it, to judge a fit.
 
+use std::borrow::Cow;
+
 use gmhm::terms::Need;
 
 use crate::model::{GearSection, Model, Term};
@@ -8,20 +10,30 @@ use crate::physics::{Evaluation, PredictError, Signals};
 use crate::progress::Progress;
 use crate::recording::Recording;
 use crate::signal::acceleration::acceleration;
+use crate::signal::denoise::uncounted;
 
-/// The signals of a recording, the acceleration excepted: the second derivative of a recorded angle, or the first of a recorded velocity, is mostly noise, and an inertia fitted to
-/// it comes out too small. It is that of the motion freed of its noise, as `gmhm diagnose` sees it. Deflection, angles and velocity stay as recorded, and so does
-/// the acceleration of a motion without noise.
+/// The signals of a recording, its derivatives excepted. The second derivative of a recorded angle, or the first of a recorded velocity, is mostly noise, and an inertia fitted to
+/// it comes out too small; the first derivative of a counted angle is 0 in most rows of a slow motion, and friction with it. They are those of the motion freed of its noise and of its
+/// counts, as `gmhm diagnose` sees it. Deflection, angles and a recorded velocity stay as recorded, and so do the derivatives of a motion without noise.
 pub fn signals<'a>(recording: &'a Recording, gear: &GearSection) -> Signals<'a> {
     let mut signals = Signals::new(recording, gear);
-    signals.acceleration_rad_per_s2 = acceleration(recording, gear);
+    let motion = uncounted(recording);
+    if let Cow::Owned(motion) = &motion {
+        let smooth = Signals::new(motion, gear);
+        let owned = |velocity: Option<Cow<'_, [f64]>>| velocity.map(|v| Cow::Owned(v.into_owned()));
+        signals.velocity_rad_per_s = owned(smooth.velocity_rad_per_s);
+        signals.output_velocity_rad_per_s = owned(smooth.output_velocity_rad_per_s);
+        signals.motor_velocity_rad_per_s = smooth.motor_velocity_rad_per_s;
+    }
+    signals.acceleration_rad_per_s2 = acceleration(recording, &motion, gear);
     signals
 }
 
-/// Smoothed where a term of the model needs the acceleration.
+/// Smoothed where a term of the model needs a derivative of the motion.
 fn seen<'a>(model: &Model, recording: &'a Recording) -> Signals<'a> {
-    let accelerates = |term: &Term| term.info().is_some_and(|info| info.needs.contains(&Need::Acceleration));
-    if model.terms.iter().any(accelerates) {
+    const DERIVATIVES: [Need; 4] = [Need::Velocity, Need::MotorVelocity, Need::OutputVelocity, Need::Acceleration];
+    let derives = |term: &Term| term.info().is_some_and(|info| DERIVATIVES.iter().any(|d| info.needs.contains(d)));
+    if model.terms.iter().any(derives) {
         signals(recording, &model.gear)
     } else {
         Signals::new(recording, &model.gear)
