@@ -386,6 +386,44 @@ pub fn is_within_limits(kind: &dyn Kind, term: &Term) -> bool {
     })
 }
 
+/// The size of a term's torques: the root of the sum of their squares, N·m.
+fn torques(term: &Term) -> f64 {
+    let keys = term.info().into_iter().flat_map(|info| info.keys);
+    let keys = keys.filter(|key| key.role == Role::Linear && key.unit == "N·m");
+    let squares = keys.filter_map(|key| match term.values.get(key.name)? {
+        TermValue::Number(x) => Some(x * x),
+        TermValue::List(list) => Some(list.iter().map(|x| x * x).sum()),
+        TermValue::Text(_) => None,
+    });
+    squares.sum::<f64>().sqrt()
+}
+
+/// Whether a term is larger, beside the terms of a model that it refines, than [its kind may be](Kind::most_of_refined).
+pub fn exceeds_refined(term: &Term, model: &Model) -> bool {
+    let Some(kind) = of_term(term) else { return false };
+    let refined = model.terms.iter().filter(|other| kind.refines().contains(&other.kind.as_str()));
+    let largest = refined.map(torques).reduce(f64::max);
+    largest.is_some_and(|largest| torques(term) > kind.most_of_refined() * largest)
+}
+
+/// A term without one of several elements that are effects each, in every way.
+pub fn without_an_element(term: &Term) -> Vec<Term> {
+    let count = elements(term);
+    if count < 2 || !of_term(term).is_some_and(|kind| kind.elements_are_effects()) {
+        return Vec::new();
+    }
+    let without = |at: usize| {
+        let mut fewer = term.clone();
+        for value in fewer.values.values_mut() {
+            if let TermValue::List(list) = value {
+                list.remove(at);
+            }
+        }
+        fewer
+    };
+    (0..count).map(without).collect()
+}
+
 /// A term without the elements whose numbers have the wrong sign; `None` where it has none of them, or no other.
 pub fn without_negative_elements(term: &Term) -> Option<Term> {
     let kind = of_term(term).filter(|kind| kind.drops_negative_elements())?;

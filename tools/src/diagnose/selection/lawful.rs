@@ -9,6 +9,7 @@ use crate::kinds;
 use crate::model::{Model, Term};
 use crate::numerics::extremes;
 use crate::regression::dataset::Dataset;
+use crate::regression::error::EstimateError;
 use crate::regression::fit::Fitted;
 use crate::regression::parameters::{self, FreeParameter};
 
@@ -83,9 +84,23 @@ impl Dataset<'_> {
                     || (smooths && is_delay(t))
                     || (drives && is_friction(t))
                     || self.exceeds_torque(&fit, *at)
+                    || kinds::exceeds_refined(t, &fit.model)
             });
-            let unlawful = unlawful.map(|(_, term)| term);
-            let Some(unlawful) = unlawful else { return Ok((fit, lost)) };
+            let Some((at, unlawful)) = unlawful else { return Ok((fit, lost)) };
+            if kinds::exceeds_refined(unlawful, &fit.model) {
+                // Within a small part of a turn two orders trade any torque with each other and with what they refine.
+                let fewer = kinds::without_an_element(unlawful).into_iter().map(|fewer| {
+                    let mut model = fit.model.clone();
+                    model.terms[at] = fewer;
+                    self.plain_fit(&model, &self.parameters(&model, search), STEPS)
+                });
+                let fewer = fewer.collect::<Result<Vec<Fitted>, EstimateError>>()?;
+                let left = |fit: &Fitted| self.rms_of_blocks(fit);
+                if let Some(best) = fewer.into_iter().min_by(|a, b| left(a).total_cmp(&left(b))) {
+                    fit = best;
+                    continue;
+                }
+            }
             if let Some(fewer) = kinds::without_negative_elements(unlawful) {
                 let mut model = fit.model.clone();
                 let own = model.terms.iter_mut().skip(search.base_terms).find(|t| t.kind == fewer.kind);
