@@ -398,12 +398,15 @@ fn torques(term: &Term) -> f64 {
     squares.sum::<f64>().sqrt()
 }
 
-/// Whether a term is larger, beside the terms of a model that it refines, than [its kind may be](Kind::most_of_refined).
+/// A refit may make a term so many times larger than it is selected at most.
+const REFITTED: f64 = 3.0;
+
+/// Whether a refitted term is much larger, beside the terms of a model that it refines, than [its kind may be](Kind::most_of_refined).
 pub fn exceeds_refined(term: &Term, model: &Model) -> bool {
     let Some(kind) = of_term(term) else { return false };
     let refined = model.terms.iter().filter(|other| kind.refines().contains(&other.kind.as_str()));
     let largest = refined.map(torques).reduce(f64::max);
-    largest.is_some_and(|largest| torques(term) > kind.most_of_refined() * largest)
+    largest.is_some_and(|largest| torques(term) > REFITTED * kind.most_of_refined() * largest)
 }
 
 /// A term without one of several elements that are effects each, in every way.
