@@ -1,5 +1,7 @@
 //! The diagnosis: from recordings and a model to findings, an extended model and the numbers that go with them.
 
+use gmhm::{Elastic, Law, Memory};
+
 use crate::diagnose::DiagnoseError;
 use crate::diagnose::diagnosis::{Diagnosis, FALSE_ALARM_RATE, Heldout, HeldoutFrom, Rms, UNKNOWN, Unit};
 use crate::diagnose::explain::Search;
@@ -15,6 +17,7 @@ use crate::numerics::autoregression::mark_outliers;
 use crate::numerics::vector::dot;
 use crate::progress::Progress;
 use crate::recording::{Recording, TorqueUnit};
+use crate::regression::assembly::from_cycle;
 use crate::regression::dataset::Dataset;
 use crate::regression::error::EstimateError;
 use crate::regression::fit::Fitted;
@@ -72,7 +75,6 @@ pub fn diagnose(
     let recordings = &recordings[..];
     remarks.extend(of_rows);
     progress.report("reading", 0.0);
-    let mut dataset = Dataset::new(recordings, &model)?.with_base(&model);
     let search = Search {
         removed: &options.removed,
         only: None,
@@ -81,29 +83,24 @@ pub fn diagnose(
         zero: false,
         seed: options.seed,
     };
-    let given = dataset.centred(&dataset.total(&model)?);
-    progress.report("refitting the base model", 0.05);
-    let mut plain = dataset.fit(&model, &dataset.parameters(&model, search), None, 2)?;
-    dataset.mark_outliers(&plain);
-    if dataset.allow_any_past(&plain)? {
-        plain = dataset.fit(&model, &dataset.parameters(&model, search), None, 2)?;
-    }
-    check(progress)?;
-    progress.report("searching", 0.15);
-    let stride = dataset.len().div_ceil(SEARCH_ROWS);
-    let thin = dataset.thinned(stride, &plain.residual);
-    let thin = thin.in_means_within(LOST_IN_MEANS * dataset.rms(&plain.residual), &plain.model)?;
-    let mut found = thin.searched(plain, search, progress)?;
-    let as_given = thin.rms(&thin.centred(&thin.total(&model)?));
-    if found.verdict.mismatch && thin.rms_of_blocks(&found.verdict.extended) > as_given {
-        let held = Search { held_terms: Some(model.terms.len()), ..search };
-        let plain = thin.fit(&model, &thin.parameters(&model, held), None, 0)?;
-        let beside_given = thin.searched(plain, held, progress)?;
-        if thin.rms_of_blocks(&beside_given.verdict.extended) < as_given {
-            remarks.push(Remark::BaseHeld);
-            found = beside_given;
+    let mut begun = Begun::of(recordings, &model, search, progress)?;
+    let given = begun.dataset.centred(&begun.dataset.total(&model)?);
+    // The model that steady terms stand beside, and the refit of the law given where another is better.
+    let (mut beside, mut of_law_given) = (model.clone(), None);
+    if let Some(masing) = begun.with_law_masing() {
+        let mut other = Begun::of(recordings, &masing, search, progress)?;
+        if other.found.verdict.mismatch && other.left() < OTHER_LAW * begun.left() {
+            beside = other.found.verdict.base.model.clone();
+            other.found.selection.base_squares = begun.found.selection.base_squares;
+            other.found.suggestions.push(Suggestion::Law(Law::Masing));
+            let fit = std::mem::replace(&mut begun, other);
+            of_law_given = Some(fit.on_all_rows(fit.found.verdict.base.clone())?);
         }
     }
+    if begun.base_held {
+        remarks.push(Remark::BaseHeld);
+    }
+    let Begun { dataset, thin, found, .. } = begun;
     let Searched { mut verdict, selection, search, mut suggestions } = found;
     progress.report("judging", 0.6);
     if verdict.mismatch {
@@ -112,22 +109,19 @@ pub fn diagnose(
     let undecidable = next_experiment::undecidable(&thin, &verdict, search)?;
     let locations = if verdict.mismatch { thin.where_it_sits(&verdict) } else { Vec::new() };
     progress.report("fitting all rows", 0.8);
-    if stride > 1 {
+    if thin.len() < dataset.len() {
         for fit in [&mut verdict.base, &mut verdict.extended] {
-            *fit = if fit.plain {
-                dataset.plain_fit(&fit.model, &fit.parameters, 3)?
-            } else {
-                dataset.or_plain(dataset.fit(&fit.model, &fit.parameters, None, 3)?)?
-            };
+            *fit = dataset.refitted_alike(fit)?;
         }
     }
-    verdict.extended = dataset.steady(&model, &verdict.base, verdict.extended, search)?;
+    verdict.extended = dataset.steady(&beside, &verdict.base, verdict.extended, search)?;
     verdict.extended = dataset.with_curves_apart(verdict.extended, search)?;
     dataset.drop_curves(&mut verdict, search)?;
-    verdict.extended = dataset.with_base_unchanged(&model, verdict.extended, search)?;
+    verdict.extended = dataset.with_base_unchanged(&beside, verdict.extended, search)?;
     let (extended, mut variances) = dataset.among_shapes(verdict.extended, search)?;
     verdict.extended = extended;
     dataset.add_soft_edges(&verdict.extended, search, &mut variances)?;
+    verdict.base = of_law_given.unwrap_or(verdict.base);
     check(progress)?;
     progress.report("checking on rows held out", 0.9);
     let rms = Rms {
@@ -192,6 +186,75 @@ fn check(progress: &dyn Progress) -> Result<(), DiagnoseError> {
     if progress.cancelled() { Err(DiagnoseError::Cancelled) } else { Ok(()) }
 }
 
+/// A diagnosis up to the search.
+struct Begun<'a, 'r> {
+    /// All rows.
+    dataset: Dataset<'a>,
+    /// The rows that are searched.
+    thin: Dataset<'a>,
+    found: Searched<'r>,
+    /// Whether the base had to be held as it was given.
+    base_held: bool,
+}
+
+impl<'a, 'r> Begun<'a, 'r> {
+    fn of(
+        recordings: &'a [Recording],
+        model: &Model,
+        search: Search<'r>,
+        progress: &dyn Progress,
+    ) -> Result<Self, DiagnoseError> {
+        let mut dataset = Dataset::new(recordings, model)?.with_base(model);
+        progress.report("refitting the base model", 0.05);
+        let mut plain = dataset.fit(model, &dataset.parameters(model, search), None, 2)?;
+        dataset.mark_outliers(&plain);
+        if dataset.allow_any_past(&plain)? {
+            plain = dataset.fit(model, &dataset.parameters(model, search), None, 2)?;
+        }
+        check(progress)?;
+        progress.report("searching", 0.15);
+        let stride = dataset.len().div_ceil(SEARCH_ROWS);
+        let thin = dataset.thinned(stride, &plain.residual);
+        let thin = thin.in_means_within(LOST_IN_MEANS * dataset.rms(&plain.residual), &plain.model)?;
+        let mut found = thin.searched(plain, search, progress)?;
+        let mut base_held = false;
+        let as_given = thin.rms(&thin.centred(&thin.total(model)?));
+        if found.verdict.mismatch && thin.rms_of_blocks(&found.verdict.extended) > as_given {
+            let held = Search { held_terms: Some(model.terms.len()), ..search };
+            let plain = thin.fit(model, &thin.parameters(model, held), None, 0)?;
+            let beside_given = thin.searched(plain, held, progress)?;
+            if thin.rms_of_blocks(&beside_given.verdict.extended) < as_given {
+                (found, base_held) = (beside_given, true);
+            }
+        }
+        Ok(Self { dataset, thin, found, base_held })
+    }
+
+    /// What the extended model leaves on blocks held out, rms.
+    fn left(&self) -> f64 {
+        self.thin.rms_of_blocks(&self.found.verdict.extended)
+    }
+
+    /// A fit to the rows searched, fitted to all.
+    fn on_all_rows(&self, fit: Fitted) -> Result<Fitted, DiagnoseError> {
+        if self.thin.len() < self.dataset.len() { self.dataset.refitted_alike(&fit) } else { Ok(fit) }
+    }
+
+    /// The base that a mismatch was seen beside, with law `masing` in place of another, for a fit to start from. The memory of laws `phase` and `time` runs on with the motion, and
+    /// takes a part of every other hysteresis that no term found beside it can give back.
+    fn with_law_masing(&self) -> Option<Model> {
+        let mut model = self.found.verdict.base.model.clone();
+        let rated_rad = model.gear.rated_deflection_rad?;
+        let replaced = |memory: &&mut Memory| self.found.verdict.mismatch && memory.law != Law::Masing;
+        let memory = model.memory.as_mut().filter(replaced)?;
+        let stiffness = 0.5 * self.dataset.torque_span() / rated_rad;
+        let (alpha, beta_per_s, omega_per_s) = from_cycle(USUAL_E * stiffness, USUAL_H * stiffness, 1.0);
+        *memory = Memory { law: Law::Masing, alpha, beta_per_s, omega_per_s, ..Memory::default() };
+        model.elastic = Some(Elastic { c1_nm_per_rad: stiffness, c2_nm_per_rad3: 0.0, c3_nm_per_rad5: 0.0 });
+        Some(model)
+    }
+}
+
 /// What a search finds.
 struct Searched<'r> {
     verdict: DiagnosisVerdict,
@@ -209,6 +272,13 @@ const WRONG_SIGN: f64 = 0.1;
 
 /// The other side has to lessen error and prices by this share of what is predictable.
 const LEAST_BETTER: f64 = 0.02;
+
+/// e and h of the published gear over its stiffness, T_A/A (MODEL.md section 6): where a fit of law `masing` starts.
+const USUAL_E: f64 = 0.188;
+const USUAL_H: f64 = 0.101;
+
+/// What is found beside another law counts where it leaves at most this part (rms, held out) of what is found beside the law given.
+const OTHER_LAW: f64 = 0.9;
 
 /// Steps of plain least squares.
 const PLAIN_STEPS: usize = 8;
@@ -279,6 +349,15 @@ impl Dataset<'_> {
         self.withhold_similar_kind(&mut verdict, search)?;
         check(progress)?;
         Ok(Searched { verdict, selection, search, suggestions })
+    }
+
+    /// A fit to other rows of these recordings, fitted to these by the same criterion.
+    fn refitted_alike(&self, fit: &Fitted) -> Result<Fitted, DiagnoseError> {
+        Ok(if fit.plain {
+            self.plain_fit(&fit.model, &fit.parameters, 3)?
+        } else {
+            self.or_plain(self.fit(&fit.model, &fit.parameters, None, 3)?)?
+        })
     }
 
     /// The same on means of the signals where a gear moves so slowly that its torque along them differs by at most `allowed` (rms) from the means of its torque.

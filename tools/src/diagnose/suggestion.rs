@@ -1,5 +1,7 @@
 //! Settings that are probably wrong, and what shows it.
 
+use gmhm::Law;
+
 use crate::model::{Model, TermValue, TorqueSide};
 
 /// A setting of the model or the recording that should be another.
@@ -16,6 +18,8 @@ pub enum Suggestion {
     },
     /// The simulated torque is too small or too large by this factor.
     Gain(f64),
+    /// The hysteresis is of another nature than the law given: beside this law the terms found predict better.
+    Law(Law),
     /// In another program's words.
     Written(String),
 }

@@ -71,6 +71,11 @@ impl fmt::Display for Suggestion {
             Self::Ratio { ratio, order } => {
                 write!(f, "ratio = {ratio:.0}: a line at {order:.1} a turn of the output")
             }
+            Self::Law(law) => write!(
+                f,
+                "law = \"{}\": beside it the terms found predict better than beside the law given; the model written has it",
+                law.name()
+            ),
             Self::Gain(factor) => {
                 write!(f, "torque_sim_nm * {factor:.3}: the recorded torque is that multiple of the simulated one")
             }
