@@ -1,7 +1,7 @@
-//! A joint whose torque is recorded late. Synthetic recordings.
+//! What is found of a joint. Synthetic recordings.
 
 use gmhm_tools::diagnose::{Finding, Options, diagnose};
-use gmhm_tools::model::{GearSection, Model, Term, TermValue, TorqueSide};
+use gmhm_tools::model::{Base, GearSection, Model, Term, TermValue, TorqueSide};
 use gmhm_tools::recording::Recording;
 
 const PERIOD_S: f64 = 0.002;
@@ -87,4 +87,71 @@ fn a_dip_of_friction_and_a_rise_with_the_velocity_that_hide_each_other_are_found
     assert_eq!(names, ["coulomb_friction", "stribeck_friction", "viscous_friction"]);
     let left = found.diagnosis.heldout.rms;
     assert!(left.extended < 0.01 * left.refitted, "{left:?}");
+}
+
+/// Sorted names.
+fn names(found: &Finding) -> Vec<&str> {
+    let mut names: Vec<&str> = found.diagnosis.effects.iter().map(|e| e.name.as_str()).collect();
+    names.sort_unstable();
+    names
+}
+
+/// A recording beside a simulation that says gravity and inertia, and the base that has nothing but it.
+fn simulated(
+    motion: impl Fn(f64) -> (f64, f64),
+    simulation: impl Fn(f64) -> f64,
+    torque: impl Fn(f64) -> f64,
+) -> (Recording, Model) {
+    let (mut recording, mut base) = joint(motion, torque);
+    recording.torque_sim_nm = Some(recording.time_s.iter().map(|t| simulation(*t)).collect());
+    base.terms.clear();
+    base.gear.base = Base::Simulation;
+    (recording, base)
+}
+
+#[test]
+fn a_delay_is_found_of_a_torque_with_steps() {
+    // At a step the derivative times the delay is more than the torque spans.
+    let simulation = |t: f64| 10.0 * two_sines(t).0.sin() + if t % 2.0 < 1.0 { 4.0 } else { -4.0 };
+    let torque = |t: f64| simulation(t - 0.0195) + 3.0 * two_sines(t - 0.0195).1;
+    let found = diagnosed(simulated(two_sines, simulation, torque));
+    assert_eq!(names(&found), ["time_skew", "viscous_friction"]);
+}
+
+#[test]
+fn friction_of_the_position_is_found_beside_presliding_alone() {
+    // Dahl's friction over 0.02 rad, by steps so small that its path is exact.
+    let mut state = 0.0_f64;
+    let mut last = two_sines(0.0).0;
+    let presliding: Vec<f64> = (0..ROWS)
+        .map(|row| {
+            let angle = two_sines(PERIOD_S * f64::from(row)).0;
+            let step = angle - last;
+            last = angle;
+            state = step.signum() - (step.signum() - state) * (-step.abs() / 0.02).exp();
+            state
+        })
+        .collect();
+    for order in [1.0, 3.0] {
+        let torque = |t: f64| {
+            let (angle, velocity) = two_sines(t);
+            let friction = 3.0 * presliding[(t / PERIOD_S).round() as usize];
+            5.0 * angle.sin() + friction + 1.5 * (order * angle + 0.8).cos() * (velocity / 0.01).tanh()
+        };
+        let found = diagnosed(joint(two_sines, torque));
+        assert_eq!(names(&found), ["position_dependent_friction", "presliding_friction"], "order {order}");
+    }
+}
+
+#[test]
+fn friction_follows_the_simulated_load_beside_a_payload() {
+    let simulation = |t: f64| 20.0 * two_sines(t).0.sin() + 3.0;
+    let torque = |t: f64| {
+        let (angle, velocity) = two_sines(t);
+        simulation(t) + 6.0 * (angle + 0.4).cos() + 0.15 * simulation(t).abs() * (velocity / 0.02).tanh()
+    };
+    let found = diagnosed(simulated(two_sines, simulation, torque));
+    assert_eq!(names(&found), ["gravity_load", "load_dependent_friction"]);
+    let left = found.diagnosis.heldout.rms;
+    assert!(left.extended < 0.03 * left.refitted, "{left:?}");
 }

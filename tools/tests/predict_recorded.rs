@@ -88,3 +88,25 @@ fn a_motion_without_noise_is_predicted_as_it_is() {
         assert!(recorded::predict(&joint(), None, &recording).unwrap() == plain);
     }
 }
+
+#[test]
+fn friction_along_a_counted_angle_is_that_of_the_motion() {
+    let joint = parse(
+        "joint.toml",
+        &format!("{JOINT}[[term]]\nkind = \"coulomb_friction\"\ntorque_nm = 8.0\nsmoothing_rad_per_s = 0.002\n"),
+    )
+    .unwrap();
+    // 14 bits: at 0.02 rad/s one row of four has a count.
+    let count = 2.0 * PI / 16384.0;
+    let smooth = Recording { velocity_out_rad_per_s: None, ..swinging(0.0, 0.0, 0.0) };
+    let counted = |x: &f64| (x / count).round() * count;
+    let angle = smooth.theta_out_rad.as_deref().map(|q| q.iter().map(counted).collect());
+    let counted = Recording { theta_out_rad: angle, ..smooth.clone() };
+    let torque = recorded::predict(&joint, None, &smooth).unwrap().torque;
+    let truth = Recording { torque: Some(torque.into()), ..smooth };
+    let left = rms(&truth, &recorded::predict(&joint, None, &counted).unwrap());
+    assert!(left < 0.7, "{left} N·m");
+    // By differences of the counts it is no friction at all in most rows about a reversal, and no inertia in any.
+    let left = rms(&truth, &predict(&joint, None, &counted).unwrap());
+    assert!(left > 3.0, "{left} N·m");
+}

@@ -508,7 +508,12 @@ fn usual_bounds(term: &Term, key: &KeyInfo, index: Option<usize>) -> (f64, f64) 
 
 #[cfg(test)]
 mod tests {
+    use super::build::term;
     use super::*;
+
+    fn list_of(numbers: &[f64]) -> TermValue {
+        TermValue::List(numbers.to_vec())
+    }
 
     #[test]
     fn every_kind_of_the_core_has_its_file_here() {
@@ -523,6 +528,26 @@ mod tests {
             assert!(!kind.experiments().is_empty(), "{}", kind.name());
             assert_ne!(kind.family(), Family::Unknown, "{}", kind.name());
         }
+    }
+
+    #[test]
+    fn friction_of_the_position_outgrows_the_largest_that_it_refines() {
+        let of_position = term(
+            "position_dependent_friction",
+            &[("orders", list_of(&[1.0, 2.0])), ("cos_nm", list_of(&[6.0, 0.0])), ("sin_nm", list_of(&[0.0, 8.0]))],
+        );
+        let friction = |kind: &str, torque: f64| term(kind, &[("torque_nm", TermValue::Number(torque))]);
+        let model = |coulomb: f64, presliding: f64| Model {
+            terms: vec![friction("coulomb_friction", coulomb), friction("presliding_friction", presliding)],
+            ..Model::default()
+        };
+        for (coulomb, presliding, expected) in [(1.0, 1.0, true), (1.2, 0.1, false), (0.1, 1.2, false)] {
+            assert_eq!(exceeds_refined(&of_position, &model(coulomb, presliding)), expected);
+        }
+        assert!(!exceeds_refined(&of_position, &Model::default()), "nothing to compare with");
+        let fewer = without_an_element(&of_position);
+        assert_eq!(fewer.iter().map(torques).collect::<Vec<f64>>(), [8.0, 6.0]);
+        assert!(without_an_element(&fewer[0]).is_empty());
     }
 
     #[test]

@@ -183,4 +183,20 @@ mod tests {
             assert!((slope - 1.0).abs() < within, "sd {sd}: {slope}");
         }
     }
+
+    #[test]
+    fn lines_of_a_slowly_counted_angle_are_no_acceleration() {
+        let clean = motion(6000, 2e-3);
+        let count = 2e-3;
+        let counted = |q: &f64| (q / count).round() * count;
+        let angle = clean.theta_out_rad.as_deref().map(|q| q.iter().map(counted).collect());
+        let rough = Recording { theta_out_rad: angle, ..clean.clone() };
+        let gear = GearSection::default();
+        let truth = acceleration(&clean, &clean, &gear).unwrap();
+        let alike = |found: &[f64]| dot(&truth, found) / (dot(&truth, &truth) * dot(found, found)).sqrt();
+        let found = acceleration(&rough, &uncounted(&rough), &gear).unwrap();
+        assert!(alike(&found) > 0.97, "{}", alike(&found));
+        let of_counts = acceleration(&rough, &rough, &gear).unwrap();
+        assert!(alike(&of_counts) < 0.9, "{}", alike(&of_counts));
+    }
 }

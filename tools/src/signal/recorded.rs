@@ -33,11 +33,7 @@ pub fn signals<'a>(recording: &'a Recording, gear: &GearSection) -> Signals<'a> 
 fn seen<'a>(model: &Model, recording: &'a Recording) -> Signals<'a> {
     const DERIVATIVES: [Need; 4] = [Need::Velocity, Need::MotorVelocity, Need::OutputVelocity, Need::Acceleration];
     let derives = |term: &Term| term.info().is_some_and(|info| DERIVATIVES.iter().any(|d| info.needs.contains(d)));
-    if model.terms.iter().any(derives) {
-        signals(recording, &model.gear)
-    } else {
-        Signals::new(recording, &model.gear)
-    }
+    if model.terms.iter().any(derives) { signals(recording, &model.gear) } else { Signals::new(recording, &model.gear) }
 }
 
 /// As [`predict`](fn@crate::physics::predict), along [`signals`].
