@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`pipeline`] | the whole, as `gmhm diagnose` writes it |
 //! | [`diagnosis`], `findings` | the result, field for field as `--json`; a verdict in its terms |
+//! | `base_search` | the search beside one base; the same gear with another law |
 //! | `reduction` | fewer rows of long recordings |
 //! | [`candidates`], `ranges` | every kind over a grid of shapes, as columns; what the recordings span |
 //! | [`evidence`] | what a result rests on, as types |
@@ -24,6 +25,7 @@
 //! | [`next_experiment`] | what could not have been seen, and the experiment that would show it |
 //! | [`report_data`] | what a report shows |
 
+mod base_search;
 pub mod candidates;
 mod curve_term;
 mod decision;
