@@ -114,6 +114,9 @@ pub fn diagnose(
     verdict.extended = dataset.with_curves_apart(verdict.extended, search)?;
     dataset.drop_curves(&mut verdict, search)?;
     verdict.extended = dataset.with_base_unchanged(&beside, verdict.extended, search)?;
+    while let Some(fewer) = dataset.without_negative_elements(&verdict.extended, search)? {
+        verdict.extended = fewer;
+    }
     let (extended, mut variances) = dataset.among_shapes(verdict.extended, search)?;
     verdict.extended = extended;
     dataset.add_soft_edges(&verdict.extended, search, &mut variances)?;

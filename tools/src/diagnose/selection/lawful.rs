@@ -60,6 +60,25 @@ impl Dataset<'_> {
         largest.fold(0.0, f64::max) > self.torque_span()
     }
 
+    /// A fit whose found memories have only elements of positive torque; `None` where none has another. A negative one trades with the spring: over all that was recorded the two add up, but
+    /// on another path it slips elsewhere.
+    pub(in crate::diagnose) fn without_negative_elements(
+        &self,
+        fit: &Fitted,
+        search: Search<'_>,
+    ) -> Result<Option<Fitted>, DiagnoseError> {
+        let mut model = fit.model.clone();
+        let mut is_changed = false;
+        for term in &mut model.terms[search.base_terms..] {
+            if let Some(fewer) = kinds::without_negative_elements(term) {
+                *term = fewer;
+                is_changed = true;
+            }
+        }
+        let refitted = is_changed.then(|| self.plain_fit(&model, &self.parameters(&model, search), STEPS));
+        Ok(refitted.transpose()?)
+    }
+
     /// A fit without the found terms whose refitted numbers are not of their kind or larger than the torque spans, and without found friction beside which friction of the `base`
     /// turns round and drives: at one speed the two can trade any torque. With it those kinds. What refines such a term goes before the term itself.
     pub(in crate::diagnose) fn without_unlawful(
@@ -103,8 +122,7 @@ impl Dataset<'_> {
             }
             if let Some(fewer) = kinds::without_negative_elements(unlawful) {
                 let mut model = fit.model.clone();
-                let own = model.terms.iter_mut().skip(search.base_terms).find(|t| t.kind == fewer.kind);
-                own.into_iter().for_each(|term| *term = fewer.clone());
+                model.terms[at] = fewer;
                 fit = self.plain_fit(&model, &self.parameters(&model, search), STEPS)?;
                 continue;
             }
@@ -123,7 +141,7 @@ impl Dataset<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::parse;
+    use crate::model::{TEST_GEAR, parse};
     use crate::recording::Recording;
 
     #[test]
@@ -183,5 +201,32 @@ mod tests {
         assert!(gravity < -300.0 && dataset.torque_span() < 10.0, "{gravity} N·m");
         let (fit, lost) = dataset.without_unlawful(&base, fit, search).unwrap();
         assert!(lost == ["gravity_load"] && !fit.model.has_term("gravity_load"));
+    }
+
+    #[test]
+    fn a_found_memory_keeps_its_elements_of_positive_torque() {
+        let base = parse("gear.toml", TEST_GEAR).unwrap();
+        let time_s: Vec<f64> = (0..3000).map(|row| 0.01 * f64::from(row)).collect();
+        let deflection = time_s.iter().map(|t| 8e-4 * (0.7 * t).sin() * (0.11 * t).cos());
+        let mut recording = Recording {
+            name: "gear".into(),
+            deflection_rad: Some(deflection.collect()),
+            time_s: time_s.clone().into(),
+            ..Recording::default()
+        };
+        let of = |torques: &str| {
+            let found = "[[term]]\nkind = \"nonlocal_memory\"\nradius_rad = [1e-4, 4e-4]\ntorque_nm = ";
+            parse("gear.toml", &format!("{TEST_GEAR}\n{found}{torques}\n")).unwrap()
+        };
+        let truth = of("[0.9, -0.6]");
+        recording.torque = Some(crate::physics::predict(&truth, None, &recording).unwrap().torque.into());
+        let recordings = [recording];
+        let dataset = Dataset::new(&recordings, &base).unwrap();
+        let search = Search { removed: &[], only: None, base_terms: 0, held_terms: None, zero: false, seed: 1 };
+        let fitted = |model: &Model| dataset.plain_fit(model, &dataset.parameters(model, search), 0).unwrap();
+        let fewer = dataset.without_negative_elements(&fitted(&truth), search).unwrap().unwrap();
+        assert_eq!(kinds::elements(fewer.model.terms.last().unwrap()), 1);
+        assert!(dataset.without_negative_elements(&fewer, search).unwrap().is_none());
+        assert!(dataset.without_negative_elements(&fitted(&base), search).unwrap().is_none());
     }
 }
