@@ -62,6 +62,14 @@ pub struct Selected {
     pub in_remainder: bool,
 }
 
+impl Selected {
+    /// Calls it by what a refit has made of it.
+    fn rename(&mut self, kind: &'static str) {
+        self.kind = kind;
+        self.equivalents.retain(|other| *other != kind);
+    }
+}
+
 /// What the joint selection found.
 #[derive(Clone)]
 pub struct Selection {
@@ -231,7 +239,7 @@ impl Dataset<'_> {
             if let (true, Some(result)) = (last, result.as_mut()) {
                 for (was, is) in renamed {
                     match is {
-                        Some(is) => result.selected.iter_mut().filter(|s| s.kind == was).for_each(|s| s.kind = is),
+                        Some(is) => result.selected.iter_mut().filter(|s| s.kind == was).for_each(|s| s.rename(is)),
                         None => lost.push(was.to_owned()),
                     }
                 }
@@ -401,4 +409,25 @@ fn compared(finder: &Search<'_>, set: &Set, kind: &'static str) -> (Vec<&'static
     class.dedup();
     tried.truncate(6);
     (class, confidence, tried)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_kind_that_was_renamed_is_not_its_own_equivalent() {
+        let mut found = Selected {
+            kind: "coulomb_friction",
+            share: 1.0,
+            fidelity: None,
+            equivalents: vec!["viscous_friction", "encoder_skew"],
+            gains: Vec::new(),
+            confidence: 1.0,
+            tried: Vec::new(),
+            in_remainder: false,
+        };
+        found.rename("viscous_friction");
+        assert_eq!((found.kind, &found.equivalents[..]), ("viscous_friction", &["encoder_skew"][..]));
+    }
 }
