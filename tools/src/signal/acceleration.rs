@@ -30,7 +30,7 @@ const STANDS_OUT: f64 = 3.0;
 const COHERENT: f64 = 0.3;
 
 /// The acceleration that a model of this gear sees, freed of the noise of the angle or the velocity that it follows from, whichever tells more of it; `None` without either. `motion`
-/// is the recording [uncounted](crate::signal::denoise::uncounted).
+/// is the recording after `denoise::uncounted`.
 ///
 /// A record without noise is differentiated as it stands.
 pub fn acceleration(recording: &Recording, motion: &Recording, gear: &GearSection) -> Option<Vec<f64>> {
