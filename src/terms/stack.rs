@@ -260,7 +260,7 @@ impl<'a, S: Float<Carry = S>> StackView<'a, S> {
     }
 
     /// Σ of the torque terms at a sample whose deflection is corrected and whose base torque is known, N·m. Without a gear the base torque is set to
-    /// gravity and inertia, or to T_sim where that is the base.
+    /// gravity and inertia, added to T_sim where that is the base.
     pub fn torque(self, states: &mut [TermState<S>], sample: &Sample<S>) -> S {
         match self.base {
             Base::Gear => self.sum(states, sample),
@@ -271,8 +271,8 @@ impl<'a, S: Float<Carry = S>> StackView<'a, S> {
     /// Without a gear. A frame of its own: the sample is copied.
     #[inline(never)]
     fn torque_over_load(self, states: &mut [TermState<S>], sample: &Sample<S>) -> S {
-        let base_torque =
-            if self.base == Base::Simulation { sample.simulated_torque } else { self.load(states, sample) };
+        let load = self.load(states, sample);
+        let base_torque = if self.base == Base::Simulation { sample.simulated_torque + load } else { load };
         self.sum(states, &Sample { base_torque, ..*sample })
     }
 

@@ -16,7 +16,6 @@ mod compare;
 mod demo;
 mod diagnose;
 mod diagnose_joint;
-mod diagnose_law;
 mod diagnose_plausible;
 mod diagnose_shapes;
 mod drive;

@@ -1,7 +1,7 @@
 //! What is found of a joint. Synthetic recordings.
 
 use gmhm_tools::diagnose::{Finding, Options, diagnose};
-use gmhm_tools::model::{Base, GearSection, Model, Term, TermValue, TorqueSide};
+use gmhm_tools::model::{GearSection, Model, Term, TermValue, TorqueSide};
 use gmhm_tools::recording::Recording;
 
 const PERIOD_S: f64 = 0.002;
@@ -96,28 +96,6 @@ fn names(found: &Finding) -> Vec<&str> {
     names
 }
 
-/// A recording beside a simulation that says gravity and inertia, and the base that has nothing but it.
-fn simulated(
-    motion: impl Fn(f64) -> (f64, f64),
-    simulation: impl Fn(f64) -> f64,
-    torque: impl Fn(f64) -> f64,
-) -> (Recording, Model) {
-    let (mut recording, mut base) = joint(motion, torque);
-    recording.torque_sim_nm = Some(recording.time_s.iter().map(|t| simulation(*t)).collect());
-    base.terms.clear();
-    base.gear.base = Base::Simulation;
-    (recording, base)
-}
-
-#[test]
-fn a_delay_is_found_of_a_torque_with_steps() {
-    // At a step the derivative times the delay is more than the torque spans.
-    let simulation = |t: f64| 10.0 * two_sines(t).0.sin() + if t % 2.0 < 1.0 { 4.0 } else { -4.0 };
-    let torque = |t: f64| simulation(t - 0.0195) + 3.0 * two_sines(t - 0.0195).1;
-    let found = diagnosed(simulated(two_sines, simulation, torque));
-    assert_eq!(names(&found), ["time_skew", "viscous_friction"]);
-}
-
 #[test]
 fn friction_of_the_position_is_found_beside_presliding_alone() {
     // Dahl's friction over 0.02 rad, by steps so small that its path is exact.
@@ -141,17 +119,4 @@ fn friction_of_the_position_is_found_beside_presliding_alone() {
         let found = diagnosed(joint(two_sines, torque));
         assert_eq!(names(&found), ["position_dependent_friction", "presliding_friction"], "order {order}");
     }
-}
-
-#[test]
-fn friction_follows_the_simulated_load_beside_a_payload() {
-    let simulation = |t: f64| 20.0 * two_sines(t).0.sin() + 3.0;
-    let torque = |t: f64| {
-        let (angle, velocity) = two_sines(t);
-        simulation(t) + 6.0 * (angle + 0.4).cos() + 0.15 * simulation(t).abs() * (velocity / 0.02).tanh()
-    };
-    let found = diagnosed(simulated(two_sines, simulation, torque));
-    assert_eq!(names(&found), ["gravity_load", "load_dependent_friction"]);
-    let left = found.diagnosis.heldout.rms;
-    assert!(left.extended < 0.03 * left.refitted, "{left:?}");
 }

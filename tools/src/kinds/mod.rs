@@ -321,11 +321,6 @@ pub fn is_friction_of_motion(kind: &dyn Kind) -> bool {
     is_friction(kind) && kind.info().is_some_and(|info| info.coordinates.iter().all(|c| *c != Coordinate::Reversal))
 }
 
-/// Whether a kind shifts the torque in time.
-pub fn shifts_time(kind: &dyn Kind) -> bool {
-    kind.info().is_some_and(|info| info.domain == Domain::Delay)
-}
-
 /// The kind of a name.
 pub fn of(name: &str) -> Option<&'static dyn Kind> {
     ALL.iter().copied().find(|kind| kind.name() == name)

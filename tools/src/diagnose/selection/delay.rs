@@ -1,13 +1,13 @@
 //! A delay of the torque that is too long for its derivative to show: the phase of a ripple turns with it.
 
-use gmhm::terms::Resampled;
+use gmhm::terms::{Domain, Resampled};
 
 use super::Selection;
 use super::dictionary::Dictionary;
 use crate::diagnose::DiagnoseError;
 use crate::diagnose::explain::{self, is_delay};
 use crate::kinds::build::{number, term};
-use crate::kinds::{self, shifts_time};
+use crate::kinds::{self, Kind};
 use crate::model::Term;
 use crate::numerics::block_gram::{BlockGram, Chosen};
 use crate::regression::dataset::Dataset;
@@ -83,6 +83,11 @@ impl Dataset<'_> {
         let is_better = is_kept && delayed.selected_squares < BETTER * selection.selected_squares;
         Ok(if is_better { delayed } else { selection })
     }
+}
+
+/// Whether a kind shifts the torque in time.
+fn shifts_time(kind: &dyn Kind) -> bool {
+    kind.info().is_some_and(|info| info.domain == Domain::Delay)
 }
 
 /// The term that delays the torque.

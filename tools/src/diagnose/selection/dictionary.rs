@@ -177,7 +177,7 @@ impl Dictionary {
             let price = kind.price() * (1.0 + FURTHER_ELEMENT_PRICE * further as f64) + kind.shape_price(own);
             self.candidates.push(Candidate {
                 kind: info.name,
-                largest: self.largest_of(kind, &columns),
+                largest: self.largest_of(&columns),
                 columns,
                 positive,
                 limits,
@@ -194,10 +194,8 @@ impl Dictionary {
         kind.has_to_be_positive(key) && !kinds::may_be_reversed(kind, self.simulation)
     }
 
-    /// The largest value of each column of a kind; 0 of a shift in time, which changes no torque by more than it spans, be it ever so steep.
-    fn largest_of(&self, kind: &dyn Kind, columns: &[usize]) -> Vec<f64> {
-        let largest = |c: &usize| if kinds::shifts_time(kind) { 0.0 } else { extremes::largest(&self.columns[*c]) };
-        columns.iter().map(largest).collect()
+    fn largest_of(&self, columns: &[usize]) -> Vec<f64> {
+        columns.iter().map(|c| extremes::largest(&self.columns[*c])).collect()
     }
 
     fn add_proposal(&mut self, proposal: &Proposal, index: usize) {
@@ -210,7 +208,7 @@ impl Dictionary {
         let of = proposal.kind;
         self.candidates.push(Candidate {
             kind,
-            largest: self.largest_of(of, &own),
+            largest: self.largest_of(&own),
             columns: own,
             positive: proposal.keys.iter().map(|(key, _)| self.has_to_be_positive(of, key)).collect(),
             limits: proposal.keys.iter().map(|(key, _)| of.limits(key)).collect(),
