@@ -35,6 +35,13 @@ fn diagnosed((recording, base): (Recording, Model)) -> Finding {
     diagnose(&[recording], &base, &[], &Options::default(), &()).unwrap()
 }
 
+/// Sorted names.
+fn names(found: &Finding) -> Vec<&str> {
+    let mut names: Vec<&str> = found.diagnosis.effects.iter().map(|e| e.name.as_str()).collect();
+    names.sort_unstable();
+    names
+}
+
 /// Two sines of the output: angle and velocity.
 fn two_sines(t: f64) -> (f64, f64) {
     (0.3 * t.sin() + 0.1 * (2.3 * t).sin(), 0.3 * t.cos() + 0.23 * (2.3 * t).cos())
@@ -68,9 +75,7 @@ fn a_wrong_side_of_the_torque_is_not_made_up_for_by_friction_of_the_position() {
     let (recording, mut base) = joint(motion, torque);
     base.gear.torque_side = TorqueSide::Output;
     let found = diagnosed((recording, base));
-    let mut names: Vec<&str> = found.diagnosis.effects.iter().map(|e| e.name.as_str()).collect();
-    names.sort_unstable();
-    assert_eq!(names, ["coulomb_friction", "viscous_friction"]);
+    assert_eq!(names(&found), ["coulomb_friction", "viscous_friction"]);
     assert_eq!(found.model.gear.torque_side, TorqueSide::Motor);
 }
 
@@ -82,18 +87,9 @@ fn a_dip_of_friction_and_a_rise_with_the_velocity_that_hide_each_other_are_found
         5.0 * angle.sin() + dry * (velocity / 0.02).tanh() + 8.0 * velocity
     };
     let found = diagnosed(joint(two_sines, torque));
-    let mut names: Vec<&str> = found.diagnosis.effects.iter().map(|e| e.name.as_str()).collect();
-    names.sort_unstable();
-    assert_eq!(names, ["coulomb_friction", "stribeck_friction", "viscous_friction"]);
+    assert_eq!(names(&found), ["coulomb_friction", "stribeck_friction", "viscous_friction"]);
     let left = found.diagnosis.heldout.rms;
     assert!(left.extended < 0.01 * left.refitted, "{left:?}");
-}
-
-/// Sorted names.
-fn names(found: &Finding) -> Vec<&str> {
-    let mut names: Vec<&str> = found.diagnosis.effects.iter().map(|e| e.name.as_str()).collect();
-    names.sort_unstable();
-    names
 }
 
 #[test]

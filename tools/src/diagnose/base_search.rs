@@ -84,7 +84,7 @@ impl<'a, 'r> BaseSearch<'a, 'r> {
         Ok(Self { dataset, thin, found, base_held })
     }
 
-    /// What the extended model leaves on blocks held out, rms.
+    /// The rms error of the extended model on held-out blocks, N·m.
     pub fn left(&self) -> f64 {
         self.thin.rms_of_blocks(&self.found.verdict.extended)
     }

@@ -20,7 +20,7 @@ use crate::regression::error::EstimateError;
 use crate::signal::plausible;
 use crate::signal::plausible::Remark;
 
-/// What is found beside another law counts where it leaves at most this part (rms, held out) of what is found beside the law given.
+/// The result with another law replaces that with the given law if its rms error on held-out blocks is smaller than this factor times the other.
 const OTHER_LAW: f64 = 0.9;
 
 /// Rows that are fitted. Of longer recordings means are, the motion's as well as the torque's, or stretches.
