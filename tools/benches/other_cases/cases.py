@@ -215,6 +215,8 @@ def gear_motion(random, period_s, speed):
     else:
         swell = 1 - 0.7 * np.abs(np.sin(np.pi * t / t[-1] * random.integers(1, 4)))
         theta = RATED_RAD * swell * np.sin(2 * np.pi * random.uniform(0.1, 0.2) * t)
+    # What a gear remembers from before a recording nobody can know: each starts from rest.
+    theta *= 1 - np.exp(-t)
     b, a = butter(2, 0.4 * period_s)
     v = filtfilt(b, a, speed * np.sign(np.sin(2 * np.pi * t / random.uniform(8, 15))) * random.uniform(0.5, 1)) + 0.3 * speed * np.sin(0.7 * t)
     return t, theta, np.cumsum(v) * period_s + random.uniform(0, 6), v

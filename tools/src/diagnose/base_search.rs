@@ -5,6 +5,7 @@ use gmhm::{Elastic, Law, Memory};
 use crate::diagnose::DiagnoseError;
 use crate::diagnose::explain::Search;
 use crate::diagnose::naming::DiagnosisVerdict;
+use crate::diagnose::past::other_pasts;
 use crate::diagnose::selection::Selection;
 use crate::diagnose::suggestion::Suggestion;
 use crate::model::Model;
@@ -69,7 +70,7 @@ impl<'a, 'r> BaseSearch<'a, 'r> {
         progress.report("searching", 0.15);
         let stride = dataset.len().div_ceil(SEARCH_ROWS);
         let thin = dataset.thinned(stride, &plain.residual);
-        let thin = thin.in_means_within(LOST_IN_MEANS * dataset.rms(&plain.residual), &plain.model)?;
+        let mut thin = thin.in_means_within(LOST_IN_MEANS * dataset.rms(&plain.residual), &plain.model)?;
         let mut found = thin.searched(plain, search, progress)?;
         let mut base_held = false;
         let as_given = thin.rms(&thin.centred(&thin.total(model)?));
@@ -79,6 +80,15 @@ impl<'a, 'r> BaseSearch<'a, 'r> {
             let beside_given = thin.searched(plain, held, progress)?;
             if thin.rms_of_blocks(&beside_given.verdict.extended) < as_given {
                 (found, base_held) = (beside_given, true);
+            }
+        }
+        let mut left = thin.rms_of_blocks(&found.verdict.extended);
+        for past in other_pasts(&dataset, &thin, &found.verdict.extended, search.base_terms)? {
+            let plain = past.thin.fit(model, &past.thin.parameters(model, search), None, 2)?;
+            let again = past.thin.searched(plain, search, progress)?;
+            let own = past.thin.rms_of_blocks(&again.verdict.extended);
+            if own < past.most_left * left {
+                (dataset, thin, found, base_held, left) = (past.dataset, past.thin, again, false, own);
             }
         }
         Ok(Self { dataset, thin, found, base_held })

@@ -122,7 +122,7 @@ fn is_slight(verdict: &DiagnosisVerdict) -> bool {
 
 /// The slip elements that a verdict names.
 fn slip_elements(verdict: &DiagnosisVerdict) -> impl Iterator<Item = &EffectVerdict> {
-    verdict.effects.iter().filter(|e| kinds::of(&e.name).is_some_and(|kind| kind.drops_negative_elements()))
+    verdict.effects.iter().filter(|e| kinds::of(&e.name).is_some_and(|kind| kind.is_of_slip_elements()))
 }
 
 fn names(verdict: &DiagnosisVerdict) -> BTreeSet<&str> {

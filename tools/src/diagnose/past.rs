@@ -1,13 +1,59 @@
-//! Pasts of recordings beyond the polynomial one.
+//! Pasts of recordings other than the polynomial one.
 
 use crate::diagnose::nonparametric;
 use crate::diagnose::search::MARGIN;
+use crate::kinds;
 use crate::regression::dataset::{Dataset, untouched};
 use crate::regression::error::EstimateError;
 use crate::regression::fit::Fitted;
 
 /// Pieces of which what any past adds is made.
 const PAST_HATS: usize = 8;
+
+/// What leaves so many times more of a block when the block is held out is no property of the gear: probably a past that the recording did not have.
+const OF_ONE_BLOCK: f64 = 1.15;
+
+/// A search from rest is preferred where it leaves less than so many times as much of held-out blocks: it has four numbers or more less for each recording.
+const FROM_REST: f64 = 1.1;
+
+/// A search beside a past of eight numbers more for each recording is preferred where it leaves less than this part.
+const OLDER_PAST: f64 = 0.5;
+
+/// Recordings with another past than the polynomial one.
+pub(super) struct OtherPast<'a> {
+    /// All rows.
+    pub dataset: Dataset<'a>,
+    /// The rows that are searched.
+    pub thin: Dataset<'a>,
+    /// The most that a search beside it may leave of held-out blocks to be preferred, over what is left beside the polynomial one.
+    pub most_left: f64,
+}
+
+/// The other pasts to try where slip elements were found beside a base of `base_terms` terms: none, where what is left does not carry over to held-out blocks, and any, where that is likelier.
+/// Beside a base that lacks such a memory its error passes for a past.
+///
+/// # Errors
+/// A model that cannot be evaluated.
+pub(super) fn other_pasts<'a>(
+    dataset: &Dataset<'a>,
+    thin: &Dataset<'a>,
+    extended: &Fitted,
+    base_terms: usize,
+) -> Result<Vec<OtherPast<'a>>, EstimateError> {
+    let mut pasts = Vec::new();
+    if !extended.model.terms[base_terms..].iter().any(kinds::is_of_slip_elements) {
+        return Ok(pasts);
+    }
+    if thin.rms_of_blocks(extended) > OF_ONE_BLOCK * thin.rms(&extended.residual) {
+        let [dataset, thin] = [dataset, thin].map(Dataset::from_rest);
+        pasts.push(OtherPast { dataset, thin, most_left: FROM_REST });
+    }
+    let (mut older, mut thin_older) = (dataset.clone(), thin.clone());
+    if thin_older.allow_any_past(extended)? && older.allow_any_past(&dataset.fit_as(extended, &extended.model, 0)?)? {
+        pasts.push(OtherPast { dataset: older, thin: thin_older, most_left: OLDER_PAST });
+    }
+    Ok(pasts)
+}
 
 impl Dataset<'_> {
     /// Lets each recording remember any past whatever, where that explains more than the polynomial past does: reversals of old leave kinks. Highest and lowest
@@ -21,7 +67,9 @@ impl Dataset<'_> {
             let Some(room) = untouched(recording, &fit.model)? else { continue };
             let come: Vec<f64> = room.iter().map(|(above, below)| -(above + below)).collect();
             let (from, to) = (come[0], come[come.len() - 1]);
-            let knots: Vec<f64> = (0..=PAST_HATS).map(|k| from + (to - from) * k as f64 / PAST_HATS as f64).collect();
+            // Elements of small radius forget at once.
+            let part = |k: usize| (k as f64 / PAST_HATS as f64).powi(2);
+            let knots: Vec<f64> = (0..=PAST_HATS).map(|k| from + (to - from) * part(k)).collect();
             if knots.windows(2).any(|w| w[1] <= w[0]) {
                 continue;
             }
@@ -42,6 +90,14 @@ impl Dataset<'_> {
             self.remember(admitted);
         }
         Ok(any)
+    }
+
+    /// The same rows of recordings that begin without a past.
+    fn from_rest(&self) -> Self {
+        let offset = |index: usize| self.layout().nuisances_of(index)[0].clone();
+        let mut rested = self.clone();
+        rested.nuisances = (0..self.spans.len()).map(offset).collect();
+        rested
     }
 
     /// Adds nuisances to those of each recording. Each has as many, those that it lacks are 0.

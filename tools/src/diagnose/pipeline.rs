@@ -117,6 +117,9 @@ pub fn diagnose(
     while let Some(fewer) = dataset.without_negative_elements(&verdict.extended, search)? {
         verdict.extended = fewer;
     }
+    while let Some(fewer) = dataset.without_springs(&verdict.extended, search)? {
+        verdict.extended = fewer;
+    }
     let (extended, mut variances) = dataset.among_shapes(verdict.extended, search)?;
     verdict.extended = extended;
     dataset.add_soft_edges(&verdict.extended, search, &mut variances)?;

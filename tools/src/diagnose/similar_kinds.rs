@@ -45,7 +45,7 @@ impl Dataset<'_> {
         let Some(term) = effect.term else { return Ok(()) };
         let acts_through = coordinates(&effect.name);
         // Slip elements fit the remainder of any effect. The acceleration is smoothed, so its effect is too small where the motion reverses.
-        let is_of_elements = kinds::of(&effect.name).is_some_and(|kind| kind.drops_negative_elements());
+        let is_of_elements = kinds::of(&effect.name).is_some_and(|kind| kind.is_of_slip_elements());
         if is_of_elements || acts_through.contains(&"acceleration") {
             return Ok(());
         }

@@ -58,7 +58,7 @@ pub fn waves_of_both(kind: &str, ranges: &Ranges) -> Vec<Term> {
 
 /// Radii of slip elements from which any rate-independent memory can be built, rad: eight over two decades, and four of them.
 pub fn memory_radii(ranges: &Ranges) -> [Vec<f64>; 2] {
-    let all = [0.01, 0.02, 0.045, 0.09, 0.18, 0.35, 0.6, 1.0].map(|share| share * ranges.rated_rad);
+    let all = [0.01, 0.02, 0.04, 0.08, 0.15, 0.28, 0.5, 0.8].map(|share| share * ranges.rated_rad);
     [all.to_vec(), all.iter().copied().skip(1).step_by(2).collect()]
 }
 

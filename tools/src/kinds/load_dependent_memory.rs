@@ -54,7 +54,7 @@ impl Kind for LoadDependentMemory {
             .collect()
     }
 
-    fn drops_negative_elements(&self) -> bool {
+    fn is_of_slip_elements(&self) -> bool {
         true
     }
 

@@ -257,8 +257,8 @@ pub trait Kind: Sync {
         false
     }
 
-    /// Whether elements of its lists without a positive torque are left out.
-    fn drops_negative_elements(&self) -> bool {
+    /// Whether it is a memory of slip elements: those without a positive torque, and those that hardly slip, are left out.
+    fn is_of_slip_elements(&self) -> bool {
         false
     }
 
@@ -424,7 +424,7 @@ pub fn without_an_element(term: &Term) -> Vec<Term> {
 
 /// A term without the elements whose numbers have the wrong sign; `None` where it has none of them, or no other.
 pub fn without_negative_elements(term: &Term) -> Option<Term> {
-    let kind = of_term(term).filter(|kind| kind.drops_negative_elements())?;
+    let kind = of_term(term).filter(|_| is_of_slip_elements(term))?;
     let keys = kind.info()?.keys.iter().filter(|key| kind.has_to_be_positive(key));
     let lists = keys.filter_map(|key| match term.values.get(key.name)? {
         TermValue::List(list) => Some(list),
@@ -432,6 +432,17 @@ pub fn without_negative_elements(term: &Term) -> Option<Term> {
     });
     let mut kept = vec![true; elements(term)];
     lists.for_each(|list| kept.iter_mut().zip(list).for_each(|(kept, x)| *kept &= *x > 0.0));
+    with_elements(term, |element| kept[element])
+}
+
+/// Whether a term is a memory of slip elements.
+pub fn is_of_slip_elements(term: &Term) -> bool {
+    of_term(term).is_some_and(|kind| kind.is_of_slip_elements())
+}
+
+/// A term with some of its elements; `None` where those are all or none.
+pub fn with_elements(term: &Term, keep: impl FnMut(usize) -> bool) -> Option<Term> {
+    let kept: Vec<bool> = (0..elements(term)).map(keep).collect();
     if kept.iter().all(|kept| *kept) || !kept.contains(&true) {
         return None;
     }

@@ -39,7 +39,7 @@ impl Kind for NonlocalMemory {
         true
     }
 
-    fn drops_negative_elements(&self) -> bool {
+    fn is_of_slip_elements(&self) -> bool {
         true
     }
 

@@ -245,12 +245,12 @@ impl Dictionary {
         }
     }
 
-    /// Gives a memory of several elements only those whose torque is positive beside a set; see [`Kind::drops_negative_elements`].
+    /// Gives a memory of several elements only those whose torque is positive beside a set; see [`Kind::is_of_slip_elements`].
     pub fn prune(&mut self, gram: &BlockGram, targets: &Targets) {
         let pruned: Vec<(usize, Vec<usize>)> = (0..self.candidates.len())
             .into_par_iter()
             .filter(|c| {
-                kinds::of(self.candidates[*c].kind).is_some_and(Kind::drops_negative_elements)
+                kinds::of(self.candidates[*c].kind).is_some_and(Kind::is_of_slip_elements)
                     && self.candidates[*c].columns.len() > 1
             })
             .map(|c| {

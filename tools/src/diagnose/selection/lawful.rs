@@ -7,7 +7,9 @@ use crate::diagnose::DiagnoseError;
 use crate::diagnose::explain::{Search, is_delay};
 use crate::kinds;
 use crate::model::{Model, Term};
+use crate::numerics::basis::Basis;
 use crate::numerics::extremes;
+use crate::numerics::vector::dot;
 use crate::regression::dataset::Dataset;
 use crate::regression::error::EstimateError;
 use crate::regression::fit::Fitted;
@@ -15,6 +17,9 @@ use crate::regression::parameters::{self, FreeParameter};
 
 /// A kind that a term was of, and the kind that it became a term of its own of.
 pub(super) type Renamed = (&'static str, Option<&'static str>);
+
+/// What an element of a memory leaves of itself when a spring follows it as well as it can has to be this part of it.
+const LEAST_SLIP: f64 = 0.1;
 
 impl Dataset<'_> {
     /// A fit in which the found terms that are of another kind within the recordings are of that kind, or part of a term of it that is there; with the kind that
@@ -79,7 +84,53 @@ impl Dataset<'_> {
         Ok(refitted.transpose()?)
     }
 
-    /// A fit without the found terms whose refitted numbers are not of their kind or larger than the torque spans, and without found friction beside which friction of the `base`
+    /// Which elements of a memory slip over much of the recordings; all of what is none. One that hardly slips is a spring there, and trades any torque with the elastic ones and with a past
+    /// of the recordings: on another path it slips elsewhere.
+    fn slips(&self, fit: &Fitted, at: usize) -> Vec<bool> {
+        if !kinds::is_of_slip_elements(&fit.model.terms[at]) {
+            return Vec::new();
+        }
+        let mut spring = Basis::default();
+        let (of_model, of_recordings) = fit.columns.split_at(fit.parameters.len());
+        let elastic = fit.parameters.iter().zip(of_model).filter(|(p, _)| matches!(p, FreeParameter::Elastic(_)));
+        for column in of_recordings.iter().chain(elastic.map(|(_, column)| column)) {
+            spring.add(column);
+        }
+        let of_element = |(p, column): (&FreeParameter, &Vec<f64>)| {
+            let is_torque =
+                matches!(p, FreeParameter::Term { term, key, .. } if *term == at && key.role == Role::Linear);
+            if !is_torque {
+                return None;
+            }
+            let mut rest = column.clone();
+            spring.reduce(&mut rest);
+            let mean = column.iter().sum::<f64>() / column.len() as f64;
+            let whole = dot(column, column) - column.len() as f64 * mean * mean;
+            Some(dot(&rest, &rest) > LEAST_SLIP.powi(2) * whole)
+        };
+        fit.parameters.iter().zip(of_model).filter_map(of_element).collect()
+    }
+
+    /// A fit whose found memories have only elements that slip over much of the recordings; `None` where none has another.
+    pub(in crate::diagnose) fn without_springs(
+        &self,
+        fit: &Fitted,
+        search: Search<'_>,
+    ) -> Result<Option<Fitted>, DiagnoseError> {
+        let mut model = fit.model.clone();
+        let mut is_changed = false;
+        for at in search.base_terms..model.terms.len() {
+            let slips = self.slips(fit, at);
+            if let Some(fewer) = kinds::with_elements(&model.terms[at], |element| slips.get(element) != Some(&false)) {
+                model.terms[at] = fewer;
+                is_changed = true;
+            }
+        }
+        let refitted = is_changed.then(|| self.plain_fit(&model, &self.parameters(&model, search), STEPS));
+        Ok(refitted.transpose()?)
+    }
+
+    /// A fit without the found terms whose refitted numbers are not of their kind or larger than the torque spans, without memories that are springs, and without found friction beside which friction of the `base`
     /// turns round and drives: at one speed the two can trade any torque. With it those kinds. What refines such a term goes before the term itself.
     pub(in crate::diagnose) fn without_unlawful(
         &self,
@@ -89,6 +140,10 @@ impl Dataset<'_> {
     ) -> Result<(Fitted, Vec<String>), DiagnoseError> {
         let mut lost = Vec::new();
         loop {
+            if let Some(fewer) = self.without_springs(&fit, search)? {
+                fit = fewer;
+                continue;
+            }
             let found = &fit.model.terms[search.base_terms..];
             let may_be_reversed = |term: &Term| {
                 kinds::of_term(term).is_some_and(|k| kinds::may_be_reversed(k, fit.model.is_simulation()))
@@ -103,6 +158,7 @@ impl Dataset<'_> {
                     || (smooths && is_delay(t))
                     || (drives && is_friction(t))
                     || self.exceeds_torque(&fit, *at)
+                    || (kinds::is_of_slip_elements(t) && !self.slips(&fit, *at).contains(&true))
                     || kinds::exceeds_refined(t, &fit.model)
             });
             let Some((at, unlawful)) = unlawful else { return Ok((fit, lost)) };

@@ -18,7 +18,8 @@ pub mod dictionary;
 pub mod fidelity;
 pub mod free_functions;
 mod lawful;
-pub mod remainder;
+pub mod radii;
+mod remainder;
 pub mod search;
 pub mod significance;
 pub mod surrogates;
@@ -234,6 +235,10 @@ impl Dataset<'_> {
             let weights = finder.weights(&set);
             let model = dictionary.applied(&fit.model, &set, &weights);
             let refitted = self.plain_fit(&model, &self.parameters(&model, search), STEPS)?;
+            let is_new =
+                |kind: &&&str| !start.contains_key(*kind) && kinds::of(kind).is_some_and(|k| k.is_of_slip_elements());
+            let refitted =
+                if set.keys().any(|kind| is_new(&kind)) { self.with_best_radii(refitted, search)? } else { refitted };
             let (refitted, renamed) = self.without_degenerate(refitted, search)?;
             let (refitted, mut lost) = self.without_unlawful(&base.model, refitted, search)?;
             if let (true, Some(result)) = (last, result.as_mut()) {
