@@ -16,6 +16,7 @@ mod compare;
 mod demo;
 mod diagnose;
 mod diagnose_joint;
+mod diagnose_memory;
 mod diagnose_plausible;
 mod diagnose_shapes;
 mod drive;
