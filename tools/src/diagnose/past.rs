@@ -116,8 +116,39 @@ impl Dataset<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::parse;
+    use crate::model::{TEST_GEAR, parse};
     use crate::recording::Recording;
+
+    #[test]
+    fn a_past_may_be_forgotten_on_the_first_part_of_the_way() {
+        let model = parse("gear.toml", TEST_GEAR).unwrap();
+        let time_s: Vec<f64> = (0..4000).map(|row| 0.01 * f64::from(row)).collect();
+        let mut recording = Recording {
+            name: "gear".into(),
+            deflection_rad: Some(time_s.iter().map(|t| 2.5e-5 * t * (0.9 * t).sin()).collect()),
+            time_s: time_s.into(),
+            ..Recording::default()
+        };
+        let room = untouched(&recording, &model).unwrap().unwrap();
+        let come: Vec<f64> = room.iter().map(|(above, below)| 2.0 - above - below).collect();
+        let predicted = crate::physics::predict(&model, None, &recording).unwrap().torque;
+        let remembered = come.iter().map(|come| 2.0 * (1.0 - come / (0.05 * come_to(&room))).max(0.0));
+        recording.torque = Some(predicted.iter().zip(remembered).map(|(torque, past)| torque + past).collect());
+        let recordings = [recording];
+        let mut dataset = Dataset::new(&recordings, &model).unwrap();
+        let free = dataset.free_parameters(&model, false);
+        let before = dataset.plain_fit(&model, &free, 4).unwrap();
+        assert!(dataset.allow_any_past(&before).unwrap());
+        let [before, after] =
+            [before, dataset.plain_fit(&model, &free, 4).unwrap()].map(|fit| dataset.rms(&fit.residual));
+        assert!(after < 0.2 * before, "{before} N·m, then {after} N·m");
+    }
+
+    /// How far the deflections have come together at the end.
+    fn come_to(room: &[(f64, f64)]) -> f64 {
+        let (above, below) = room[room.len() - 1];
+        2.0 - above - below
+    }
 
     #[test]
     fn each_recording_keeps_its_own_offset_beside_an_older_past() {
