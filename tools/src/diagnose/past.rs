@@ -45,7 +45,7 @@ pub(super) fn other_pasts<'a>(
         return Ok(pasts);
     }
     if thin.rms_of_blocks(extended) > OF_ONE_BLOCK * thin.rms(&extended.residual) {
-        let [dataset, thin] = [dataset, thin].map(Dataset::from_rest);
+        let [dataset, thin] = [dataset, thin].map(Dataset::at_rest);
         pasts.push(OtherPast { dataset, thin, most_left: FROM_REST });
     }
     let (mut older, mut thin_older) = (dataset.clone(), thin.clone());
@@ -93,7 +93,7 @@ impl Dataset<'_> {
     }
 
     /// The same rows of recordings that begin without a past.
-    fn from_rest(&self) -> Self {
+    fn at_rest(&self) -> Self {
         let offset = |index: usize| self.layout().nuisances_of(index)[0].clone();
         let mut rested = self.clone();
         rested.nuisances = (0..self.spans.len()).map(offset).collect();

@@ -6,6 +6,7 @@
 //! | [`dictionary`] | base, kinds and free functions as columns beside a fitted model |
 //! | `delay` | a delay of the torque that its derivative does not show |
 //! | `lawful` | found terms whose refitted numbers make them no term of their kind |
+//! | `radii` | radii of the slip elements of a found memory, from several starts |
 //! | [`remainder`] | a second selection, of what stays unexplained beside a memory |
 //! | [`mod@fidelity`] | how much of what a free function predicts a kind predicts |
 //! | [`criterion`] | what a set of kinds is judged by: held-out error and prices |
@@ -18,8 +19,8 @@ pub mod dictionary;
 pub mod fidelity;
 pub mod free_functions;
 mod lawful;
-pub mod radii;
-mod remainder;
+mod radii;
+pub mod remainder;
 pub mod search;
 pub mod significance;
 pub mod surrogates;
@@ -235,10 +236,9 @@ impl Dataset<'_> {
             let weights = finder.weights(&set);
             let model = dictionary.applied(&fit.model, &set, &weights);
             let refitted = self.plain_fit(&model, &self.parameters(&model, search), STEPS)?;
-            let is_new =
-                |kind: &&&str| !start.contains_key(*kind) && kinds::of(kind).is_some_and(|k| k.is_of_slip_elements());
-            let refitted =
-                if set.keys().any(|kind| is_new(&kind)) { self.with_best_radii(refitted, search)? } else { refitted };
+            let mut new = set.keys().filter(|kind| !start.contains_key(*kind));
+            let has_new_memory = new.any(|kind| kinds::of(kind).is_some_and(|kind| kind.is_of_slip_elements()));
+            let refitted = if has_new_memory { self.with_best_radii(refitted, search)? } else { refitted };
             let (refitted, renamed) = self.without_degenerate(refitted, search)?;
             let (refitted, mut lost) = self.without_unlawful(&base.model, refitted, search)?;
             if let (true, Some(result)) = (last, result.as_mut()) {
