@@ -5,7 +5,7 @@ use gmhm::{Elastic, Law, Memory};
 use crate::diagnose::DiagnoseError;
 use crate::diagnose::explain::Search;
 use crate::diagnose::naming::DiagnosisVerdict;
-use crate::diagnose::past::other_pasts;
+use crate::diagnose::past::{has_slip_elements, other_pasts};
 use crate::diagnose::selection::Selection;
 use crate::diagnose::suggestion::Suggestion;
 use crate::model::Model;
@@ -87,7 +87,8 @@ impl<'a, 'r> BaseSearch<'a, 'r> {
             let plain = past.thin.fit(model, &past.thin.parameters(model, search), None, 2)?;
             let again = past.thin.searched(plain, search, progress)?;
             let own = past.thin.rms_of_blocks(&again.verdict.extended);
-            if own < past.most_left * left {
+            // Where nothing is found beside it, the past itself may stand for what a short recording does not determine of the base.
+            if has_slip_elements(&again.verdict.extended, search.base_terms) && own < past.most_left * left {
                 (dataset, thin, found, base_held, left) = (past.dataset, past.thin, again, false, own);
             }
         }

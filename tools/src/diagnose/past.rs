@@ -29,6 +29,11 @@ pub(super) struct OtherPast<'a> {
     pub most_left: f64,
 }
 
+/// Whether slip elements were found beside a base of `base_terms` terms.
+pub(super) fn has_slip_elements(extended: &Fitted, base_terms: usize) -> bool {
+    extended.model.terms[base_terms..].iter().any(kinds::is_of_slip_elements)
+}
+
 /// The other pasts to try where slip elements were found beside a base of `base_terms` terms: none, where what is left does not carry over to held-out blocks, and any, where that is likelier.
 /// Beside a base that lacks such a memory its error passes for a past.
 ///
@@ -41,7 +46,7 @@ pub(super) fn other_pasts<'a>(
     base_terms: usize,
 ) -> Result<Vec<OtherPast<'a>>, EstimateError> {
     let mut pasts = Vec::new();
-    if !extended.model.terms[base_terms..].iter().any(kinds::is_of_slip_elements) {
+    if !has_slip_elements(extended, base_terms) {
         return Ok(pasts);
     }
     if thin.rms_of_blocks(extended) > OF_ONE_BLOCK * thin.rms(&extended.residual) {
@@ -67,9 +72,7 @@ impl Dataset<'_> {
             let Some(room) = untouched(recording, &fit.model)? else { continue };
             let come: Vec<f64> = room.iter().map(|(above, below)| -(above + below)).collect();
             let (from, to) = (come[0], come[come.len() - 1]);
-            // Elements of small radius forget at once.
-            let part = |k: usize| (k as f64 / PAST_HATS as f64).powi(2);
-            let knots: Vec<f64> = (0..=PAST_HATS).map(|k| from + (to - from) * part(k)).collect();
+            let knots: Vec<f64> = (0..=PAST_HATS).map(|k| from + (to - from) * k as f64 / PAST_HATS as f64).collect();
             if knots.windows(2).any(|w| w[1] <= w[0]) {
                 continue;
             }
@@ -116,39 +119,8 @@ impl Dataset<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::{TEST_GEAR, parse};
+    use crate::model::parse;
     use crate::recording::Recording;
-
-    #[test]
-    fn a_past_may_be_forgotten_on_the_first_part_of_the_way() {
-        let model = parse("gear.toml", TEST_GEAR).unwrap();
-        let time_s: Vec<f64> = (0..4000).map(|row| 0.01 * f64::from(row)).collect();
-        let mut recording = Recording {
-            name: "gear".into(),
-            deflection_rad: Some(time_s.iter().map(|t| 2.5e-5 * t * (0.9 * t).sin()).collect()),
-            time_s: time_s.into(),
-            ..Recording::default()
-        };
-        let room = untouched(&recording, &model).unwrap().unwrap();
-        let come: Vec<f64> = room.iter().map(|(above, below)| 2.0 - above - below).collect();
-        let predicted = crate::physics::predict(&model, None, &recording).unwrap().torque;
-        let remembered = come.iter().map(|come| 2.0 * (1.0 - come / (0.05 * come_to(&room))).max(0.0));
-        recording.torque = Some(predicted.iter().zip(remembered).map(|(torque, past)| torque + past).collect());
-        let recordings = [recording];
-        let mut dataset = Dataset::new(&recordings, &model).unwrap();
-        let free = dataset.free_parameters(&model, false);
-        let before = dataset.plain_fit(&model, &free, 4).unwrap();
-        assert!(dataset.allow_any_past(&before).unwrap());
-        let [before, after] =
-            [before, dataset.plain_fit(&model, &free, 4).unwrap()].map(|fit| dataset.rms(&fit.residual));
-        assert!(after < 0.2 * before, "{before} N·m, then {after} N·m");
-    }
-
-    /// How far the deflections have come together at the end.
-    fn come_to(room: &[(f64, f64)]) -> f64 {
-        let (above, below) = room[room.len() - 1];
-        2.0 - above - below
-    }
 
     #[test]
     fn each_recording_keeps_its_own_offset_beside_an_older_past() {
