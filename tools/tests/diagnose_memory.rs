@@ -79,7 +79,7 @@ fn names(finding: &Finding) -> Vec<&str> {
     finding.diagnosis.effects.iter().map(|e| e.name.as_str()).collect()
 }
 
-/// What the extended model leaves of another motion without noise, N·m.
+/// The error of the extended model on another motion without noise, N·m (standard deviation).
 fn left(finding: &Finding) -> f64 {
     let other = recording(16.0, -0.8, &[], 0.0);
     let predicted = predict(&finding.model, None, &other).unwrap().torque;

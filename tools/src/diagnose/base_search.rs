@@ -82,14 +82,14 @@ impl<'a, 'r> BaseSearch<'a, 'r> {
                 (found, base_held) = (beside_given, true);
             }
         }
-        let mut left = thin.rms_of_blocks(&found.verdict.extended);
         for past in other_pasts(&dataset, &thin, &found.verdict.extended, search.base_terms)? {
             let plain = past.thin.fit(model, &past.thin.parameters(model, search), None, 2)?;
             let again = past.thin.searched(plain, search, progress)?;
             let own = past.thin.rms_of_blocks(&again.verdict.extended);
+            let left = thin.rms_of_blocks(&found.verdict.extended);
             // Where nothing is found beside it, the past itself may stand for what a short recording does not determine of the base.
             if has_slip_elements(&again.verdict.extended, search.base_terms) && own < past.most_left * left {
-                (dataset, thin, found, base_held, left) = (past.dataset, past.thin, again, false, own);
+                (dataset, thin, found, base_held) = (past.dataset, past.thin, again, false);
             }
         }
         Ok(Self { dataset, thin, found, base_held })

@@ -10,7 +10,7 @@ use crate::regression::fit::Fitted;
 /// Pieces of which what any past adds is made.
 const PAST_HATS: usize = 8;
 
-/// What leaves so many times more of a block when the block is held out is no property of the gear: probably a past that the recording did not have.
+/// A search from rest is tried where the error of held-out blocks is more than so many times the error of the fit: the past that was fitted is then probably none of the gear.
 const OF_ONE_BLOCK: f64 = 1.15;
 
 /// A search from rest is preferred where it leaves less than so many times as much of held-out blocks: it has four numbers or more less for each recording.
@@ -49,7 +49,8 @@ pub(super) fn other_pasts<'a>(
     if !has_slip_elements(extended, base_terms) {
         return Ok(pasts);
     }
-    if thin.rms_of_blocks(extended) > OF_ONE_BLOCK * thin.rms(&extended.residual) {
+    let has_past = thin.nuisances.len() > thin.spans.len();
+    if has_past && thin.rms_of_blocks(extended) > OF_ONE_BLOCK * thin.rms(&extended.residual) {
         let [dataset, thin] = [dataset, thin].map(Dataset::at_rest);
         pasts.push(OtherPast { dataset, thin, most_left: FROM_REST });
     }

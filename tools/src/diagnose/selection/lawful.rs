@@ -18,7 +18,7 @@ use crate::regression::parameters::{self, FreeParameter};
 /// A kind that a term was of, and the kind that it became a term of its own of.
 pub(super) type Renamed = (&'static str, Option<&'static str>);
 
-/// What an element of a memory leaves of itself when a spring follows it as well as it can has to be this part of it.
+/// An element hardly slips if a spring, an offset and a past of the recordings describe its torque up to this part of it, rms.
 const LEAST_SLIP: f64 = 0.1;
 
 impl Dataset<'_> {
@@ -72,11 +72,21 @@ impl Dataset<'_> {
         fit: &Fitted,
         search: Search<'_>,
     ) -> Result<Option<Fitted>, DiagnoseError> {
+        self.with_fewer_elements(fit, search, |at| kinds::without_negative_elements(&fit.model.terms[at]))
+    }
+
+    /// A fit with fewer elements of those found terms for which `fewer` gives a term; `None` where it gives none.
+    fn with_fewer_elements(
+        &self,
+        fit: &Fitted,
+        search: Search<'_>,
+        fewer: impl Fn(usize) -> Option<Term>,
+    ) -> Result<Option<Fitted>, DiagnoseError> {
         let mut model = fit.model.clone();
         let mut is_changed = false;
-        for term in &mut model.terms[search.base_terms..] {
-            if let Some(fewer) = kinds::without_negative_elements(term) {
-                *term = fewer;
+        for at in search.base_terms..model.terms.len() {
+            if let Some(fewer) = fewer(at) {
+                model.terms[at] = fewer;
                 is_changed = true;
             }
         }
@@ -84,7 +94,7 @@ impl Dataset<'_> {
         Ok(refitted.transpose()?)
     }
 
-    /// Which elements of a memory slip over much of the recordings; all of what is none. One that hardly slips is a spring there, and trades any torque with the elastic ones and with a past
+    /// Which elements of a memory slip over much of the recordings; empty for a term of another kind. One that hardly slips is a spring there, and trades any torque with the elastic ones and with a past
     /// of the recordings: on another path it slips elsewhere.
     fn slips(&self, fit: &Fitted, at: usize) -> Vec<bool> {
         if !kinds::is_of_slip_elements(&fit.model.terms[at]) {
@@ -117,17 +127,10 @@ impl Dataset<'_> {
         fit: &Fitted,
         search: Search<'_>,
     ) -> Result<Option<Fitted>, DiagnoseError> {
-        let mut model = fit.model.clone();
-        let mut is_changed = false;
-        for at in search.base_terms..model.terms.len() {
+        self.with_fewer_elements(fit, search, |at| {
             let slips = self.slips(fit, at);
-            if let Some(fewer) = kinds::with_elements(&model.terms[at], |element| slips.get(element) != Some(&false)) {
-                model.terms[at] = fewer;
-                is_changed = true;
-            }
-        }
-        let refitted = is_changed.then(|| self.plain_fit(&model, &self.parameters(&model, search), STEPS));
-        Ok(refitted.transpose()?)
+            kinds::with_elements(&fit.model.terms[at], |element| slips.get(element) != Some(&false))
+        })
     }
 
     /// A fit without the found terms whose refitted numbers are not of their kind or larger than the torque spans, without memories that are springs, and without found friction beside which friction of the `base`
