@@ -153,11 +153,7 @@ fn columns(
 
 /// Whether the lists of a term have room for those of another of its kind.
 pub fn has_room(own: &Term, other: &Term) -> bool {
-    let most = own.info().into_iter().flat_map(|info| info.keys).filter_map(|key| match key.form {
-        Form::List { most } => Some(most),
-        _ => None,
-    });
-    most.min().is_none_or(|most| kinds::elements(own) + kinds::elements(other) <= most)
+    kinds::most_elements(own).is_none_or(|most| kinds::elements(own) + kinds::elements(other) <= most)
 }
 
 impl Proposal {

@@ -9,6 +9,8 @@
 //! | [`free_coordinate`] | the free functions that a kind is measured by |
 //! | [`experiment`] | the bench tests that show a kind |
 //! | [`measures`], [`draft`] | how `gmhm simulate --hide` draws an effect of a kind |
+//! | `elements` | the elements of a term's lists |
+//! | `lawful` | what the numbers of a term have to be for it to be of its kind |
 //! | `build` | terms, waves and drafts as several kinds make them |
 
 pub(crate) mod build;
@@ -21,11 +23,13 @@ pub mod ranges;
 mod backlash;
 mod coulomb_friction;
 mod creep;
+mod elements;
 mod encoder_eccentricity;
 mod encoder_skew;
 mod gravity_load;
 mod inertia;
 mod kinematic_error;
+mod lawful;
 mod load_dependent_friction;
 mod load_dependent_memory;
 mod nonlocal_memory;
@@ -50,13 +54,18 @@ mod wear;
 use gmhm::terms::{Coordinate, Domain, KeyInfo, KindInfo, Range, Role};
 use rand_chacha::ChaCha8Rng;
 
-use crate::model::{Model, Term, TermValue};
+use crate::model::{Model, Term};
 use crate::physics::columns::{get, set};
 pub use build::number_of;
 pub use coulomb_friction::coulomb_friction;
 use draft::Draft;
+pub use elements::{
+    elements, is_of_slip_elements, most_elements, with_elements, with_slip_elements, without_an_element,
+    without_negative_elements,
+};
 use experiment::Experiment;
 use free_coordinate::FreeCoordinate;
+pub use lawful::{exceeds_refined, is_reversed, is_within_limits, may_be_reversed, positive_where_needed};
 use measures::Measures;
 use ranges::{Extent, Ranges};
 
@@ -337,128 +346,9 @@ pub const USUAL_PRICE: f64 = 0.006;
 /// A further order or element of a kind costs this part of the kind's own price.
 pub const FURTHER_ELEMENT_PRICE: f64 = 0.3;
 
-/// Elements of a term's lists; 1 where it has none.
-pub fn elements(term: &Term) -> usize {
-    let lists = term.values.values().filter_map(|v| if let TermValue::List(l) = v { Some(l.len()) } else { None });
-    lists.max().unwrap_or(1)
-}
-
 /// Whether one kind contains another as a special case.
 pub fn contains(kind: &str, special: &str) -> bool {
     of(kind).is_some_and(|kind| kind.contains().contains(&special))
-}
-
-/// The numbers of a term that have to be positive, key by key; `None` for what is no kind.
-fn needed_positive(term: &Term) -> Option<impl Iterator<Item = &[f64]>> {
-    let kind = of_term(term)?;
-    let keys = kind.info()?.keys.iter().filter(move |key| kind.has_to_be_positive(key));
-    Some(keys.filter_map(|key| match term.values.get(key.name)? {
-        TermValue::Number(x) => Some(std::slice::from_ref(x)),
-        TermValue::List(list) => Some(list.as_slice()),
-        TermValue::Text(_) => None,
-    }))
-}
-
-/// Whether the numbers of a term that have to be positive are.
-pub fn positive_where_needed(term: &Term) -> bool {
-    needed_positive(term).is_some_and(|mut numbers| numbers.all(|own| own.iter().all(|x| *x > 0.0)))
-}
-
-/// Whether a number of a term has the wrong sign for its kind, or most of a list has.
-pub fn is_reversed(term: &Term) -> bool {
-    needed_positive(term).is_some_and(|mut numbers| numbers.any(|own| own.iter().sum::<f64>() < 0.0))
-}
-
-/// Whether every number of a term is within the limits of its kind.
-pub fn is_within_limits(kind: &dyn Kind, term: &Term) -> bool {
-    kind.info().into_iter().flat_map(|info| info.keys).all(|key| {
-        let (least, most) = kind.limits(key);
-        match term.values.get(key.name) {
-            Some(TermValue::Number(x)) => (least..=most).contains(x),
-            Some(TermValue::List(list)) => list.iter().all(|x| (least..=most).contains(x)),
-            _ => true,
-        }
-    })
-}
-
-/// The size of a term's torques: the root of the sum of their squares, N·m.
-fn torques(term: &Term) -> f64 {
-    let keys = term.info().into_iter().flat_map(|info| info.keys);
-    let keys = keys.filter(|key| key.role == Role::Linear && key.unit == "N·m");
-    let squares = keys.filter_map(|key| match term.values.get(key.name)? {
-        TermValue::Number(x) => Some(x * x),
-        TermValue::List(list) => Some(list.iter().map(|x| x * x).sum()),
-        TermValue::Text(_) => None,
-    });
-    squares.sum::<f64>().sqrt()
-}
-
-/// A refit may make a term so many times larger than it is selected at most.
-const REFITTED: f64 = 3.0;
-
-/// Whether a refitted term is much larger, beside the terms of a model that it refines, than [its kind may be](Kind::most_of_refined).
-pub fn exceeds_refined(term: &Term, model: &Model) -> bool {
-    let Some(kind) = of_term(term) else { return false };
-    let refined = model.terms.iter().filter(|other| kind.refines().contains(&other.kind.as_str()));
-    let largest = refined.map(torques).reduce(f64::max);
-    largest.is_some_and(|largest| torques(term) > REFITTED * kind.most_of_refined() * largest)
-}
-
-/// A term without one of several elements that are effects each, in every way.
-pub fn without_an_element(term: &Term) -> Vec<Term> {
-    let count = elements(term);
-    if count < 2 || !of_term(term).is_some_and(|kind| kind.elements_are_effects()) {
-        return Vec::new();
-    }
-    let without = |at: usize| {
-        let mut fewer = term.clone();
-        for value in fewer.values.values_mut() {
-            if let TermValue::List(list) = value {
-                list.remove(at);
-            }
-        }
-        fewer
-    };
-    (0..count).map(without).collect()
-}
-
-/// A term without the elements whose numbers have the wrong sign; `None` where it has none of them, or no other.
-pub fn without_negative_elements(term: &Term) -> Option<Term> {
-    let kind = of_term(term).filter(|_| is_of_slip_elements(term))?;
-    let keys = kind.info()?.keys.iter().filter(|key| kind.has_to_be_positive(key));
-    let lists = keys.filter_map(|key| match term.values.get(key.name)? {
-        TermValue::List(list) => Some(list),
-        _ => None,
-    });
-    let mut kept = vec![true; elements(term)];
-    lists.for_each(|list| kept.iter_mut().zip(list).for_each(|(kept, x)| *kept &= *x > 0.0));
-    with_elements(term, |element| kept[element])
-}
-
-/// Whether a term is a memory of slip elements.
-pub fn is_of_slip_elements(term: &Term) -> bool {
-    of_term(term).is_some_and(|kind| kind.is_of_slip_elements())
-}
-
-/// A term with some of its elements; `None` where those are all or none.
-pub fn with_elements(term: &Term, keep: impl FnMut(usize) -> bool) -> Option<Term> {
-    let kept: Vec<bool> = (0..elements(term)).map(keep).collect();
-    if kept.iter().all(|kept| *kept) || !kept.contains(&true) {
-        return None;
-    }
-    let mut fewer = term.clone();
-    for value in fewer.values.values_mut() {
-        if let TermValue::List(list) = value {
-            let mut kept = kept.iter();
-            list.retain(|_| *kept.next().unwrap_or(&true));
-        }
-    }
-    Some(fewer)
-}
-
-/// Whether numbers of a kind that have to be positive may be negative all the same: a simulation may hold too much of a load.
-pub fn may_be_reversed(kind: &dyn Kind, simulation: bool) -> bool {
-    simulation && kind.family() == Family::Load
 }
 
 /// The key of the velocity over which the sign of a friction is smoothed.
@@ -514,12 +404,7 @@ fn usual_bounds(term: &Term, key: &KeyInfo, index: Option<usize>) -> (f64, f64) 
 
 #[cfg(test)]
 mod tests {
-    use super::build::term;
     use super::*;
-
-    fn list_of(numbers: &[f64]) -> TermValue {
-        TermValue::List(numbers.to_vec())
-    }
 
     #[test]
     fn every_kind_of_the_core_has_its_file_here() {
@@ -534,26 +419,6 @@ mod tests {
             assert!(!kind.experiments().is_empty(), "{}", kind.name());
             assert_ne!(kind.family(), Family::Unknown, "{}", kind.name());
         }
-    }
-
-    #[test]
-    fn friction_of_the_position_outgrows_the_largest_that_it_refines() {
-        let of_position = term(
-            "position_dependent_friction",
-            &[("orders", list_of(&[1.0, 2.0])), ("cos_nm", list_of(&[6.0, 0.0])), ("sin_nm", list_of(&[0.0, 8.0]))],
-        );
-        let friction = |kind: &str, torque: f64| term(kind, &[("torque_nm", TermValue::Number(torque))]);
-        let model = |coulomb: f64, presliding: f64| Model {
-            terms: vec![friction("coulomb_friction", coulomb), friction("presliding_friction", presliding)],
-            ..Model::default()
-        };
-        for (coulomb, presliding, expected) in [(1.0, 1.0, true), (1.2, 0.1, false), (0.1, 1.2, false)] {
-            assert_eq!(exceeds_refined(&of_position, &model(coulomb, presliding)), expected);
-        }
-        assert!(!exceeds_refined(&of_position, &Model::default()), "nothing to compare with");
-        let fewer = without_an_element(&of_position);
-        assert_eq!(fewer.iter().map(torques).collect::<Vec<f64>>(), [8.0, 6.0]);
-        assert!(without_an_element(&fewer[0]).is_empty());
     }
 
     #[test]

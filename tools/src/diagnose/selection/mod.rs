@@ -140,7 +140,7 @@ impl Selection {
 const ROUNDS: usize = 3;
 /// Steps of a refit.
 const STEPS: usize = 8;
-/// Where the base leaves more than so many times the held-out squares of the fit itself, some block does not determine it; those of the fit take only the directions that are determined.
+/// Where the linearised base leaves more than so many times the held-out squares of its fit, some block does not determine it; those of the fit take only the directions that are determined.
 const UNDETERMINED: f64 = 10.0;
 /// Ridges at which the free description is tried.
 const RIDGES: [f64; 5] = [1e-1, 1e-2, 1e-3, 1e-4, 1e-5];
@@ -167,6 +167,7 @@ impl Dataset<'_> {
         search: explain::Search<'_>,
         prices: f64,
     ) -> Result<Selection, DiagnoseError> {
+        let of_base = self.mean_square_of_blocks(base) * self.counted() as f64;
         let mut fit = base.clone();
         let mut reference = given;
         let mut likely_delay_s = None;
@@ -179,8 +180,7 @@ impl Dataset<'_> {
             dictionary.prune(&gram, &targets);
             let beside_base = beside_base.get_or_insert_with(|| BesideBase::new(&dictionary, &gram, &targets));
             let plain = gram.error(&targets, &Chosen::plain(&dictionary.base)).iter().sum::<f64>();
-            let of_fit = self.mean_square_of_blocks(&fit) * self.counted() as f64;
-            let plain = if plain > UNDETERMINED * of_fit { of_fit } else { plain };
+            let plain = if plain > UNDETERMINED * of_base { of_base } else { plain };
             let (free, ridge, free_squares) = ceiling(&dictionary, &gram, &targets);
             let is_quiet =
                 reference.is_none() && !is_predictable(self, &dictionary, &gram, &targets, (&free, ridge), search.seed);
@@ -214,7 +214,7 @@ impl Dataset<'_> {
                     start.entry(dictionary.candidates[c].kind).or_default().push(c);
                 }
             }
-            let largest = if given.is_some() { 0.0 } else { finder.largest_gain() };
+            let largest = if given.is_some() { 0.0 } else { finder.largest_gain(plain) };
             finder.scale = prices * scale.max(plain - finder.squares(&start)).max(largest);
             let mut set = finder.run(start.clone());
             if given.is_some() && round == 0 {

@@ -9,9 +9,10 @@ use crate::diagnose::diagnosis::Naming;
 use crate::diagnose::explain::Search;
 use crate::kinds::{self, Family};
 use crate::regression::dataset::Dataset;
+use crate::regression::error::EstimateError;
 use crate::regression::fit::Fitted;
 
-/// Beside a memory a kind has to save this part of the squared error; less may be the error of an approximate shape.
+/// Beside a memory a kind has to save this part of the squared error of held-out blocks, against the memory refitted without it; less may be the error of an approximate shape.
 const LEAST_PART: f64 = 0.3;
 /// Prices of the second selection over those of the first: without it small kinds would absorb the error of the memory's shape.
 const PRICES: f64 = 10.0;
@@ -46,18 +47,30 @@ impl Dataset<'_> {
     fn look_behind(&self, base: &Fitted, first: &mut Selection, search: Search<'_>) -> Result<bool, DiagnoseError> {
         let found = first.fit.model.terms.len();
         let second = self.select(&first.fit, Search { base_terms: found, ..search }, PRICES)?;
-        let left = second.selected_squares;
-        let (kept, lost): (Vec<_>, Vec<_>) = second.selected.into_iter().partition(|s| {
-            let gain: f64 = s.gains.iter().sum();
-            // Kinds that together save less than each alone cancel each other.
-            let trades = gain > MOST_OF_SAVED * (second.base_squares - left);
-            !trades && gain >= LEAST_PART * (gain + left) && Naming::of(s.fidelity) == Naming::Named
-        });
-        let mut model = second.fit.model;
-        let mut at = 0..model.terms.len();
-        model.terms.retain(|t| at.next().is_some_and(|at| at < found) || lost.iter().all(|l| l.kind != t.kind));
-        let fit = self.plain_fit(&model, &self.parameters(&model, search), STEPS)?;
-        if self.mean_square_of_blocks(&fit) > (1.0 - LEAST_PART) * self.mean_square_of_blocks(&first.fit) {
+        let before = self.mean_square_of_blocks(&first.fit);
+        let mut kept = second.selected;
+        let model = &second.fit.model;
+        let mut fit = self.plain_fit(model, &self.parameters(model, search), STEPS)?;
+        // The weakest goes first, and the others are judged without it.
+        loop {
+            let after = self.mean_square_of_blocks(&fit);
+            let mut weakest: Option<(f64, usize, Fitted)> = None;
+            for (place, own) in kept.iter().enumerate() {
+                let without = self.fitted_without(&fit, found, own.kind, search)?;
+                let left = self.mean_square_of_blocks(&without);
+                let saved = left - after;
+                // Kinds that together save less than each alone cancel each other.
+                let trades = saved > MOST_OF_SAVED * (before - after);
+                let stands = !trades && saved >= LEAST_PART * left && Naming::of(own.fidelity) == Naming::Named;
+                if !stands && weakest.as_ref().is_none_or(|(least, ..)| saved < *least) {
+                    weakest = Some((saved, place, without));
+                }
+            }
+            let Some((_, place, without)) = weakest else { break };
+            kept.remove(place);
+            fit = without;
+        }
+        if self.mean_square_of_blocks(&fit) > (1.0 - LEAST_PART) * before {
             return Ok(false);
         }
         let scale = (first.base_squares - first.free_squares).max(f64::MIN_POSITIVE);
@@ -73,5 +86,19 @@ impl Dataset<'_> {
         first.refitted(self, base, fit);
         first.free_squares = first.free_squares.min(first.selected_squares);
         Ok(true)
+    }
+
+    /// A fit without the terms of a kind among those from `found` on.
+    fn fitted_without(
+        &self,
+        fit: &Fitted,
+        found: usize,
+        kind: &str,
+        search: Search<'_>,
+    ) -> Result<Fitted, EstimateError> {
+        let mut model = fit.model.clone();
+        let mut at = 0..model.terms.len();
+        model.terms.retain(|t| at.next().is_some_and(|at| at < found) || t.kind != kind);
+        self.plain_fit(&model, &self.parameters(&model, search), STEPS)
     }
 }

@@ -189,11 +189,10 @@ impl Search<'_> {
         moves
     }
 
-    /// The most that a lawful kind alone saves.
-    pub fn largest_gain(&self) -> f64 {
-        let set = Set::new();
-        let now = self.squares(&set);
-        self.alternatives(&set).into_iter().map(|(_, with)| now - self.squares(&with)).fold(0.0, f64::max)
+    /// The most that a lawful kind alone saves of the held-out squares that the base leaves.
+    pub fn largest_gain(&self, base_squares: f64) -> f64 {
+        let with_each = self.alternatives(&Set::new()).into_iter();
+        with_each.map(|(_, with)| base_squares - self.squares(&with)).fold(0.0, f64::max)
     }
 
     /// The most that one of some kinds saves beside a set with a weight of the wrong sign.
