@@ -20,7 +20,7 @@ use crate::regression::error::EstimateError;
 use crate::signal::plausible;
 use crate::signal::plausible::Remark;
 
-/// The result with another law replaces that with the given law if its rms error on held-out blocks is smaller than this factor times the other.
+/// The result with another law replaces that with the given law if its rms error on held-out blocks is smaller than this factor times the other; with fewer effects, if it is smaller.
 const OTHER_LAW: f64 = 0.9;
 
 /// Rows that are fitted. Of longer recordings means are, the motion's as well as the torque's, or stretches.
@@ -85,7 +85,9 @@ pub fn diagnose(
     let (mut beside, mut of_law_given) = (model.clone(), None);
     if let Some(masing) = begun.with_law_masing() {
         let mut other = BaseSearch::of(recordings, &masing, search, progress)?;
-        if other.found.verdict.mismatch && other.left() < OTHER_LAW * begun.left() {
+        let [own, of_given] = [&other, &begun].map(|search| search.found.verdict.effects.len());
+        let allowed = if own < of_given { 1.0 } else { OTHER_LAW };
+        if other.found.verdict.mismatch && other.left() < allowed * begun.left() {
             beside = other.found.verdict.base.model.clone();
             other.found.selection.base_squares = begun.found.selection.base_squares;
             other.found.suggestions.push(Suggestion::Law(Law::Masing));
@@ -114,12 +116,7 @@ pub fn diagnose(
     verdict.extended = dataset.with_curves_apart(verdict.extended, search)?;
     dataset.drop_curves(&mut verdict, search)?;
     verdict.extended = dataset.with_base_unchanged(&beside, verdict.extended, search)?;
-    while let Some(fewer) = dataset.without_negative_elements(&verdict.extended, search)? {
-        verdict.extended = fewer;
-    }
-    while let Some(fewer) = dataset.without_springs(&verdict.extended, search)? {
-        verdict.extended = fewer;
-    }
+    verdict.extended = dataset.with_slipping_elements(verdict.extended, search)?;
     let (extended, mut variances) = dataset.among_shapes(verdict.extended, search)?;
     verdict.extended = extended;
     dataset.add_soft_edges(&verdict.extended, search, &mut variances)?;

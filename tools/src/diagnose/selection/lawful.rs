@@ -67,7 +67,7 @@ impl Dataset<'_> {
 
     /// A fit whose found memories have only elements of positive torque; `None` where none has another. A negative one trades with the spring: over all that was recorded the two add up, but
     /// on another path it slips elsewhere.
-    pub(in crate::diagnose) fn without_negative_elements(
+    pub(in crate::diagnose::selection) fn without_negative_elements(
         &self,
         fit: &Fitted,
         search: Search<'_>,
@@ -122,15 +122,26 @@ impl Dataset<'_> {
     }
 
     /// A fit whose found memories have only elements that slip over much of the recordings; `None` where none has another.
-    pub(in crate::diagnose) fn without_springs(
-        &self,
-        fit: &Fitted,
-        search: Search<'_>,
-    ) -> Result<Option<Fitted>, DiagnoseError> {
+    fn without_springs(&self, fit: &Fitted, search: Search<'_>) -> Result<Option<Fitted>, DiagnoseError> {
         self.with_fewer_elements(fit, search, |at| {
             let slips = self.slips(fit, at);
             kinds::with_elements(&fit.model.terms[at], |element| slips.get(element) != Some(&false))
         })
+    }
+
+    /// A fit whose found memories have only elements of positive torque that slip over much of the recordings.
+    pub(in crate::diagnose) fn with_slipping_elements(
+        &self,
+        mut fit: Fitted,
+        search: Search<'_>,
+    ) -> Result<Fitted, DiagnoseError> {
+        while let Some(fewer) = self.without_negative_elements(&fit, search)? {
+            fit = fewer;
+        }
+        while let Some(fewer) = self.without_springs(&fit, search)? {
+            fit = fewer;
+        }
+        Ok(fit)
     }
 
     /// A fit without the found terms whose refitted numbers are not of their kind or larger than the torque spans, without memories that are springs, and without found friction beside which friction of the `base`
