@@ -10,7 +10,7 @@ use crate::diagnose::nonparametric::{Coordinates, Explained as Curve};
 use crate::diagnose::search::MARGIN;
 use crate::diagnose::selection::{Selected, Selection};
 use crate::kinds;
-use crate::model::{Model, Term};
+use crate::model::Model;
 use crate::numerics::autoregression::Noise;
 use crate::regression::dataset::Dataset;
 use crate::regression::fit::Fitted;
@@ -194,10 +194,8 @@ impl Dataset<'_> {
         let whole = self.fit(&model, &free(&model), None, CONFIRMING_STEPS)?;
         let mut kept = model.clone();
         for kind in doubtful {
-            let found = |at: usize, term: &Term| at >= search.base_terms && term.kind == kind;
             let mut without = model.clone();
-            let mut at = 0..model.terms.len();
-            without.terms.retain(|term| !at.next().is_some_and(|at| found(at, term)));
+            without.remove_terms(search.base_terms, |term| term.kind == kind);
             let rest = self.fit(&without, &free(&without), None, CONFIRMING_STEPS)?;
             // Without its only kind the model is the base, of which the likelihood is known better.
             let is_base = without.terms.len() == search.base_terms;
@@ -205,8 +203,7 @@ impl Dataset<'_> {
             let gain = rest.minus_two_log_likelihood.min(known) - whole.minus_two_log_likelihood;
             let numbers = free(&model).len() - free(&without).len();
             if gain < self.penalty(numbers) + MARGIN {
-                let mut at = 0..kept.terms.len();
-                kept.terms.retain(|term| !at.next().is_some_and(|at| found(at, term)));
+                kept.remove_terms(search.base_terms, |term| term.kind == kind);
                 selection.selected.retain(|s| s.kind != kind);
             }
         }

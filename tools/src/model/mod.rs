@@ -127,6 +127,12 @@ impl Model {
         self.terms.iter().any(|term| term.kind == kind)
     }
 
+    /// Removes those terms from place `from` on for which `is_gone` is true.
+    pub fn remove_terms(&mut self, from: usize, is_gone: impl Fn(&Term) -> bool) {
+        let later = self.terms.split_off(from.min(self.terms.len()));
+        self.terms.extend(later.into_iter().filter(|term| !is_gone(term)));
+    }
+
     /// Whether the base is a gear that follows the deflection.
     pub fn has_gear(&self) -> bool {
         self.elastic.is_some() || self.memory.is_some()

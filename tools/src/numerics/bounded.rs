@@ -191,14 +191,17 @@ pub fn forward_substitute(factor: &Triangle, count: usize, rhs: &[f64]) -> Vec<f
 /// The factor of a small dense matrix given by rows, right-hand side last.
 pub fn factor_of_rows(rows: &[Vec<f64>]) -> Triangle {
     let columns = rows.first().map_or(0, Vec::len);
-    let mut block = Block::new(columns, rows.len());
-    block.set_rows(rows.len());
-    for j in 0..columns {
-        for (to, row) in block.column_mut(j).iter_mut().zip(rows) {
-            *to = row[j];
-        }
+    factor_of_columns(rows.len(), (0..columns).map(|j| rows.iter().map(move |row| row[j])))
+}
+
+/// The factor of a dense matrix of so many rows given by columns, right-hand side last.
+pub fn factor_of_columns(rows: usize, columns: impl ExactSizeIterator<Item = impl Iterator<Item = f64>>) -> Triangle {
+    let mut factor = Triangle::new(columns.len());
+    let mut block = Block::new(columns.len(), rows);
+    block.set_rows(rows);
+    for (j, column) in columns.enumerate() {
+        block.column_mut(j).iter_mut().zip(column).for_each(|(to, x)| *to = x);
     }
-    let mut factor = Triangle::new(columns);
     factor.absorb(&mut block);
     factor
 }

@@ -65,13 +65,21 @@ impl Dataset<'_> {
         largest.fold(0.0, f64::max) > self.torque_span()
     }
 
-    /// A fit whose found memories have only elements of positive torque; `None` where none has another. A negative one trades with the spring: over all that was recorded the two add up, but
+    /// A fit whose found memories have only elements of positive torque. A negative one trades with the spring: over all that was recorded the two add up, but
     /// on another path it slips elsewhere.
-    pub(in crate::diagnose::selection) fn without_negative_elements(
+    pub(in crate::diagnose::selection) fn with_positive_elements(
         &self,
-        fit: &Fitted,
+        mut fit: Fitted,
         search: Search<'_>,
-    ) -> Result<Option<Fitted>, DiagnoseError> {
+    ) -> Result<Fitted, DiagnoseError> {
+        while let Some(fewer) = self.without_negative_elements(&fit, search)? {
+            fit = fewer;
+        }
+        Ok(fit)
+    }
+
+    /// A fit whose found memories have lost their elements of negative torque; `None` where none has any.
+    fn without_negative_elements(&self, fit: &Fitted, search: Search<'_>) -> Result<Option<Fitted>, DiagnoseError> {
         self.with_fewer_elements(fit, search, |at| kinds::without_negative_elements(&fit.model.terms[at]))
     }
 
@@ -132,12 +140,10 @@ impl Dataset<'_> {
     /// A fit whose found memories have only elements of positive torque that slip over much of the recordings.
     pub(in crate::diagnose) fn with_slipping_elements(
         &self,
-        mut fit: Fitted,
+        fit: Fitted,
         search: Search<'_>,
     ) -> Result<Fitted, DiagnoseError> {
-        while let Some(fewer) = self.without_negative_elements(&fit, search)? {
-            fit = fewer;
-        }
+        let mut fit = self.with_positive_elements(fit, search)?;
         while let Some(fewer) = self.without_springs(&fit, search)? {
             fit = fewer;
         }
@@ -200,8 +206,7 @@ impl Dataset<'_> {
             let refined = found.iter().any(refines);
             let gone = |t: &Term| if refined { refines(t) } else { t.kind == unlawful.kind };
             let mut model = fit.model.clone();
-            let mut at = 0..model.terms.len();
-            model.terms.retain(|t| at.next().is_some_and(|at| at < search.base_terms) || !gone(t));
+            model.remove_terms(search.base_terms, gone);
             lost.extend(found.iter().filter(|t| gone(t)).map(|t| t.kind.clone()));
             fit = self.plain_fit(&model, &self.parameters(&model, search), STEPS)?;
         }

@@ -7,7 +7,6 @@ use crate::diagnose::explain::Search;
 use crate::kinds;
 use crate::model::{Term, TermValue};
 use crate::numerics::bounded::{self, Bound};
-use crate::numerics::qr::{Block, Triangle};
 use crate::regression::dataset::Dataset;
 use crate::regression::error::EstimateError;
 use crate::regression::fit::Fitted;
@@ -68,10 +67,8 @@ impl Dataset<'_> {
         for start in least_squares.into_iter().chain(alike) {
             let mut model = fit.model.clone();
             model.terms[at] = start;
-            let mut other = self.plain_fit(&model, &self.parameters(&model, search), STEPS)?;
-            while let Some(fewer) = self.without_negative_elements(&other, search)? {
-                other = fewer;
-            }
+            let other = self.plain_fit(&model, &self.parameters(&model, search), STEPS)?;
+            let other = self.with_positive_elements(other, search)?;
             let left = self.rms_of_blocks(&other);
             if left < least {
                 (least, best) = (left, Some(other));
@@ -117,25 +114,13 @@ impl Dataset<'_> {
         columns.extend(of_elements.iter().map(Vec::as_slice));
         bounds.resize(columns.len(), Bound::NonNegative);
         columns.push(&target);
-        let solution = bounded::solve(&self.factor_of(&columns), &bounds);
+        let rows: Vec<usize> = (0..self.len()).filter(|row| self.counts(*row)).collect();
+        let factor =
+            bounded::factor_of_columns(rows.len(), columns.iter().map(|column| rows.iter().map(|row| column[*row])));
+        let solution = bounded::solve(&factor, &bounds);
         let torques = solution.coefficients[bounds.len() - RADII..].iter().copied();
         let elements: Vec<(f64, f64)> = radii.into_iter().zip(torques).filter(|(_, torque)| *torque > 0.0).collect();
         Ok(kinds::with_slip_elements(memory, &united(elements, most)))
-    }
-
-    /// The triangular factor of columns over the rows that count.
-    fn factor_of(&self, columns: &[&[f64]]) -> Triangle {
-        let counts = self.rows_that_count();
-        let rows = counts.iter().filter(|counts| **counts).count();
-        let mut block = Block::new(columns.len(), rows);
-        block.set_rows(rows);
-        for (j, column) in columns.iter().enumerate() {
-            let counted = column.iter().zip(&counts).filter(|(_, counts)| **counts);
-            block.column_mut(j).iter_mut().zip(counted).for_each(|(to, (x, _))| *to = *x);
-        }
-        let mut factor = Triangle::new(columns.len());
-        factor.absorb(&mut block);
-        factor
     }
 }
 

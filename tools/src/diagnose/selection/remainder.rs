@@ -52,8 +52,8 @@ impl Dataset<'_> {
         let model = &second.fit.model;
         let mut fit = self.plain_fit(model, &self.parameters(model, search), STEPS)?;
         // The weakest goes first, and the others are judged without it.
+        let mut after = self.mean_square_of_blocks(&fit);
         loop {
-            let after = self.mean_square_of_blocks(&fit);
             let mut weakest: Option<(f64, usize, Fitted)> = None;
             for (place, own) in kept.iter().enumerate() {
                 let without = self.fitted_without(&fit, found, own.kind, search)?;
@@ -62,15 +62,15 @@ impl Dataset<'_> {
                 // Kinds that together save less than each alone cancel each other.
                 let trades = saved > MOST_OF_SAVED * (before - after);
                 let stands = !trades && saved >= LEAST_PART * left && Naming::of(own.fidelity) == Naming::Named;
-                if !stands && weakest.as_ref().is_none_or(|(least, ..)| saved < *least) {
-                    weakest = Some((saved, place, without));
+                if !stands && weakest.as_ref().is_none_or(|(least, ..)| left < *least) {
+                    weakest = Some((left, place, without));
                 }
             }
-            let Some((_, place, without)) = weakest else { break };
+            let Some((left, place, without)) = weakest else { break };
             kept.remove(place);
-            fit = without;
+            (fit, after) = (without, left);
         }
-        if self.mean_square_of_blocks(&fit) > (1.0 - LEAST_PART) * before {
+        if after > (1.0 - LEAST_PART) * before {
             return Ok(false);
         }
         let scale = (first.base_squares - first.free_squares).max(f64::MIN_POSITIVE);
@@ -97,8 +97,7 @@ impl Dataset<'_> {
         search: Search<'_>,
     ) -> Result<Fitted, EstimateError> {
         let mut model = fit.model.clone();
-        let mut at = 0..model.terms.len();
-        model.terms.retain(|t| at.next().is_some_and(|at| at < found) || t.kind != kind);
+        model.remove_terms(found, |term| term.kind == kind);
         self.plain_fit(&model, &self.parameters(&model, search), STEPS)
     }
 }
