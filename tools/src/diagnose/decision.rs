@@ -8,7 +8,7 @@ use crate::diagnose::diagnosis::{Naming, UNKNOWN};
 use crate::diagnose::explain::Search;
 use crate::diagnose::naming::{DiagnosisVerdict, EffectVerdict};
 use crate::diagnose::nonparametric::Explained;
-use crate::diagnose::selection::Selection;
+use crate::diagnose::selection::{Selected, Selection};
 use crate::kinds::{self, Kind};
 use crate::model::{Model, Term, TermValue};
 use crate::regression::dataset::Dataset;
@@ -57,6 +57,8 @@ const MUCH_BETTER: f64 = 0.5;
 /// A name that likelihood withheld stands if the selection leaves less than this part of the squares that likelihood's finding leaves. The same part counts beside a base that is far from
 /// its machine, see `may_doubt`.
 const BETTER: f64 = 0.8;
+/// Beside such a base kinds of the fidelity of a name that save this part of its held-out squares stand against curves: a curve that predicts better still is found beside them.
+const MOST_OF_BASE: f64 = 0.5;
 /// A curve explains at most so many times the squares that the base leaves.
 const MOST_OF_RESIDUAL: f64 = 100.0;
 /// A curve adds at most so many times the squares that the kinds leave without curves.
@@ -72,6 +74,13 @@ pub(super) const STEPS_OF_LIKELIHOOD: usize = 2;
 /// leaves structure there, so a finding that predicts no better than the base says nothing against names that predict clearly better.
 fn may_doubt(selection: f64, likelihood: f64, base: f64) -> bool {
     likelihood < base || selection >= BETTER * base
+}
+
+/// Whether kinds that predict at least nine tenths of what a free function of their coordinates does save most of what the base leaves.
+fn is_mostly_named(selection: &Selection) -> bool {
+    let is_true = |s: &&Selected| s.fidelity.is_some() && Naming::of(s.fidelity) == Naming::Named;
+    let saved: f64 = selection.selected.iter().filter(is_true).flat_map(|s| &s.gains).sum();
+    saved >= MOST_OF_BASE * selection.base_squares
 }
 
 /// Whether likelihood, which sees structure without a name, speaks against the names of a selection that leaves so many times its held-out squares: the selection leaves much of
@@ -164,7 +173,7 @@ impl Dataset<'_> {
         // Where likelihood sees nothing, a little that is saved on held-out blocks may be chance.
         let helps = ours < bare && (verdict.mismatch || loud);
         let nameless = verdict.effects.iter().all(|e| e.name == UNKNOWN) && ours <= theirs;
-        let counts = !self.is_far_from(&base) || may_doubt(ours, theirs, bare);
+        let counts = !self.is_far_from(&base) || may_doubt(ours, theirs, bare) && !is_mostly_named(&selection);
         let doubted = counts && is_doubted(&verdict, &selection, ours / theirs.max(f64::MIN_POSITIVE));
         // A curve predicts, but names nothing.
         let names_more = || -> Result<bool, DiagnoseError> { Ok(ours <= self.left_by_kinds(&verdict, search)?) };

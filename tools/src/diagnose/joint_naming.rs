@@ -17,7 +17,7 @@ use crate::regression::fit::Fitted;
 
 /// A kind is reported from this share of what is predictable, saved in its place; less is a trace of its neighbours' shapes. It stays in the model.
 const LEAST_NAMED_SHARE: f64 = 0.006;
-/// The same of a kind that almost every machine has.
+/// The same of a kind that almost every machine has, unless slip elements stand beside it: what those miss of a hysteresis resembles friction and inertia.
 const LEAST_COMMON_SHARE: f64 = 0.004;
 /// A kind below the fidelity of a name is reported as an effect only from this share of what is predictable; less is a trace of its neighbours.
 const LEAST_UNNAMED_SHARE: f64 = 0.05;
@@ -58,9 +58,11 @@ fn taken_in(effects: Vec<EffectVerdict>) -> Vec<EffectVerdict> {
 /// Whether a selected kind saves so little in its place that it is a trace of the shapes of its neighbours.
 fn is_trace(found: &Selected, selection: &Selection) -> bool {
     let is_common = kinds::of(found.kind).is_some_and(|k| k.is_common());
+    let of_elements = |kind: &str| kinds::of(kind).is_some_and(|k| k.is_of_slip_elements());
+    let beside_elements = selection.selected.iter().any(|s| of_elements(s.kind));
     let least = match Naming::of(found.fidelity) {
         Naming::Unknown | Naming::Approximate => LEAST_UNNAMED_SHARE,
-        _ if is_common => LEAST_COMMON_SHARE,
+        _ if is_common && !beside_elements => LEAST_COMMON_SHARE,
         _ => LEAST_NAMED_SHARE,
     };
     let saved = found.gains.iter().sum::<f64>();

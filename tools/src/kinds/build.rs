@@ -56,12 +56,11 @@ pub fn waves_of_both(kind: &str, ranges: &Ranges) -> Vec<Term> {
     waves(kind, &ranges.motor_orders).into_iter().chain(output).collect()
 }
 
-/// Radii of slip elements from which any rate-independent memory can be built, rad: eight over two decades, and four of them, up to the rated deflection and up to four fifths of it.
-pub fn memory_radii(ranges: &Ranges) -> [Vec<f64>; 4] {
-    let within = [0.01, 0.02, 0.04, 0.08, 0.15, 0.28, 0.5, 0.8].map(|share| share * ranges.rated_rad);
-    let up_to_rated = [0.01, 0.02, 0.045, 0.09, 0.18, 0.35, 0.6, 1.0].map(|share| share * ranges.rated_rad);
-    let every_second = |radii: &[f64]| radii.iter().copied().skip(1).step_by(2).collect();
-    [within.to_vec(), every_second(&within), up_to_rated.to_vec(), every_second(&up_to_rated)]
+/// Radii of slip elements from which any rate-independent memory can be built, rad: eight over two decades up to four fifths of the rated deflection, and four of them.
+pub fn memory_radii(ranges: &Ranges) -> [Vec<f64>; 2] {
+    let radii = [0.01, 0.02, 0.04, 0.08, 0.15, 0.28, 0.5, 0.8].map(|share| share * ranges.rated_rad);
+    let every_second = radii.iter().copied().skip(1).step_by(2).collect();
+    [radii.to_vec(), every_second]
 }
 
 /// Widths over which friction may change its sign, rad/s.
