@@ -46,10 +46,12 @@ pub fn fit(recordings: &[Recording], options: &FitOptions, progress: &dyn Progre
     let given = options.start.as_ref().filter(|model| !is_joint_base(model));
     let total: usize = recordings.iter().map(Recording::len).sum();
     let means = if given.is_some_and(Model::has_gear) { total.div_ceil(MOST_ROWS) } else { 1 };
-    // What another simulator predicted is no part of a refit.
+    let of_simulation = given.is_some_and(Model::is_simulation);
     let own = |recording: &Recording| {
-        let recording = if means > 1 { recording.in_means(means) } else { recording.clone() };
-        Recording { torque_sim_nm: None, ..recording }
+        let mut recording = if means > 1 { recording.in_means(means) } else { recording.clone() };
+        // Only a model of the difference needs what another simulator predicted.
+        recording.torque_sim_nm.take_if(|_| !of_simulation);
+        recording
     };
     let own: Vec<Recording> = recordings.iter().map(own).collect();
     let mut rows = rows::without_deflection(&own)?;

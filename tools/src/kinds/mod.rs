@@ -11,9 +11,11 @@
 //! | [`measures`], [`draft`] | how `gmhm simulate --hide` draws an effect of a kind |
 //! | `elements` | the elements of a term's lists |
 //! | `lawful` | what the numbers of a term have to be for it to be of its kind |
+//! | `dip` | a dip of friction behind friction of the position |
 //! | `build` | terms, waves and drafts as several kinds make them |
 
 pub(crate) mod build;
+mod dip;
 pub mod draft;
 pub mod experiment;
 pub mod free_coordinate;
@@ -58,6 +60,7 @@ use crate::model::{Model, Term};
 use crate::physics::columns::{get, set};
 pub use build::number_of;
 pub use coulomb_friction::coulomb_friction;
+pub use dip::{is_smoothed_apart, with_dip};
 use draft::Draft;
 pub use elements::{
     elements, is_of_slip_elements, most_elements, with_elements, with_slip_elements, without_an_element,

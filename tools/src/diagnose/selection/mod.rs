@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`free_functions`] | functions without physics over every coordinate |
 //! | [`dictionary`] | base, kinds and free functions as columns beside a fitted model |
+//! | `dip` | a dip of Coulomb friction in place of friction of the position that follows it |
 //! | `delay` | a delay of the torque that its derivative does not show |
 //! | `lawful` | found terms whose refitted numbers make them no term of their kind |
 //! | `radii` | radii of the slip elements of a found memory, from several starts |
@@ -16,6 +17,7 @@
 pub mod criterion;
 mod delay;
 pub mod dictionary;
+mod dip;
 pub mod fidelity;
 pub mod free_functions;
 mod lawful;
@@ -60,7 +62,7 @@ pub struct Selected {
     pub confidence: f64,
     /// What the best other kinds save in its place.
     pub tried: Vec<(&'static str, f64)>,
-    /// Whether a later selection found it, in the residual of the first.
+    /// Whether it was found after the first selection: in its residual, or by a refit.
     pub in_remainder: bool,
 }
 

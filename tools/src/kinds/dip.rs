@@ -1,0 +1,96 @@
+//! A dip of Coulomb friction behind friction of the position.
+//!
+//! Friction of the position is the same friction at another angle, so both change their sign over the same velocities. Where a fit smooths it over far higher ones, it
+//! follows over a part of a turn the dip of the friction at low velocity: it predicts the motion recorded, and fails at other angles.
+
+use super::build::{number, number_of, term};
+use super::coulomb_friction::CoulombFriction;
+use super::position_dependent_friction::PositionDependentFriction;
+use super::stribeck_friction::StribeckFriction;
+use super::viscous_friction::ViscousFriction;
+use super::{Kind, SMOOTHING};
+use crate::model::Model;
+
+/// Friction of the position is smoothed over far higher velocities from so many times the smoothing of the Coulomb friction on.
+const FAR_HIGHER: f64 = 3.0;
+/// Velocities of the dip to start from, over the largest.
+const VELOCITIES: [f64; 3] = [0.04, 0.1, 0.25];
+/// Exponent to start from.
+const EXPONENT: f64 = 1.5;
+/// The dip to start from, over the Coulomb friction.
+const DIP: f64 = 0.5;
+
+/// The smoothing of the Coulomb friction of a model, and the terms from `from` on of friction of the position that is smoothed over far higher velocities.
+fn smoothed_apart(model: &Model, from: usize) -> Option<(f64, Vec<usize>)> {
+    let coulomb = model.terms.iter().find(|term| term.kind == CoulombFriction.name())?;
+    let smoothing = number_of(coulomb, SMOOTHING);
+    let is_apart = |at: &usize| {
+        let own = &model.terms[*at];
+        own.kind == PositionDependentFriction.name() && number_of(own, SMOOTHING) > FAR_HIGHER * smoothing
+    };
+    let apart: Vec<usize> = (from..model.terms.len()).filter(is_apart).collect();
+    (!apart.is_empty()).then_some((smoothing, apart))
+}
+
+/// Whether friction of the position among the terms from `from` on is smoothed over far higher velocities than the Coulomb friction of a model.
+pub fn is_smoothed_apart(model: &Model, from: usize) -> bool {
+    smoothed_apart(model, from).is_some()
+}
+
+/// The kind of a dip, and models with one, which start from several velocities and from one smoothing of all friction. None where the friction of the position among the terms from
+/// `from` on is smoothed like the Coulomb friction, or a dip is there.
+pub fn with_dip(model: &Model, from: usize, fastest_rad_per_s: f64) -> (&'static str, Vec<Model>) {
+    let kind = StribeckFriction.name();
+    let open = smoothed_apart(model, from).filter(|_| !model.has_term(kind));
+    let Some((smoothing, apart)) = open else { return (kind, Vec::new()) };
+    let coulomb = model.terms.iter().find(|term| term.kind == CoulombFriction.name());
+    let dip = DIP * coulomb.map_or(0.0, |term| number_of(term, "torque_nm"));
+    let with = |share: &f64| {
+        let mut model = model.clone();
+        for at in &apart {
+            model.terms[*at].values.insert(SMOOTHING.to_owned(), number(smoothing));
+        }
+        let mut values = vec![
+            ("coulomb_nm", number(0.0)),
+            ("static_nm", number(dip)),
+            ("stribeck_velocity_rad_per_s", number(share * fastest_rad_per_s)),
+            ("exponent", number(EXPONENT)),
+            (SMOOTHING, number(smoothing)),
+        ];
+        if !model.has_term(ViscousFriction.name()) {
+            values.push(("damping_nms_per_rad", number(0.0)));
+        }
+        model.terms.push(term(kind, &values));
+        model
+    };
+    (kind, VELOCITIES.iter().map(with).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::parse;
+
+    #[test]
+    fn a_dip_is_tried_where_friction_of_the_position_is_smoothed_over_far_higher_velocities() {
+        let joint = |smoothing: f64| {
+            let text = format!(
+                "format = 1\n[gear]\n[[term]]\nkind = \"coulomb_friction\"\ntorque_nm = 2.0\nsmoothing_rad_per_s = 0.01\n\
+                 [[term]]\nkind = \"position_dependent_friction\"\nangle = \"output\"\norders = [1.0]\ncos_nm = [0.5]\nsin_nm = [0.0]\n\
+                 smoothing_rad_per_s = {smoothing}\n"
+            );
+            parse("joint.toml", &text).unwrap()
+        };
+        assert!(with_dip(&joint(0.02), 0, 1.0).1.is_empty());
+        let tried = with_dip(&joint(0.2), 0, 1.0).1;
+        assert_eq!(tried.len(), 3);
+        for model in tried {
+            assert!(!is_smoothed_apart(&model, 0));
+            assert_eq!((model.terms.len(), number_of(&model.terms[2], "static_nm")), (3, 1.0));
+            // The dip stays.
+            assert!(with_dip(&model, 0, 1.0).1.is_empty());
+        }
+        // Of the model given, nothing is tried.
+        assert!(with_dip(&joint(0.2), 2, 1.0).1.is_empty());
+    }
+}
