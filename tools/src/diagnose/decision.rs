@@ -293,7 +293,9 @@ impl Dataset<'_> {
         }
         let finer = is_finer(&verdict, ours);
         let simpler = all_named(&verdict) && ours <= AS_GOOD * theirs && verdict.effects.len() < joint.effects.len();
-        let replaced = finer || !is_clear && (simpler || ours < CLEARLY_BETTER * theirs);
+        // Beside a base that is far from its machine a curve that predicts better is found beside the names, too.
+        let stands = is_nameless(&verdict) && self.is_far_from(base) && is_mostly_named(&selection);
+        let replaced = finer || !is_clear && !stands && (simpler || ours < CLEARLY_BETTER * theirs);
         Ok(if replaced { (verdict, by_likelihood) } else { (joint, search) })
     }
 

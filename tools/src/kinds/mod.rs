@@ -349,6 +349,11 @@ pub const USUAL_PRICE: f64 = 0.006;
 /// A further order or element of a kind costs this part of the kind's own price.
 pub const FURTHER_ELEMENT_PRICE: f64 = 0.3;
 
+/// Whether a kind shifts the torque in time.
+pub fn shifts_time(kind: &dyn Kind) -> bool {
+    kind.info().is_some_and(|info| info.domain == Domain::Delay)
+}
+
 /// Whether one kind contains another as a special case.
 pub fn contains(kind: &str, special: &str) -> bool {
     of(kind).is_some_and(|kind| kind.contains().contains(&special))

@@ -151,10 +151,13 @@ impl Search<'_> {
             })
         };
         let spans = |(c, weights): (&usize, &Vec<f64>)| {
-            weights
-                .iter()
-                .zip(&self.candidates()[*c].largest)
-                .all(|(w, largest)| (w * largest).abs() <= self.torque_span)
+            // At a step of the torque the derivative, which stands for a delay, is larger than any delay makes of it.
+            let is_delay = kinds::of(self.candidates()[*c].kind).is_some_and(kinds::shifts_time);
+            is_delay
+                || weights
+                    .iter()
+                    .zip(&self.candidates()[*c].largest)
+                    .all(|(w, largest)| (w * largest).abs() <= self.torque_span)
         };
         numbers && sizes() && weights.iter().all(spans) && self.dissipates(&weights)
     }

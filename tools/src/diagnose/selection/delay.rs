@@ -1,13 +1,13 @@
 //! A delay of the torque that is too long for its derivative to show: the phase of a ripple turns with it.
 
-use gmhm::terms::{Domain, Resampled};
+use gmhm::terms::Resampled;
 
 use super::Selection;
 use super::dictionary::Dictionary;
 use crate::diagnose::DiagnoseError;
 use crate::diagnose::explain::{self, is_delay};
+use crate::kinds;
 use crate::kinds::build::{number, term};
-use crate::kinds::{self, Kind};
 use crate::model::Term;
 use crate::numerics::block_gram::{BlockGram, Chosen};
 use crate::regression::dataset::Dataset;
@@ -79,20 +79,15 @@ impl Dataset<'_> {
         // Beside no other kind the delay would be fitted to something else.
         let start = self.plain_fit(&model, &self.parameters(&model, search), 0)?;
         let delayed = self.select_from(&start, Some(selection.reference()), search, 1.0)?;
-        let is_kept = delayed.selected.iter().any(|s| kinds::of(s.kind).is_some_and(shifts_time));
+        let is_kept = delayed.selected.iter().any(|s| kinds::of(s.kind).is_some_and(kinds::shifts_time));
         let is_better = is_kept && delayed.selected_squares < BETTER * selection.selected_squares;
         Ok(if is_better { delayed } else { selection })
     }
 }
 
-/// Whether a kind shifts the torque in time.
-fn shifts_time(kind: &dyn Kind) -> bool {
-    kind.info().is_some_and(|info| info.domain == Domain::Delay)
-}
-
 /// The term that delays the torque.
 fn delay_of(delay_s: f64) -> Option<Term> {
-    let info = kinds::ALL.iter().filter(|kind| shifts_time(**kind)).find_map(|kind| kind.info())?;
+    let info = kinds::ALL.iter().filter(|kind| kinds::shifts_time(**kind)).find_map(|kind| kind.info())?;
     let key = info.keys.first()?;
     Some(term(info.name, &[(key.name, number(delay_s))]))
 }
