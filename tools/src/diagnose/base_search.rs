@@ -163,7 +163,7 @@ impl Dataset<'_> {
                 plain = self.fit(&other, &self.parameters(&other, search), None, 2)?;
             }
         }
-        let selection = self.with_dip(&base, selection, search)?;
+        let selection = self.with_friction_shapes(&base, selection, search)?;
         progress.report("searching", 0.35);
         let (mut verdict, search) = self.decided(&plain.model, base, &selection, search)?;
         self.settle_classes(&mut verdict, search)?;

@@ -11,11 +11,10 @@
 //! | [`measures`], [`draft`] | how `gmhm simulate --hide` draws an effect of a kind |
 //! | `elements` | the elements of a term's lists |
 //! | `lawful` | what the numbers of a term have to be for it to be of its kind |
-//! | `dip` | a dip of friction behind friction of the position |
+//! | `friction_shapes` | frictions whose refitted shape is that of another friction |
 //! | `build` | terms, waves and drafts as several kinds make them |
 
 pub(crate) mod build;
-mod dip;
 pub mod draft;
 pub mod experiment;
 pub mod free_coordinate;
@@ -28,6 +27,7 @@ mod creep;
 mod elements;
 mod encoder_eccentricity;
 mod encoder_skew;
+mod friction_shapes;
 mod gravity_load;
 mod inertia;
 mod kinematic_error;
@@ -60,7 +60,6 @@ use crate::model::{Model, Term};
 use crate::physics::columns::{get, set};
 pub use build::number_of;
 pub use coulomb_friction::coulomb_friction;
-pub use dip::{is_smoothed_apart, with_dip};
 use draft::Draft;
 pub use elements::{
     elements, is_of_slip_elements, most_elements, with_elements, with_slip_elements, without_an_element,
@@ -68,6 +67,7 @@ pub use elements::{
 };
 use experiment::Experiment;
 use free_coordinate::FreeCoordinate;
+pub use friction_shapes::{is_smoothed_apart, with_dip, without_wide_coulomb};
 pub use lawful::{exceeds_refined, is_reversed, is_within_limits, may_be_reversed, positive_where_needed};
 use measures::Measures;
 use ranges::{Extent, Ranges};

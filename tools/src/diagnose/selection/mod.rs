@@ -4,7 +4,7 @@
 //! |---|---|
 //! | [`free_functions`] | functions without physics over every coordinate |
 //! | [`dictionary`] | base, kinds and free functions as columns beside a fitted model |
-//! | `dip` | a dip of Coulomb friction in place of friction of the position that follows it |
+//! | `friction_shapes` | frictions whose refitted shape is that of another friction |
 //! | `delay` | a delay of the torque that its derivative does not show |
 //! | `lawful` | found terms whose refitted numbers make them no term of their kind |
 //! | `radii` | radii of the slip elements of a found memory, from several starts |
@@ -17,9 +17,9 @@
 pub mod criterion;
 mod delay;
 pub mod dictionary;
-mod dip;
 pub mod fidelity;
 pub mod free_functions;
+mod friction_shapes;
 mod lawful;
 mod radii;
 pub mod remainder;

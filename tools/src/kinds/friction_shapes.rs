@@ -1,4 +1,6 @@
-//! A dip of Coulomb friction behind friction of the position.
+//! Frictions whose refitted shape is that of another friction.
+//!
+//! Coulomb friction that changes its sign over much of the speed makes of viscous friction beside it one of a lower exponent.
 //!
 //! Friction of the position is the same friction at another angle, so both change their sign over the same velocities. Where a fit smooths it over far higher ones, it
 //! follows over a part of a turn the dip of the friction at low velocity: it predicts the motion recorded, and fails at other angles.
@@ -8,8 +10,13 @@ use super::coulomb_friction::CoulombFriction;
 use super::position_dependent_friction::PositionDependentFriction;
 use super::stribeck_friction::StribeckFriction;
 use super::viscous_friction::ViscousFriction;
-use super::{Kind, SMOOTHING};
-use crate::model::Model;
+use super::{Kind, SMOOTHING, of_term};
+use crate::model::{Model, Term};
+
+/// Coulomb friction changes its sign over much of the speed from this share of the largest velocity on.
+const MUCH_OF_SPEED: f64 = 0.08;
+/// Exponent of viscous friction to start from.
+const LOWER_EXPONENT: f64 = 0.8;
 
 /// Friction of the position is smoothed over far higher velocities from so many times the smoothing of the Coulomb friction on.
 const FAR_HIGHER: f64 = 3.0;
@@ -66,6 +73,23 @@ pub fn with_dip(model: &Model, from: usize, fastest_rad_per_s: f64) -> (&'static
     (kind, VELOCITIES.iter().map(with).collect())
 }
 
+/// The kind of Coulomb friction, and a model with viscous friction of a lower exponent in place of Coulomb friction, among the terms from `from` on, that changes its sign over much of the
+/// speed. None where a kind of the model refines the Coulomb friction.
+pub fn without_wide_coulomb(model: &Model, from: usize, fastest_rad_per_s: f64) -> (&'static str, Option<Model>) {
+    let kind = CoulombFriction.name();
+    let place = |kind: &str| (from..model.terms.len()).find(|at| model.terms[*at].kind == kind);
+    let refines = |term: &Term| of_term(term).is_some_and(|other| other.refines().contains(&kind));
+    let is_wide = |at: &usize| number_of(&model.terms[*at], SMOOTHING) > MUCH_OF_SPEED * fastest_rad_per_s;
+    let coulomb = place(kind).filter(is_wide).filter(|_| !model.terms.iter().any(refines));
+    let without = coulomb.zip(place(ViscousFriction.name())).map(|(coulomb, viscous)| {
+        let mut model = model.clone();
+        model.terms[viscous].values.insert("exponent".to_owned(), number(LOWER_EXPONENT));
+        model.terms.remove(coulomb);
+        model
+    });
+    (kind, without)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -92,5 +116,23 @@ mod tests {
         }
         // Of the model given, nothing is tried.
         assert!(with_dip(&joint(0.2), 2, 1.0).1.is_empty());
+    }
+
+    #[test]
+    fn viscous_friction_is_tried_alone_where_coulomb_friction_changes_its_sign_over_much_of_the_speed() {
+        let joint = |smoothing: f64, more: &str| {
+            let text = format!(
+                "format = 1\n[gear]\n[[term]]\nkind = \"coulomb_friction\"\ntorque_nm = 2.0\nsmoothing_rad_per_s = {smoothing}\n\
+                 [[term]]\nkind = \"viscous_friction\"\ndamping_nms_per_rad = 3.0\n{more}"
+            );
+            parse("joint.toml", &text).unwrap()
+        };
+        assert!(without_wide_coulomb(&joint(0.05, ""), 0, 1.0).1.is_none());
+        let alone = without_wide_coulomb(&joint(0.2, ""), 0, 1.0).1.unwrap();
+        assert_eq!((alone.terms.len(), number_of(&alone.terms[0], "exponent")), (1, LOWER_EXPONENT));
+        // Friction of the model given stays, and so does what another kind refines.
+        assert!(without_wide_coulomb(&joint(0.2, ""), 1, 1.0).1.is_none());
+        let refined = "[[term]]\nkind = \"position_dependent_friction\"\nangle = \"output\"\norders = [1.0]\ncos_nm = [0.5]\nsin_nm = [0.0]\n";
+        assert!(without_wide_coulomb(&joint(0.2, refined), 0, 1.0).1.is_none());
     }
 }

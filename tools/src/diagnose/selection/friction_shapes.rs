@@ -1,4 +1,4 @@
-//! A dip of Coulomb friction in place of friction of the position that follows it.
+//! Frictions whose refitted shape is that of another friction, see [`crate::kinds::with_dip`] and [`crate::kinds::without_wide_coulomb`].
 
 use super::{Selected, Selection};
 use crate::diagnose::DiagnoseError;
@@ -9,16 +9,49 @@ use crate::regression::fit::Fitted;
 
 /// The dip stands where it leaves less than this part of the rms error on held-out blocks.
 const CLEARLY: f64 = 0.9;
-/// Steps of a fit with a dip.
+/// Fewer kinds stand where they leave at most this part of the rms error on held-out blocks.
+const AS_GOOD: f64 = 1.025;
+/// Steps of a fit with other shapes.
 const STEPS: usize = 12;
 
 impl Dataset<'_> {
-    /// A selection, or one with a dip of the friction where friction of the position is smoothed over far higher velocities than the Coulomb friction, and a dip beside friction of one
-    /// smoothing predicts clearly better. See [`kinds::with_dip`].
+    /// A selection whose frictions have the shapes of their kinds.
     ///
     /// # Errors
     /// A model that cannot be evaluated.
-    pub fn with_dip(
+    pub fn with_friction_shapes(
+        &self,
+        base: &Fitted,
+        selection: Selection,
+        search: Search<'_>,
+    ) -> Result<Selection, DiagnoseError> {
+        let selection = self.without_wide_coulomb(base, selection, search)?;
+        self.with_dip(base, selection, search)
+    }
+
+    /// A selection, or one without Coulomb friction that changes its sign over much of the speed, where viscous friction alone predicts as well.
+    fn without_wide_coulomb(
+        &self,
+        base: &Fitted,
+        mut selection: Selection,
+        search: Search<'_>,
+    ) -> Result<Selection, DiagnoseError> {
+        let model = &selection.fit.model;
+        let (kind, without) = kinds::without_wide_coulomb(model, search.base_terms, self.fastest_rad_per_s);
+        let Some(model) = without else { return Ok(selection) };
+        let fit = self.plain_fit(&model, &self.parameters(&model, search), STEPS)?;
+        let (fit, lost) = self.without_unlawful(&base.model, fit, search)?;
+        if lost.is_empty() && self.rms_of_blocks(&fit) <= AS_GOOD * self.rms_of_blocks(&selection.fit) {
+            selection.selected.retain(|s| s.kind != kind);
+            selection.refitted(self, base, fit);
+            selection.free_squares = selection.free_squares.min(selection.selected_squares);
+        }
+        Ok(selection)
+    }
+
+    /// A selection, or one with a dip of the friction where friction of the position is smoothed over far higher velocities than the Coulomb friction, and a dip beside friction of one
+    /// smoothing predicts clearly better.
+    fn with_dip(
         &self,
         base: &Fitted,
         mut selection: Selection,
