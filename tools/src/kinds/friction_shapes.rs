@@ -10,7 +10,7 @@ use super::coulomb_friction::CoulombFriction;
 use super::position_dependent_friction::PositionDependentFriction;
 use super::stribeck_friction::StribeckFriction;
 use super::viscous_friction::ViscousFriction;
-use super::{Kind, SMOOTHING, of_term};
+use super::{Kind, LARGEST_SMOOTHING, SMOOTHING, of_term};
 use crate::model::{Model, Term};
 
 /// Coulomb friction changes its sign over much of the speed from this share of the largest velocity on.
@@ -73,21 +73,29 @@ pub fn with_dip(model: &Model, from: usize, fastest_rad_per_s: f64) -> (&'static
     (kind, VELOCITIES.iter().map(with).collect())
 }
 
-/// The kind of Coulomb friction, and a model with viscous friction of a lower exponent in place of Coulomb friction, among the terms from `from` on, that changes its sign over much of the
-/// speed. None where a kind of the model refines the Coulomb friction.
-pub fn without_wide_coulomb(model: &Model, from: usize, fastest_rad_per_s: f64) -> (&'static str, Option<Model>) {
+/// A model with viscous friction of a lower exponent in place of Coulomb friction that changes its sign over much of the speed.
+pub struct WithoutCoulomb {
+    /// The kind of Coulomb friction.
+    pub kind: &'static str,
+    /// The model without it.
+    pub model: Model,
+    /// Whether the Coulomb friction comes near its torque within the speeds recorded.
+    pub saturated: bool,
+}
+
+/// A model without the Coulomb friction among the terms from `from` on, if that changes its sign over much of the speed beside viscous friction, and no kind of the model refines it.
+pub fn without_wide_coulomb(model: &Model, from: usize, fastest_rad_per_s: f64) -> Option<WithoutCoulomb> {
     let kind = CoulombFriction.name();
     let place = |kind: &str| (from..model.terms.len()).find(|at| model.terms[*at].kind == kind);
     let refines = |term: &Term| of_term(term).is_some_and(|other| other.refines().contains(&kind));
     let is_wide = |at: &usize| number_of(&model.terms[*at], SMOOTHING) > MUCH_OF_SPEED * fastest_rad_per_s;
-    let coulomb = place(kind).filter(is_wide).filter(|_| !model.terms.iter().any(refines));
-    let without = coulomb.zip(place(ViscousFriction.name())).map(|(coulomb, viscous)| {
-        let mut model = model.clone();
-        model.terms[viscous].values.insert("exponent".to_owned(), number(LOWER_EXPONENT));
-        model.terms.remove(coulomb);
-        model
-    });
-    (kind, without)
+    let coulomb = place(kind).filter(is_wide).filter(|_| !model.terms.iter().any(refines))?;
+    let viscous = place(ViscousFriction.name())?;
+    let saturated = number_of(&model.terms[coulomb], SMOOTHING) <= LARGEST_SMOOTHING * fastest_rad_per_s;
+    let mut model = model.clone();
+    model.terms[viscous].values.insert("exponent".to_owned(), number(LOWER_EXPONENT));
+    model.terms.remove(coulomb);
+    Some(WithoutCoulomb { kind, model, saturated })
 }
 
 #[cfg(test)]
@@ -127,12 +135,15 @@ mod tests {
             );
             parse("joint.toml", &text).unwrap()
         };
-        assert!(without_wide_coulomb(&joint(0.05, ""), 0, 1.0).1.is_none());
-        let alone = without_wide_coulomb(&joint(0.2, ""), 0, 1.0).1.unwrap();
-        assert_eq!((alone.terms.len(), number_of(&alone.terms[0], "exponent")), (1, LOWER_EXPONENT));
+        assert!(without_wide_coulomb(&joint(0.05, ""), 0, 1.0).is_none());
+        for (smoothing, saturated) in [(0.2, true), (0.4, false)] {
+            let alone = without_wide_coulomb(&joint(smoothing, ""), 0, 1.0).unwrap();
+            assert_eq!((alone.kind, alone.saturated, alone.model.terms.len()), ("coulomb_friction", saturated, 1));
+            assert_eq!(number_of(&alone.model.terms[0], "exponent"), LOWER_EXPONENT);
+        }
         // Friction of the model given stays, and so does what another kind refines.
-        assert!(without_wide_coulomb(&joint(0.2, ""), 1, 1.0).1.is_none());
+        assert!(without_wide_coulomb(&joint(0.2, ""), 1, 1.0).is_none());
         let refined = "[[term]]\nkind = \"position_dependent_friction\"\nangle = \"output\"\norders = [1.0]\ncos_nm = [0.5]\nsin_nm = [0.0]\n";
-        assert!(without_wide_coulomb(&joint(0.2, refined), 0, 1.0).1.is_none());
+        assert!(without_wide_coulomb(&joint(0.2, refined), 0, 1.0).is_none());
     }
 }

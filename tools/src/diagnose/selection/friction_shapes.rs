@@ -9,8 +9,10 @@ use crate::regression::fit::Fitted;
 
 /// The dip stands where it leaves less than this part of the rms error on held-out blocks.
 const CLEARLY: f64 = 0.9;
-/// Fewer kinds stand where they leave at most this part of the rms error on held-out blocks.
+/// Viscous friction alone stands where it leaves at most this part of the rms error on held-out blocks,
 const AS_GOOD: f64 = 1.025;
+/// or this part of it where the Coulomb friction does not come near its torque within the speeds recorded, which is no Coulomb friction.
+const IN_PLACE_OF_NONE: f64 = 1.25;
 /// Steps of a fit with other shapes.
 const STEPS: usize = 12;
 
@@ -37,12 +39,13 @@ impl Dataset<'_> {
         search: Search<'_>,
     ) -> Result<Selection, DiagnoseError> {
         let model = &selection.fit.model;
-        let (kind, without) = kinds::without_wide_coulomb(model, search.base_terms, self.fastest_rad_per_s);
-        let Some(model) = without else { return Ok(selection) };
-        let fit = self.plain_fit(&model, &self.parameters(&model, search), STEPS)?;
+        let without = kinds::without_wide_coulomb(model, search.base_terms, self.fastest_rad_per_s);
+        let Some(without) = without else { return Ok(selection) };
+        let fit = self.plain_fit(&without.model, &self.parameters(&without.model, search), STEPS)?;
         let (fit, lost) = self.without_unlawful(&base.model, fit, search)?;
-        if lost.is_empty() && self.rms_of_blocks(&fit) <= AS_GOOD * self.rms_of_blocks(&selection.fit) {
-            selection.selected.retain(|s| s.kind != kind);
+        let allowed = if without.saturated { AS_GOOD } else { IN_PLACE_OF_NONE };
+        if lost.is_empty() && self.rms_of_blocks(&fit) <= allowed * self.rms_of_blocks(&selection.fit) {
+            selection.selected.retain(|s| s.kind != without.kind);
             selection.refitted(self, base, fit);
             selection.free_squares = selection.free_squares.min(selection.selected_squares);
         }
