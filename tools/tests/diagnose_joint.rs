@@ -116,3 +116,36 @@ fn friction_of_the_position_is_found_beside_presliding_alone() {
         assert_eq!(names(&found), ["position_dependent_friction", "presliding_friction"], "order {order}");
     }
 }
+
+#[test]
+fn viscous_friction_of_a_lower_exponent_is_not_called_coulomb_friction_too() {
+    let motion = |t: f64| {
+        let (slow, fast) = (1.2 * t, 3.1 * t);
+        (0.9 * slow.sin() + 0.25 * fast.sin(), 1.08 * slow.cos() + 0.775 * fast.cos())
+    };
+    // 5 % off the textbook.
+    let torque = |t: f64| {
+        let (angle, velocity) = motion(t);
+        let speed = velocity.abs();
+        5.0 * angle.sin() + 6.0 * velocity.signum() * speed.powf(0.72) * (1.0 + 0.05 * (3.0 * speed).sin())
+    };
+    let found = diagnosed(joint(motion, torque));
+    assert_eq!(names(&found), ["viscous_friction"]);
+    let exponent = found.model.terms.iter().find_map(|term| term.values.get("exponent"));
+    assert!(matches!(exponent, Some(TermValue::Number(p)) if (p - 0.72).abs() < 0.1), "{exponent:?}");
+}
+
+#[test]
+fn a_dip_of_friction_is_not_made_up_for_by_friction_of_the_position() {
+    let motion = |t: f64| {
+        let (slow, fast) = (0.9 * t, 3.1 * t);
+        (0.6 + 0.5 * slow.sin() + 0.1 * fast.sin(), 0.45 * slow.cos() + 0.31 * fast.cos())
+    };
+    let torque = |t: f64| {
+        let (angle, velocity) = motion(t);
+        let dry = 3.0 + (-(velocity / 0.08).powi(2)).exp() + 0.5 * (3.0 * angle + 0.4).cos();
+        5.0 * angle.sin() + dry * (velocity / 0.004).tanh() + 0.4 * velocity
+    };
+    let found = diagnosed(joint(motion, torque));
+    assert_eq!(names(&found), ["coulomb_friction", "position_dependent_friction", "stribeck_friction"]);
+}

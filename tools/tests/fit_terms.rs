@@ -4,7 +4,7 @@ use crate::common::{PUBLISHED, WorkDir};
 use gmhm_tools::bench::{Experiment, Noise, Options, simulate};
 use gmhm_tools::fit::verdict::Assessment;
 use gmhm_tools::fit::{Fit, FitOptions, fit};
-use gmhm_tools::model::{Model, parse};
+use gmhm_tools::model::{Model, TermValue, parse};
 use gmhm_tools::recording::Recording;
 
 const TERMS: &str = r#"[[term]]
@@ -89,4 +89,33 @@ fn the_command_writes_the_refitted_model() {
     let friction = parameters.iter().find(|p| p["name"] == "coulomb_friction.torque_nm").unwrap();
     assert!((friction["value"].as_f64().unwrap() - 0.4).abs() < 0.1, "{friction}");
     assert!(friction["sd"].is_number());
+}
+
+#[test]
+fn a_model_of_the_difference_to_a_simulation_is_refitted_beside_it() {
+    let time_s: Vec<f64> = (0..4000).map(|row| 0.005 * f64::from(row)).collect();
+    let velocity = |t: f64| 0.5 * t.cos() + 0.3 * (2.3 * t).cos();
+    let simulated = |t: f64| 8.0 * (0.7 * t).sin();
+    let noise = |t: f64| 0.02 * (t * 1298.98).sin() * (t * t * 782.33).cos();
+    let friction = |t: f64| 2.0 * (velocity(t) / 0.02).tanh() + 3.0 * velocity(t);
+    let recording = Recording {
+        name: "joint".into(),
+        torque: Some(time_s.iter().map(|t| simulated(*t) + friction(*t) + noise(*t)).collect()),
+        torque_sim_nm: Some(time_s.iter().map(|t| simulated(*t)).collect()),
+        theta_out_rad: Some(time_s.iter().map(|t| 0.5 * t.sin() + 0.3 / 2.3 * (2.3 * t).sin()).collect()),
+        velocity_out_rad_per_s: Some(time_s.iter().map(|t| velocity(*t)).collect()),
+        time_s: time_s.into(),
+        ..Recording::default()
+    };
+    let text = "format = 1\n[gear]\ntorque_side = \"motor\"\nbase = \"simulation\"\n\
+                [[term]]\nkind = \"coulomb_friction\"\ntorque_nm = 1.0\nsmoothing_rad_per_s = 0.01\n\
+                [[term]]\nkind = \"viscous_friction\"\ndamping_nms_per_rad = 1.0\n";
+    let start = parse("start.toml", text).unwrap();
+    let found = fit(&[recording], &FitOptions { start: Some(start), ..FitOptions::default() }, &()).unwrap();
+    for (kind, key, truth) in [("coulomb_friction", "torque_nm", 2.0), ("viscous_friction", "damping_nms_per_rad", 3.0)]
+    {
+        let value = found.model.terms.iter().find(|t| t.kind == kind).and_then(|t| t.values.get(key));
+        assert!(matches!(value, Some(TermValue::Number(x)) if (x - truth).abs() < 0.02), "{kind}: {value:?}");
+    }
+    assert!(found.rms < 0.02, "{}", found.rms);
 }

@@ -145,9 +145,11 @@ fn of_past(recordings: &[Vec<Vec<f64>>]) -> Ready<'_> {
     Ready::new(columns, recordings.iter().map(|own| own.iter().map(Vec::as_slice).collect()).collect())
 }
 
-/// Whether a model has the terms of a joint's base model and no others.
+/// Whether a model, of no difference to a simulation, has the terms of a joint's base model and no others.
 fn is_joint_base(model: &Model) -> bool {
-    !model.has_gear() && model.terms.iter().all(|term| JOINT_BASE.contains(&term.kind.as_str()))
+    !model.has_gear()
+        && !model.is_simulation()
+        && model.terms.iter().all(|term| JOINT_BASE.contains(&term.kind.as_str()))
 }
 
 /// The base model of joint logs before it is fitted.

@@ -83,6 +83,15 @@ pub struct WithoutCoulomb {
     pub saturated: bool,
 }
 
+/// The exponents within the limits of a fit.
+const INNER: std::ops::Range<f64> = 0.61..1.19;
+
+/// Whether the exponent of the viscous friction of a model is within its limits, and not at one.
+pub fn has_inner_exponent(model: &Model) -> bool {
+    let viscous = model.terms.iter().find(|term| term.kind == ViscousFriction.name());
+    viscous.is_some_and(|term| INNER.contains(&number_of(term, "exponent")))
+}
+
 /// A model without the Coulomb friction among the terms from `from` on, if that changes its sign over much of the speed beside viscous friction, and no kind of the model refines it.
 pub fn without_wide_coulomb(model: &Model, from: usize, fastest_rad_per_s: f64) -> Option<WithoutCoulomb> {
     let kind = CoulombFriction.name();
@@ -140,6 +149,10 @@ mod tests {
             let alone = without_wide_coulomb(&joint(smoothing, ""), 0, 1.0).unwrap();
             assert_eq!((alone.kind, alone.saturated, alone.model.terms.len()), ("coulomb_friction", saturated, 1));
             assert_eq!(number_of(&alone.model.terms[0], "exponent"), LOWER_EXPONENT);
+            assert!(has_inner_exponent(&alone.model));
+            let mut at_limit = alone.model;
+            at_limit.terms[0].values.insert("exponent".to_owned(), number(0.6));
+            assert!(!has_inner_exponent(&at_limit));
         }
         // Friction of the model given stays, and so does what another kind refines.
         assert!(without_wide_coulomb(&joint(0.2, ""), 1, 1.0).is_none());

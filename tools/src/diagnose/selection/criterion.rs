@@ -261,6 +261,21 @@ mod tests {
     }
 
     #[test]
+    fn a_delay_is_lawful_where_the_torque_has_steps() {
+        // Of 1 N·m in one row of 2 ms.
+        let rate: Vec<f64> = (0..ROWS).map(|row| if row % 100 == 50 { 500.0 } else { 0.0 }).collect();
+        let with = |kind| Dictionary {
+            columns: vec![rate.clone()],
+            counts: vec![true; ROWS],
+            candidates: vec![Candidate { largest: vec![500.0], ..candidate(kind, 0) }],
+            ..Dictionary::default()
+        };
+        assert!(is_lawful(&with("time_skew"), &[0.01], 2.0));
+        // Of another kind, that is more than the torque spans.
+        assert!(!is_lawful(&with("torque_scale"), &[0.01], 2.0));
+    }
+
+    #[test]
     fn friction_that_drives_the_joint_is_not_lawful() {
         let angle = |row: usize| 0.8 * (0.03 * row as f64).sin();
         let velocity: Vec<f64> = (0..ROWS).map(|row| (0.03 * row as f64).cos()).collect();

@@ -12,7 +12,9 @@ const CLEARLY: f64 = 0.9;
 /// Viscous friction alone stands where it leaves at most this part of the rms error on held-out blocks,
 const AS_GOOD: f64 = 1.025;
 /// or this part of it where the Coulomb friction does not come near its torque within the speeds recorded, which is no Coulomb friction.
-const IN_PLACE_OF_NONE: f64 = 1.25;
+const IN_PLACE_OF_NONE: f64 = 2.0;
+/// With an exponent at its limit, which may be another friction's, it stands where it leaves clearly less.
+const AT_LIMIT: f64 = 0.95;
 /// Steps of a fit with other shapes.
 const STEPS: usize = 12;
 
@@ -43,7 +45,11 @@ impl Dataset<'_> {
         let Some(without) = without else { return Ok(selection) };
         let fit = self.plain_fit(&without.model, &self.parameters(&without.model, search), STEPS)?;
         let (fit, lost) = self.without_unlawful(&base.model, fit, search)?;
-        let allowed = if without.saturated { AS_GOOD } else { IN_PLACE_OF_NONE };
+        let allowed = match (kinds::has_inner_exponent(&fit.model), without.saturated) {
+            (false, _) => AT_LIMIT,
+            (true, true) => AS_GOOD,
+            (true, false) => IN_PLACE_OF_NONE,
+        };
         if lost.is_empty() && self.rms_of_blocks(&fit) <= allowed * self.rms_of_blocks(&selection.fit) {
             selection.selected.retain(|s| s.kind != without.kind);
             selection.refitted(self, base, fit);
