@@ -54,6 +54,8 @@ const CLEARLY_BETTER: f64 = 0.95;
 const MOST_OF_PREDICTABLE: f64 = 0.75;
 /// or leave less than this part of the held-out squares.
 const MUCH_BETTER: f64 = 0.5;
+/// A kind is only approximate if a free function of its own coordinate still predicts this part of what is predictable beside all that was selected.
+const STILL_PREDICTED: f64 = 0.3;
 /// A name that likelihood withheld stands if the selection leaves less than this part of the squares that likelihood's finding leaves. The same part counts beside a base that is far from
 /// its machine, see `may_doubt`.
 const BETTER: f64 = 0.8;
@@ -87,7 +89,12 @@ fn is_mostly_named(selection: &Selection) -> bool {
 /// what is predictable, or a name of it was withheld, or likelihood has no name at all and either predicts better or a name is only approximate.
 fn is_doubted(verdict: &DiagnosisVerdict, selection: &Selection, times: f64) -> bool {
     let withheld = |kind: &str| verdict.effects.iter().any(|e| e.closest.as_deref() == Some(kind));
-    let approximate = selection.selected.iter().any(|s| Naming::of(s.fidelity) != Naming::Named);
+    let still_predicted = |s: &Selected| {
+        let of_own = kinds::of(s.kind).map_or(&[][..], |kind| kind.measured_by());
+        selection.unexplained.iter().any(|(over, share)| *share > STILL_PREDICTED && of_own.first() == Some(over))
+    };
+    let is_approximate = |s: &Selected| Naming::of(s.fidelity) != Naming::Named || still_predicted(s);
+    let approximate = selection.selected.iter().any(is_approximate);
     let nameless = (times > AS_GOOD || approximate) && is_nameless(verdict);
     let partial = times > MUCH_BETTER && selection.named() < MOST_OF_PREDICTABLE * selection.predictable();
     let refused = times > BETTER && selection.selected.iter().any(|s| withheld(s.kind));
