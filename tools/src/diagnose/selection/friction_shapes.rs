@@ -9,11 +9,11 @@ use crate::regression::fit::Fitted;
 
 /// The dip stands where it leaves less than this part of the rms error on held-out blocks.
 const CLEARLY: f64 = 0.9;
-/// Viscous friction alone stands where it leaves at most this part of the rms error on held-out blocks,
+/// Viscous friction alone stands where it leaves at most so many times the rms error on held-out blocks,
 const AS_GOOD: f64 = 1.025;
-/// or this part of it where the Coulomb friction does not come near its torque within the speeds recorded, which is no Coulomb friction.
+/// or so many times where the Coulomb friction does not come near its torque within the speeds recorded, which is no Coulomb friction.
 const IN_PLACE_OF_NONE: f64 = 2.0;
-/// With an exponent at its limit, which may be another friction's, it stands where it leaves clearly less.
+/// With an exponent at a limit of its range, which may be another friction's, it stands where it leaves less than this part.
 const AT_LIMIT: f64 = 0.95;
 /// Steps of a fit with other shapes.
 const STEPS: usize = 12;
