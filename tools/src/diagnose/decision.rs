@@ -78,7 +78,7 @@ fn may_doubt(selection: f64, likelihood: f64, base: f64) -> bool {
     likelihood < base || selection >= BETTER * base
 }
 
-/// Whether kinds that predict at least nine tenths of what a free function of their coordinates does save most of what the base leaves.
+/// Whether the kinds whose fidelity is at least 0.9 save most of the squares that the base leaves.
 fn is_mostly_named(selection: &Selection) -> bool {
     let is_true = |s: &&Selected| s.fidelity.is_some() && Naming::of(s.fidelity) == Naming::Named;
     let saved: f64 = selection.selected.iter().filter(is_true).flat_map(|s| &s.gains).sum();

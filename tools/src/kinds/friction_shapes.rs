@@ -10,7 +10,7 @@ use super::coulomb_friction::CoulombFriction;
 use super::position_dependent_friction::PositionDependentFriction;
 use super::stribeck_friction::StribeckFriction;
 use super::viscous_friction::ViscousFriction;
-use super::{Kind, LARGEST_SMOOTHING, SMOOTHING, of_term};
+use super::{Kind, SMOOTHING, of_term, saturates};
 use crate::model::{Model, Term};
 
 /// Coulomb friction changes its sign over much of the speed from this share of the largest velocity on.
@@ -27,8 +27,8 @@ const EXPONENT: f64 = 1.5;
 /// The dip to start from, over the Coulomb friction.
 const DIP: f64 = 0.5;
 
-/// The smoothing of the Coulomb friction of a model, and the terms from `from` on of friction of the position that is smoothed over far higher velocities.
-fn smoothed_apart(model: &Model, from: usize) -> Option<(f64, Vec<usize>)> {
+/// The Coulomb friction of a model, and the places of the terms from `from` on of friction of the position that is smoothed over far higher velocities.
+fn smoothed_apart(model: &Model, from: usize) -> Option<(&Term, Vec<usize>)> {
     let coulomb = model.terms.iter().find(|term| term.kind == CoulombFriction.name())?;
     let smoothing = number_of(coulomb, SMOOTHING);
     let is_apart = |at: &usize| {
@@ -36,7 +36,7 @@ fn smoothed_apart(model: &Model, from: usize) -> Option<(f64, Vec<usize>)> {
         own.kind == PositionDependentFriction.name() && number_of(own, SMOOTHING) > FAR_HIGHER * smoothing
     };
     let apart: Vec<usize> = (from..model.terms.len()).filter(is_apart).collect();
-    (!apart.is_empty()).then_some((smoothing, apart))
+    (!apart.is_empty()).then_some((coulomb, apart))
 }
 
 /// Whether friction of the position among the terms from `from` on is smoothed over far higher velocities than the Coulomb friction of a model.
@@ -49,9 +49,8 @@ pub fn is_smoothed_apart(model: &Model, from: usize) -> bool {
 pub fn with_dip(model: &Model, from: usize, fastest_rad_per_s: f64) -> (&'static str, Vec<Model>) {
     let kind = StribeckFriction.name();
     let open = smoothed_apart(model, from).filter(|_| !model.has_term(kind));
-    let Some((smoothing, apart)) = open else { return (kind, Vec::new()) };
-    let coulomb = model.terms.iter().find(|term| term.kind == CoulombFriction.name());
-    let dip = DIP * coulomb.map_or(0.0, |term| number_of(term, "torque_nm"));
+    let Some((coulomb, apart)) = open else { return (kind, Vec::new()) };
+    let (smoothing, dip) = (number_of(coulomb, SMOOTHING), DIP * number_of(coulomb, "torque_nm"));
     let with = |share: &f64| {
         let mut model = model.clone();
         for at in &apart {
@@ -100,7 +99,7 @@ pub fn without_wide_coulomb(model: &Model, from: usize, fastest_rad_per_s: f64) 
     let is_wide = |at: &usize| number_of(&model.terms[*at], SMOOTHING) > MUCH_OF_SPEED * fastest_rad_per_s;
     let coulomb = place(kind).filter(is_wide).filter(|_| !model.terms.iter().any(refines))?;
     let viscous = place(ViscousFriction.name())?;
-    let saturated = number_of(&model.terms[coulomb], SMOOTHING) <= LARGEST_SMOOTHING * fastest_rad_per_s;
+    let saturated = saturates(&model.terms[coulomb], fastest_rad_per_s);
     let mut model = model.clone();
     model.terms[viscous].values.insert("exponent".to_owned(), number(LOWER_EXPONENT));
     model.terms.remove(coulomb);

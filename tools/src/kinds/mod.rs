@@ -206,7 +206,7 @@ pub trait Kind: Sync {
 
     /// Whether a fitted term is of this kind within the recordings. By default friction has to saturate within the speeds recorded: what does not is viscous.
     fn is_of_kind(&self, term: &Term, extent: &Extent) -> bool {
-        saturates(term, extent)
+        saturates(term, extent.fastest_rad_per_s)
     }
 
     /// The term of another kind that a fitted term is within the speeds recorded, where nothing is left of what makes it its kind.
@@ -375,8 +375,8 @@ pub fn highest_base_smoothing(term: &Term, fastest_rad_per_s: f64) -> f64 {
 }
 
 /// Whether friction saturates within the speeds recorded; true for what is none.
-pub fn saturates(term: &Term, extent: &Extent) -> bool {
-    number_of(term, SMOOTHING) <= LARGEST_SMOOTHING * extent.fastest_rad_per_s
+pub fn saturates(term: &Term, fastest_rad_per_s: f64) -> bool {
+    number_of(term, SMOOTHING) <= LARGEST_SMOOTHING * fastest_rad_per_s
 }
 
 /// Whether the model file accepts positive numbers only.

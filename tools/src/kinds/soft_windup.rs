@@ -120,7 +120,7 @@ impl Kind for SoftWindup {
 
     /// K1 and K2 lie below K3.
     fn is_of_kind(&self, term: &Term, extent: &Extent) -> bool {
-        saturates(term, extent) && number_of(term, K1).max(number_of(term, K2)) <= number_of(term, K3)
+        saturates(term, extent.fastest_rad_per_s) && number_of(term, K1).max(number_of(term, K2)) <= number_of(term, K3)
     }
 }
 

@@ -99,7 +99,7 @@ impl Kind for StribeckFriction {
     }
 
     fn is_of_kind(&self, term: &Term, extent: &Extent) -> bool {
-        saturates(term, extent) && number_of(term, STATIC) > number_of(term, COULOMB)
+        saturates(term, extent.fastest_rad_per_s) && number_of(term, STATIC) > number_of(term, COULOMB)
     }
 
     fn contains(&self) -> &'static [&'static str] {

@@ -72,6 +72,6 @@ impl Kind for Wear {
         let length_s = extent.end_s - extent.start_s;
         let slack_s = SLACK * length_s;
         let begins = number_of(term, START) >= extent.start_s - slack_s;
-        saturates(term, extent) && begins && number_of(term, DURATION) <= length_s + 2.0 * slack_s
+        saturates(term, extent.fastest_rad_per_s) && begins && number_of(term, DURATION) <= length_s + 2.0 * slack_s
     }
 }

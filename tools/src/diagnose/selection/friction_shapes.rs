@@ -4,6 +4,7 @@ use super::{Selected, Selection};
 use crate::diagnose::DiagnoseError;
 use crate::diagnose::explain::Search;
 use crate::kinds;
+use crate::model::Model;
 use crate::regression::dataset::Dataset;
 use crate::regression::fit::Fitted;
 
@@ -43,17 +44,15 @@ impl Dataset<'_> {
         let model = &selection.fit.model;
         let without = kinds::without_wide_coulomb(model, search.base_terms, self.fastest_rad_per_s);
         let Some(without) = without else { return Ok(selection) };
-        let fit = self.plain_fit(&without.model, &self.parameters(&without.model, search), STEPS)?;
-        let (fit, lost) = self.without_unlawful(&base.model, fit, search)?;
+        let Some(fit) = self.lawful_fit(base, &without.model, search)? else { return Ok(selection) };
         let allowed = match (kinds::has_inner_exponent(&fit.model), without.saturated) {
             (false, _) => AT_LIMIT,
             (true, true) => AS_GOOD,
             (true, false) => IN_PLACE_OF_NONE,
         };
-        if lost.is_empty() && self.rms_of_blocks(&fit) <= allowed * self.rms_of_blocks(&selection.fit) {
+        if self.rms_of_blocks(&fit) <= allowed * self.rms_of_blocks(&selection.fit) {
             selection.selected.retain(|s| s.kind != without.kind);
-            selection.refitted(self, base, fit);
-            selection.free_squares = selection.free_squares.min(selection.selected_squares);
+            selection.described_by(self, base, fit);
         }
         Ok(selection)
     }
@@ -67,23 +66,21 @@ impl Dataset<'_> {
         search: Search<'_>,
     ) -> Result<Selection, DiagnoseError> {
         let (kind, models) = kinds::with_dip(&selection.fit.model, search.base_terms, self.fastest_rad_per_s);
-        if !search.allows(kind) {
+        if models.is_empty() || !search.allows(kind) {
             return Ok(selection);
         }
         let mut least = CLEARLY * self.rms_of_blocks(&selection.fit);
         let mut best = None;
         for model in models {
-            let fit = self.plain_fit(&model, &self.parameters(&model, search), STEPS)?;
-            let (fit, lost) = self.without_unlawful(&base.model, fit, search)?;
+            let Some(fit) = self.lawful_fit(base, &model, search)? else { continue };
             let left = self.rms_of_blocks(&fit);
-            if lost.is_empty() && left < least && !kinds::is_smoothed_apart(&fit.model, search.base_terms) {
+            if left < least && !kinds::is_smoothed_apart(&fit.model, search.base_terms) {
                 (least, best) = (left, Some(fit));
             }
         }
         let Some(fit) = best else { return Ok(selection) };
         let before = selection.selected_squares;
-        selection.refitted(self, base, fit);
-        selection.free_squares = selection.free_squares.min(selection.selected_squares);
+        selection.described_by(self, base, fit);
         let saved = before - selection.selected_squares;
         selection.selected.push(Selected {
             kind,
@@ -96,5 +93,12 @@ impl Dataset<'_> {
             in_remainder: true,
         });
         Ok(selection)
+    }
+
+    /// A model fitted; `None` where a found term of the fit is no term of its kind.
+    fn lawful_fit(&self, base: &Fitted, model: &Model, search: Search<'_>) -> Result<Option<Fitted>, DiagnoseError> {
+        let fit = self.plain_fit(model, &self.parameters(model, search), STEPS)?;
+        let (fit, lost) = self.without_unlawful(&base.model, fit, search)?;
+        Ok(lost.is_empty().then_some(fit))
     }
 }

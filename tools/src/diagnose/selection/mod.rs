@@ -132,6 +132,12 @@ impl Selection {
         self.fit = fit;
     }
 
+    /// Takes over a refit with other kinds; where it leaves less than every free function, it is the best free description.
+    fn described_by(&mut self, dataset: &Dataset<'_>, base: &Fitted, fit: Fitted) {
+        self.refitted(dataset, base, fit);
+        self.free_squares = self.free_squares.min(self.selected_squares);
+    }
+
     /// The part that the selected kinds predict, 0 to 1.
     pub fn named(&self) -> f64 {
         (1.0 - self.selected_squares / self.base_squares.max(f64::MIN_POSITIVE)).clamp(0.0, 1.0)

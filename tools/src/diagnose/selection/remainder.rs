@@ -83,8 +83,7 @@ impl Dataset<'_> {
             s.in_remainder = true;
             s
         }));
-        first.refitted(self, base, fit);
-        first.free_squares = first.free_squares.min(first.selected_squares);
+        first.described_by(self, base, fit);
         Ok(true)
     }
 
