@@ -117,6 +117,21 @@ fn friction_along_the_output_of_a_locked_gear_is_a_memory() {
     }
 }
 
+/// Wear, a kinematic error and creep beside slip elements of which the refitted base leaves 0.1 N·m: those that are positive beside the base alone stand for the effect, too.
+#[test]
+fn a_small_memory_is_found_beside_what_hides_it() {
+    for case in scores("maxwell slip", 10021, &[75, 165, 435]) {
+        assert!(case.exact && case.plant_named == Some(true), "{case:?}");
+    }
+}
+
+/// Torque ripple of two orders beside slip elements: a kinematic error predicts the second almost as well.
+#[test]
+fn a_wave_of_another_kind_may_be_a_further_order() {
+    let case = score("maxwell slip", 10024, 465);
+    assert!(case.class_hits == 1 && case.wrong_names.is_empty(), "{case:?}");
+}
+
 /// Stribeck friction beside a kinematic error, creep and load-dependent friction: both searches end in an optimum of the dip that explains hardly more than Coulomb friction does.
 #[test]
 fn a_dip_of_friction_that_is_seen_is_named() {

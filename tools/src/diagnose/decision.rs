@@ -4,11 +4,12 @@
 use std::collections::BTreeSet;
 
 use crate::diagnose::DiagnoseError;
-use crate::diagnose::diagnosis::{Naming, UNKNOWN};
+use crate::diagnose::diagnosis::UNKNOWN;
+use crate::diagnose::doubt::{AS_GOOD, is_doubted, is_mostly_named, is_nameless, may_doubt};
 use crate::diagnose::explain::Search;
 use crate::diagnose::naming::{DiagnosisVerdict, EffectVerdict};
 use crate::diagnose::nonparametric::Explained;
-use crate::diagnose::selection::{Selected, Selection};
+use crate::diagnose::selection::Selection;
 use crate::kinds::{self, Kind};
 use crate::model::{Model, Term, TermValue};
 use crate::regression::dataset::Dataset;
@@ -39,8 +40,6 @@ const MOST_REFUTABLE_OF_GEAR: usize = 3;
 const LEAST_SHARE: f64 = 0.05;
 /// A base that leaves more than this part of the torque, rms, is far from its machine: there every kind leaves structure, and fidelity alone decides.
 const FAR_FROM_MACHINE: f64 = 0.05;
-/// Fewer names stand where they leave at most so many times the held-out squares that more names leave.
-const AS_GOOD: f64 = 1.05;
 /// Where likelihood sees nothing, free functions that predict this part are a mismatch; in slow noise they predict up to .45 by chance.
 const OVERRULES: f64 = 0.5;
 /// Structure without a name that is all there is, and no tone, is this part of the squared residual: of 6 such false alarms in 400 nulls of coloured noise 5 were .06 to .11; of 54
@@ -50,17 +49,6 @@ const LEAST_PART_ALONE: f64 = 0.15;
 pub(super) const LARGE: f64 = 0.2;
 /// A selection that leaves less than this part of the held-out squares that likelihood's finding leaves stands.
 const CLEARLY_BETTER: f64 = 0.95;
-/// Beside structure to which likelihood gives no name, the names of a selection stand if they predict this part of what is predictable,
-const MOST_OF_PREDICTABLE: f64 = 0.75;
-/// or leave less than this part of the held-out squares.
-const MUCH_BETTER: f64 = 0.5;
-/// A kind is only approximate if a free function of its own coordinate still predicts this part of what is predictable beside all that was selected.
-const STILL_PREDICTED: f64 = 0.3;
-/// A name that likelihood withheld stands if the selection leaves less than this part of the squares that likelihood's finding leaves. The same part counts beside a base that is far from
-/// its machine, see `may_doubt`.
-const BETTER: f64 = 0.8;
-/// Beside such a base kinds of the fidelity of a name that save this part of its held-out squares stand against curves: a curve that predicts better still is found beside them.
-const MOST_OF_BASE: f64 = 0.5;
 /// A curve explains at most so many times the squares that the base leaves.
 const MOST_OF_RESIDUAL: f64 = 100.0;
 /// A curve adds at most so many times the squares that the kinds leave without curves.
@@ -71,35 +59,6 @@ const MOST_WITHOUT_PAST: f64 = 4.0;
 const STEPS: usize = 5;
 /// Steps of the fit against coloured noise from one by plain least squares.
 pub(super) const STEPS_OF_LIKELIHOOD: usize = 2;
-
-/// Whether likelihood may speak against a selection beside a base that is far from its machine, by the held-out squares that the selection, likelihood's finding and the base leave. Every kind
-/// leaves structure there, so a finding that predicts no better than the base says nothing against names that predict clearly better.
-fn may_doubt(selection: f64, likelihood: f64, base: f64) -> bool {
-    likelihood < base || selection >= BETTER * base
-}
-
-/// Whether the kinds whose fidelity is at least 0.9 save most of the squares that the base leaves.
-fn is_mostly_named(selection: &Selection) -> bool {
-    let is_true = |s: &&Selected| s.fidelity.is_some() && Naming::of(s.fidelity) == Naming::Named;
-    let saved: f64 = selection.selected.iter().filter(is_true).flat_map(|s| &s.gains).sum();
-    saved >= MOST_OF_BASE * selection.base_squares
-}
-
-/// Whether likelihood, which sees structure without a name, speaks against the names of a selection that leaves so many times its held-out squares: the selection leaves much of
-/// what is predictable, or a name of it was withheld, or likelihood has no name at all and either predicts better or a name is only approximate.
-fn is_doubted(verdict: &DiagnosisVerdict, selection: &Selection, times: f64) -> bool {
-    let withheld = |kind: &str| verdict.effects.iter().any(|e| e.closest.as_deref() == Some(kind));
-    let still_predicted = |s: &Selected| {
-        let of_own = kinds::of(s.kind).map_or(&[][..], |kind| kind.measured_by());
-        selection.unexplained.iter().any(|(over, share)| *share > STILL_PREDICTED && of_own.first() == Some(over))
-    };
-    let is_approximate = |s: &Selected| Naming::of(s.fidelity) != Naming::Named || still_predicted(s);
-    let approximate = selection.selected.iter().any(is_approximate);
-    let nameless = (times > AS_GOOD || approximate) && is_nameless(verdict);
-    let partial = times > MUCH_BETTER && selection.named() < MOST_OF_PREDICTABLE * selection.predictable();
-    let refused = times > BETTER && selection.selected.iter().any(|s| withheld(s.kind));
-    verdict.effects.iter().any(|e| e.name == UNKNOWN) && (nameless || partial || refused)
-}
 
 /// Makes a curve add nothing.
 fn flatten(curve: &mut Term) {
@@ -122,11 +81,6 @@ fn is_refined(name: &str) -> bool {
 fn with_finer(names: &BTreeSet<&str>) -> Vec<&'static str> {
     let is_finer = |kind: &dyn Kind| kind.refines().iter().chain(kind.contains()).any(|plain| names.contains(plain));
     kinds::ALL.iter().filter(|kind| names.contains(kind.name()) || is_finer(**kind)).map(|kind| kind.name()).collect()
-}
-
-/// Whether a verdict sees structure and gives it no name at all.
-fn is_nameless(verdict: &DiagnosisVerdict) -> bool {
-    verdict.mismatch && verdict.effects.iter().all(|e| e.name == UNKNOWN)
 }
 
 /// Whether all that a verdict sees is structure without a name in so small a part of the squared residual that slow noise often imitates it over time or frequency.
@@ -192,12 +146,14 @@ impl Dataset<'_> {
             }
         }
         let sees_nothing = !verdict.mismatch || is_slight(&verdict);
-        if sees_nothing && selection.predictable() >= OVERRULES {
+        let overruled = selection.predictable() >= OVERRULES;
+        if sees_nothing && overruled {
             let joint = self.joint_verdict(&base, &selection, search)?;
             if joint.mismatch {
                 return Ok((joint, search));
             }
         }
+        let sees_nothing = !verdict.mismatch || !overruled && is_slight(&verdict);
         Ok((if sees_nothing { verdict.without_effects() } else { verdict }, by_likelihood))
     }
 
@@ -426,13 +382,6 @@ mod tests {
     use super::*;
     use crate::model::parse;
     use crate::recording::Recording;
-
-    #[test]
-    fn a_finding_that_predicts_no_better_than_the_base_says_nothing_against_names_that_do() {
-        assert!(!may_doubt(0.7, 1.05, 1.0));
-        assert!(may_doubt(0.7, 0.95, 1.0));
-        assert!(may_doubt(0.9, 1.05, 1.0));
-    }
 
     #[test]
     fn a_curve_that_trades_torque_with_a_friction_gives_it_back() {

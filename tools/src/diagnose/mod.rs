@@ -15,6 +15,7 @@
 //! | [`naming`], `shares` | classes of indistinguishable kinds, names, shares of power |
 //! | [`selection`], [`joint_naming`] | joint selection of kinds by held-out error, and its verdicts |
 //! | `decision` | which of the two searches is believed |
+//! | `doubt` | when likelihood speaks against the names of a selection |
 //! | `equivalents` | the class of a named kind by likelihood |
 //! | `hidden_pair` | two kinds that hide each other |
 //! | `locked_input` | friction of the output that is a memory of the deflection |
@@ -30,6 +31,7 @@ pub mod candidates;
 mod curve_term;
 mod decision;
 pub mod diagnosis;
+mod doubt;
 mod equivalents;
 pub mod evidence;
 pub mod explain;

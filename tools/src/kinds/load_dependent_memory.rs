@@ -3,13 +3,26 @@
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-use super::build::{memory_radii, number, slip_elements, term};
+use super::build::{memory_radii, number, number_of, slip_elements, term};
 use super::draft::Draft;
 use super::experiment::Experiment;
 use super::measures::Measures;
+use super::nonlocal_memory::NonlocalMemory;
 use super::ranges::Ranges;
 use super::{Family, Kind};
 use crate::model::{Model, Term, TermValue};
+
+/// Elements that grow by less than this part of their torque up to the rated deflection do not show a growth.
+const LEAST_GROWTH: f64 = 0.1;
+
+/// The largest growth λ1 x + λ2 x² of a term up to the rated deflection, x = 1, in either direction, as a part of the torque of its elements.
+fn growth(own: &Term) -> f64 {
+    let (linear, quadratic) = (number_of(own, "load_linear"), number_of(own, "load_quadratic"));
+    let turn = -0.5 * linear / quadratic;
+    let at = |x: f64| (linear * x + quadratic * x * x).abs();
+    let inside = if (0.0..1.0).contains(&turn) { at(turn) } else { 0.0 };
+    inside.max(at(1.0))
+}
 
 /// Kind `load_dependent_memory`.
 pub struct LoadDependentMemory;
@@ -58,6 +71,12 @@ impl Kind for LoadDependentMemory {
         true
     }
 
+    fn degenerates_to(&self, own: &Term, _fastest_rad_per_s: f64) -> Option<Term> {
+        let elements = ["radius_rad", "torque_nm"].map(|key| Some((key, own.values.get(key)?.clone())));
+        let [Some(radii), Some(torques)] = elements else { return None };
+        (growth(own) < LEAST_GROWTH).then(|| term(NonlocalMemory.name(), &[radii, torques]))
+    }
+
     /// Elements that grow with the load and elements that do not are one memory.
     fn takes_in(&self) -> &'static [&'static str] {
         &["nonlocal_memory"]
@@ -67,5 +86,27 @@ impl Kind for LoadDependentMemory {
         slip_elements(self.name(), measures, random)
             .fixed("load_linear", random.random_range(0.2..0.6))
             .fixed("load_quadratic", random.random_range(0.1..0.4))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kinds::build::list;
+
+    #[test]
+    fn elements_that_do_not_grow_are_a_memory_without_load() {
+        for (linear, quadratic, grows) in [(0.05, -0.11, false), (0.3, 0.0, true), (0.0, -0.2, true), (0.5, -0.5, true)]
+        {
+            let values = [
+                ("radius_rad", list(1e-4)),
+                ("torque_nm", list(0.3)),
+                ("load_linear", number(linear)),
+                ("load_quadratic", number(quadratic)),
+            ];
+            let other = LoadDependentMemory.degenerates_to(&term("load_dependent_memory", &values), 1.0);
+            assert_eq!(other.is_none(), grows, "{linear} {quadratic}");
+            assert!(other.is_none_or(|other| other == term("nonlocal_memory", &values[..2])));
+        }
     }
 }

@@ -302,6 +302,12 @@ impl<'a> Dataset<'a> {
         (most - least).max(0.0)
     }
 
+    /// What no term of the torque exceeds: the largest torque of the rows that count or, where that is less, their span. A load that holds the torque on one side of 0 may be larger than what it spans.
+    pub fn most_of_a_term(&self) -> f64 {
+        let own = (0..self.len()).filter(|row| self.counts(*row)).map(|row| self.target[row].abs());
+        own.fold(self.torque_span(), f64::max)
+    }
+
     /// The mean period of the first recording's rows as looked at, s.
     pub fn period_s(&self) -> f64 {
         let (time, rows) = (&self.recordings[0].time_s, self.spans[0].len());

@@ -46,8 +46,8 @@ pub struct Search<'a> {
     pub spans: &'a [Range<usize>],
     /// Kinds that the base model holds.
     pub in_base: Vec<&'static str>,
-    /// The span of the torque.
-    pub torque_span: f64,
+    /// What no term of the torque exceeds.
+    pub most_of_a_term: f64,
     /// The columns and the ridge of the best free description.
     pub free: (Vec<usize>, f64),
     /// The squares that prices are shares of.
@@ -130,7 +130,7 @@ impl Search<'_> {
         set.values().flatten().map(|c| (*c, self.candidates()[*c].columns.iter().map(at).collect())).collect()
     }
 
-    /// Whether every weight that has to be positive is, every weight is within the limits of its kind, no refinement is larger than what it refines, and nothing is larger than the torque spans: within a
+    /// Whether every weight that has to be positive is, every weight is within the limits of its kind, no refinement is larger than what it refines, and nothing is larger than the recorded torque: within a
     /// small part of a turn an offset of the recording hides any gravity.
     pub fn is_lawful(&self, set: &Set) -> bool {
         let weights = self.weights(set);
@@ -157,7 +157,7 @@ impl Search<'_> {
                 || weights
                     .iter()
                     .zip(&self.candidates()[*c].largest)
-                    .all(|(w, largest)| (w * largest).abs() <= self.torque_span)
+                    .all(|(w, largest)| (w * largest).abs() <= self.most_of_a_term)
         };
         numbers && sizes() && weights.iter().all(spans) && self.dissipates(&weights)
     }
@@ -210,7 +210,7 @@ mod tests {
     }
 
     /// Whether all candidates together are lawful for a target that is the sum of their columns, each so many times.
-    fn is_lawful(dictionary: &Dictionary, amplitudes: &[f64], torque_span: f64) -> bool {
+    fn is_lawful(dictionary: &Dictionary, amplitudes: &[f64], most_of_a_term: f64) -> bool {
         let rows = 0..ROWS;
         let columns = || dictionary.columns.iter().zip(amplitudes);
         let y: Vec<f64> = rows.map(|row| columns().map(|(column, amplitude)| amplitude * column[row]).sum()).collect();
@@ -222,7 +222,7 @@ mod tests {
             targets: &targets,
             spans: &SPANS,
             in_base: Vec::new(),
-            torque_span,
+            most_of_a_term,
             free: (Vec::new(), 0.1),
             scale: 1.0,
             seed: 1,
@@ -232,7 +232,7 @@ mod tests {
     }
 
     #[test]
-    fn a_term_larger_than_the_torque_spans_is_not_lawful() {
+    fn a_term_larger_than_the_torque_is_not_lawful() {
         let gravity: Vec<f64> = (0..ROWS).map(|row| (0.05 * (0.03 * row as f64).sin()).cos()).collect();
         let mean = gravity.iter().sum::<f64>() / ROWS as f64;
         let dictionary = Dictionary {
@@ -271,7 +271,7 @@ mod tests {
             ..Dictionary::default()
         };
         assert!(is_lawful(&with("time_skew"), &[0.01], 2.0));
-        // Of another kind, that is more than the torque spans.
+        // Of another kind, that is more than the torque.
         assert!(!is_lawful(&with("torque_scale"), &[0.01], 2.0));
     }
 

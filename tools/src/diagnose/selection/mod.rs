@@ -210,7 +210,7 @@ impl Dataset<'_> {
                 targets: &targets,
                 spans: &self.spans,
                 in_base,
-                torque_span: self.torque_span(),
+                most_of_a_term: self.most_of_a_term(),
                 free: (free, ridge),
                 scale,
                 seed: search.seed,
@@ -403,6 +403,8 @@ fn compared(finder: &Search<'_>, set: &Set, kind: &'static str) -> (Vec<&'static
     let without = finder.squares(&rest);
     let mut others = finder.alternatives(&rest);
     others.retain(|(other, _)| *other != kind && !set.contains_key(other));
+    let columns = finder.columns_of(set).len();
+    others.iter_mut().for_each(|(other, with)| *with = finder.extended(std::mem::take(with), other, columns));
     others.sort_by(|a, b| finder.squares(&a.1).total_cmp(&finder.squares(&b.1)));
     let mut class = Vec::new();
     let mut confidence: f64 = 1.0;

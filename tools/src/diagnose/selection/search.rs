@@ -220,6 +220,21 @@ impl Search<'_> {
         best.into_iter().collect()
     }
 
+    /// The set with the best further elements of a kind that has several, lawful ones only, up to so many columns.
+    pub fn extended(&self, mut set: Set, kind: &'static str, columns: usize) -> Set {
+        let others: BTreeSet<&'static str> = self.kinds().into_iter().filter(|other| *other != kind).collect();
+        loop {
+            let mut larger: Vec<Set> = self.larger(&set, &others).into_iter().map(|(_, with)| with).collect();
+            larger.retain(|with| self.columns_of(with).len() <= columns);
+            self.objectives(&larger);
+            larger.sort_by(|a, b| self.squares(a).total_cmp(&self.squares(b)));
+            match larger.into_iter().find(|with| self.is_lawful(with)) {
+                Some(with) => set = with,
+                None => return set,
+            }
+        }
+    }
+
     /// The set with other variants, without or with other kinds where that is better.
     fn improved(&self, set: Set, step: usize) -> Set {
         let mut set = self.reshaped(set);
@@ -239,7 +254,9 @@ impl Search<'_> {
                     moves.push((kind, rest.clone()));
                 }
                 let swaps = self.larger(&rest, &BTreeSet::from([kind]));
-                moves.extend(swaps.into_iter().filter(|(other, _)| !set.contains_key(other)));
+                // A wave of one kind may be a further order of another.
+                let of_elements = kinds::of(kind).is_some_and(|kind| kind.elements_are_effects());
+                moves.extend(swaps.into_iter().filter(|(other, _)| of_elements || !set.contains_key(other)));
             }
             let Some((_, next)) = self.best_lawful(&set, moves) else { break };
             let new = next.keys().copied().find(|k| !set.contains_key(k));
