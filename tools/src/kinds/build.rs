@@ -56,11 +56,11 @@ pub fn waves_of_both(kind: &str, ranges: &Ranges) -> Vec<Term> {
     waves(kind, &ranges.motor_orders).into_iter().chain(output).collect()
 }
 
-/// Radii of slip elements from which any rate-independent memory can be built, rad: eight over two decades up to four fifths of the rated deflection, four of them, and three further apart. Fewer elements keep
-/// positive torques where the memory is small.
-pub fn memory_radii(ranges: &Ranges) -> [Vec<f64>; 3] {
-    let in_rad = |shares: &[f64]| shares.iter().map(|share| share * ranges.rated_rad).collect();
-    [&[0.01, 0.02, 0.04, 0.08, 0.15, 0.28, 0.5, 0.8][..], &[0.02, 0.08, 0.28, 0.8], &[0.01, 0.06, 0.4]].map(in_rad)
+/// Radii of slip elements from which any rate-independent memory can be built, rad: eight over two decades up to four fifths of the rated deflection, and four of them.
+pub fn memory_radii(ranges: &Ranges) -> [Vec<f64>; 2] {
+    let radii = [0.01, 0.02, 0.04, 0.08, 0.15, 0.28, 0.5, 0.8].map(|share| share * ranges.rated_rad);
+    let every_second = radii.iter().copied().skip(1).step_by(2).collect();
+    [radii.to_vec(), every_second]
 }
 
 /// Widths over which friction may change its sign, rad/s.

@@ -47,7 +47,10 @@ impl Kind for NonlocalMemory {
         if ranges.rated_rad <= 0.0 {
             return Vec::new();
         }
-        memory_radii(ranges).map(|radii| term(self.name(), &[("radius_rad", TermValue::List(radii))])).to_vec()
+        // Fewer elements, further apart, keep positive torques where the memory is small.
+        let few = [0.01, 0.06, 0.4].map(|share| share * ranges.rated_rad).to_vec();
+        let lists = memory_radii(ranges).into_iter().chain([few]);
+        lists.map(|radii| term(self.name(), &[("radius_rad", TermValue::List(radii))])).collect()
     }
 
     fn draft(&self, _shape: &str, measures: &Measures, random: &mut ChaCha8Rng) -> Draft {
