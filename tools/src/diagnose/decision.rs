@@ -153,8 +153,8 @@ impl Dataset<'_> {
                 return Ok((joint, search));
             }
         }
-        let sees_nothing = !verdict.mismatch || !overruled && is_slight(&verdict);
-        Ok((if sees_nothing { verdict.without_effects() } else { verdict }, by_likelihood))
+        let is_nothing = if overruled { !verdict.mismatch } else { sees_nothing };
+        Ok((if is_nothing { verdict.without_effects() } else { verdict }, by_likelihood))
     }
 
     /// Whether the few effects that were found of a gear are similar kinds in place of the true one: one of several is very small, or structure over a coordinate is left beside them.

@@ -219,8 +219,19 @@ impl Dataset<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::kinds::build::{number, term};
     use crate::model::{TEST_GEAR, parse};
     use crate::recording::Recording;
+
+    /// A base of one term with a further term fitted, the same without what is unlawful, and the kinds lost.
+    fn judged(dataset: &Dataset<'_>, base: &Model, further: Term) -> (Fitted, Fitted, Vec<String>) {
+        let mut extended = base.clone();
+        extended.terms.push(further);
+        let search = Search { removed: &[], only: None, base_terms: 1, held_terms: None, zero: false, seed: 1 };
+        let fit = dataset.plain_fit(&extended, &dataset.parameters(&extended, search), STEPS).unwrap();
+        let (lawful, lost) = dataset.without_unlawful(base, fit.clone(), search).unwrap();
+        (fit, lawful, lost)
+    }
 
     #[test]
     fn viscous_friction_that_turns_the_bases_coulomb_friction_round_is_no_finding() {
@@ -242,16 +253,13 @@ mod tests {
         };
         let text = "format = 1\n[gear]\ntorque_side = \"motor\"\n[[term]]\nkind = \"coulomb_friction\"\ntorque_nm = 0.5\nsmoothing_rad_per_s = 0.01\n";
         let base = parse("joint.toml", text).unwrap();
-        let found = "[[term]]\nkind = \"viscous_friction\"\ndamping_nms_per_rad = 0.1\n";
-        let extended = parse("joint.toml", &format!("{text}{found}")).unwrap();
+        let found = term("viscous_friction", &[("damping_nms_per_rad", number(0.1))]);
         let recordings = [recording];
         let dataset = Dataset::new(&recordings, &base).unwrap();
-        let search = Search { removed: &[], only: None, base_terms: 1, held_terms: None, zero: false, seed: 1 };
-        let fit = dataset.plain_fit(&extended, &dataset.parameters(&extended, search), STEPS).unwrap();
+        let (fit, lawful, lost) = judged(&dataset, &base, found);
         assert!(kinds::is_reversed(&fit.model.terms[0]));
-        let (fit, lost) = dataset.without_unlawful(&base, fit, search).unwrap();
         assert_eq!(lost, ["viscous_friction"]);
-        let torque = kinds::number_of(&fit.model.terms[0], "torque_nm");
+        let torque = kinds::number_of(&lawful.model.terms[0], "torque_nm");
         assert!((torque - 0.5).abs() < 0.02, "{torque} N·m");
     }
 
@@ -269,16 +277,13 @@ mod tests {
         };
         let text = "format = 1\n[gear]\ntorque_side = \"motor\"\n[[term]]\nkind = \"inertia\"\ninertia_kgm2 = 0.1\n";
         let base = parse("axis.toml", text).unwrap();
-        let found = "[[term]]\nkind = \"gravity_load\"\ncos_nm = -1.0\nsin_nm = 0.0\n";
-        let extended = parse("axis.toml", &format!("{text}{found}")).unwrap();
+        let found = term("gravity_load", &[("cos_nm", number(-1.0)), ("sin_nm", number(0.0))]);
         let recordings = [recording];
         let dataset = Dataset::new(&recordings, &base).unwrap();
-        let search = Search { removed: &[], only: None, base_terms: 1, held_terms: None, zero: false, seed: 1 };
-        let fit = dataset.plain_fit(&extended, &dataset.parameters(&extended, search), STEPS).unwrap();
+        let (fit, lawful, lost) = judged(&dataset, &base, found);
         let gravity = kinds::number_of(&fit.model.terms[1], "cos_nm");
         assert!(gravity < -300.0 && dataset.most_of_a_term() < 10.0, "{gravity} N·m");
-        let (fit, lost) = dataset.without_unlawful(&base, fit, search).unwrap();
-        assert!(lost == ["gravity_load"] && !fit.model.has_term("gravity_load"));
+        assert!(lost == ["gravity_load"] && !lawful.model.has_term("gravity_load"));
     }
 
     #[test]
@@ -294,15 +299,12 @@ mod tests {
         };
         let text = "format = 1\n[gear]\ntorque_side = \"motor\"\n[[term]]\nkind = \"inertia\"\ninertia_kgm2 = 0.1\n";
         let base = parse("arm.toml", text).unwrap();
-        let found = "[[term]]\nkind = \"gravity_load\"\ncos_nm = 1.0\nsin_nm = 0.0\n";
-        let extended = parse("arm.toml", &format!("{text}{found}")).unwrap();
+        let found = term("gravity_load", &[("cos_nm", number(1.0)), ("sin_nm", number(0.0))]);
         let recordings = [recording];
         let dataset = Dataset::new(&recordings, &base).unwrap();
-        let search = Search { removed: &[], only: None, base_terms: 1, held_terms: None, zero: false, seed: 1 };
-        let fit = dataset.plain_fit(&extended, &dataset.parameters(&extended, search), STEPS).unwrap();
-        let (fit, lost) = dataset.without_unlawful(&base, fit, search).unwrap();
+        let (_, lawful, lost) = judged(&dataset, &base, found);
         assert!(lost.is_empty() && dataset.torque_span() < 7.0);
-        assert!((kinds::number_of(&fit.model.terms[1], "cos_nm") - 15.0).abs() < 0.01);
+        assert!((kinds::number_of(&lawful.model.terms[1], "cos_nm") - 15.0).abs() < 0.01);
     }
 
     #[test]

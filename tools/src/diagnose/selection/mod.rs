@@ -7,6 +7,7 @@
 //! | `friction_shapes` | frictions whose refitted shape is that of another friction |
 //! | `delay` | a delay of the torque that its derivative does not show |
 //! | `lawful` | found terms whose refitted numbers make them no term of their kind |
+//! | `slip_elements` | which slip elements of a grid a memory has: those of positive torque |
 //! | `radii` | radii of the slip elements of a found memory, from several starts |
 //! | [`remainder`] | a second selection, of what stays unexplained beside a memory |
 //! | [`mod@fidelity`] | how much of what a free function predicts a kind predicts |
@@ -25,6 +26,7 @@ mod radii;
 pub mod remainder;
 pub mod search;
 pub mod significance;
+mod slip_elements;
 pub mod surrogates;
 
 use std::cell::RefCell;

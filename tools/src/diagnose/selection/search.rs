@@ -61,13 +61,17 @@ impl Search<'_> {
             let mut moves = self.larger(&set, &BTreeSet::new());
             moves.retain(|(kind, _)| is_common(kind) && !set.contains_key(kind));
             let sets: Vec<Set> = moves.iter().map(|m| m.1.clone()).collect();
-            let mut scored: Vec<(f64, Set)> = self.objectives(&sets).into_iter().zip(sets).collect();
-            scored.sort_by(|a, b| a.0.total_cmp(&b.0));
-            match scored.into_iter().map(|s| s.1).find(|s| self.is_lawful(s)) {
+            match self.first_lawful(self.objectives(&sets).into_iter().zip(sets).collect()) {
                 Some(larger) => set = larger,
                 None => return set,
             }
         }
+    }
+
+    /// The lawful set of the least score.
+    fn first_lawful(&self, mut scored: Vec<(f64, Set)>) -> Option<Set> {
+        scored.sort_by(|a, b| a.0.total_cmp(&b.0));
+        scored.into_iter().map(|(_, set)| set).find(|set| self.is_lawful(set))
     }
 
     /// A set without the kinds whose gain may be chance, the smallest first.
@@ -227,8 +231,7 @@ impl Search<'_> {
             let mut larger: Vec<Set> = self.larger(&set, &others).into_iter().map(|(_, with)| with).collect();
             larger.retain(|with| self.columns_of(with).len() <= columns);
             self.objectives(&larger);
-            larger.sort_by(|a, b| self.squares(a).total_cmp(&self.squares(b)));
-            match larger.into_iter().find(|with| self.is_lawful(with)) {
+            match self.first_lawful(larger.into_iter().map(|with| (self.squares(&with), with)).collect()) {
                 Some(with) => set = with,
                 None => return set,
             }
