@@ -125,6 +125,23 @@ fn a_small_memory_is_found_beside_what_hides_it() {
     }
 }
 
+/// Two recordings of a few seconds, of which some blocks do not determine the base: beside what is left of it on those blocks every kind looks the same.
+#[test]
+fn a_base_that_short_recordings_do_not_determine_is_held() {
+    let memory = score("loud", 10028, 100_037);
+    assert!(memory.plant_named == Some(true), "{memory:?}");
+    assert!(memory.unseen_error_nm.unwrap() < memory.base_leaves_nm, "{memory:?}");
+    let damping = score("loud", 10028, 100_031);
+    assert!(damping.class_hits == 1 && damping.wrong_names.is_empty(), "{damping:?}");
+}
+
+/// Damping of 1.3 N·m beside a drift of 0.9 N·m: curves over velocity and temperature predict everything, the damping alone three quarters.
+#[test]
+fn a_clear_friction_is_named_beside_a_curve_that_predicts_the_rest() {
+    let case = score("loud", 10028, 100_047);
+    assert!(case.class_hits == 1 && case.wrong_names.is_empty(), "{case:?}");
+}
+
 /// Torque ripple of two orders beside slip elements: a kinematic error predicts the second almost as well.
 #[test]
 fn a_wave_of_another_kind_may_be_a_further_order() {

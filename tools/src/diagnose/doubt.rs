@@ -32,6 +32,12 @@ pub(super) fn is_mostly_named(selection: &Selection) -> bool {
     saved >= MOST_OF_BASE * selection.base_squares
 }
 
+/// Whether almost every machine has all that a selection names, which is so clear that a curve that predicts better stands beside it.
+pub(super) fn is_common(selection: &Selection) -> bool {
+    let is_common = |s: &Selected| kinds::of(s.kind).is_some_and(|kind| kind.is_common());
+    is_mostly_named(selection) && selection.selected.iter().all(is_common)
+}
+
 /// Whether likelihood, which sees structure without a name, speaks against the names of a selection that leaves so many times its held-out squares: the selection leaves much of
 /// what is predictable, or a name of it was withheld, or likelihood has no name at all and either predicts better or a name is only approximate.
 pub(super) fn is_doubted(verdict: &DiagnosisVerdict, selection: &Selection, times: f64) -> bool {

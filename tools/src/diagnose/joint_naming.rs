@@ -213,8 +213,7 @@ impl Dataset<'_> {
             let fit = self.plain_fit(&kept, &free(&kept), STEPS)?;
             // Orders close to each other cancel on the way recorded, and add up on another: without the other kinds they may grow beyond the torque.
             let (fit, lost) = self.without_unlawful(&base.model, fit, search)?;
-            selection.selected.retain(|s| !lost.iter().any(|kind| kind == s.kind));
-            selection.refitted(self, base, fit);
+            self.left_without(base, &mut selection, &lost, fit, search)?;
         }
         Ok(selection)
     }

@@ -16,6 +16,9 @@ const GAP: f64 = 1.0 / 12.0;
 /// Ridge of a fit without a wish for smoothness: rounding only. Columns are scaled to a mean square of 1.
 const NO_RIDGE: f64 = 1e-9;
 
+/// Ridges of such columns, the least first; the larger ones keep near zero what a block does not determine.
+const RIDGES: [f64; 7] = [NO_RIDGE, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3];
+
 /// Columns of a fit: first those fitted as they are, then those of free functions, whose ridge keeps them smooth.
 #[derive(Debug, Clone)]
 pub struct Chosen {
@@ -51,6 +54,8 @@ impl Chosen {
 pub struct BlockGram {
     /// Number of rows that count.
     rows: usize,
+    /// Ridge of columns fitted as they are.
+    ridge: f64,
     /// Root mean square of each column.
     scale: Vec<f64>,
     /// The columns' Gram matrix of each block.
@@ -95,7 +100,7 @@ impl BlockGram {
         let held: Vec<DMatrix<f64>> = parts.iter().map(|[a, b, c]| a + b + c).collect();
         let total = held.iter().fold(DMatrix::zeros(columns.len(), columns.len()), |sum, g| sum + g);
         let training = (0..BLOCKS).map(|b| without(&total, &held, &parts, b)).collect();
-        Self { rows, scale, held, training, total, segments }
+        Self { rows, ridge: NO_RIDGE, scale, held, training, total, segments }
     }
 
     /// Rows that count.
@@ -106,6 +111,16 @@ impl BlockGram {
     /// The root mean square of a column.
     pub fn scale_of(&self, column: usize) -> f64 {
         self.scale[column]
+    }
+
+    /// Gives all columns fitted as they are the least ridge at which some of them leave at most so many squares of a target on held-out blocks.
+    pub fn steady(&mut self, targets: &Targets, columns: &[usize], most: f64) {
+        for ridge in RIDGES {
+            self.ridge = ridge;
+            if self.error(targets, &Chosen::plain(columns)).iter().sum::<f64>() <= most {
+                return;
+            }
+        }
     }
 
     /// Targets beside the columns.
@@ -174,7 +189,7 @@ impl BlockGram {
 
     fn ridges(&self, chosen: &Chosen) -> Vec<f64> {
         let rows = self.rows as f64;
-        let of = |at: usize| rows * if at < chosen.plain { NO_RIDGE } else { chosen.ridge };
+        let of = |at: usize| rows * if at < chosen.plain { self.ridge } else { chosen.ridge };
         (0..chosen.columns.len()).map(of).collect()
     }
 

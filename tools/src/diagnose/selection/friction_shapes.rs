@@ -51,8 +51,8 @@ impl Dataset<'_> {
             (true, false) => IN_PLACE_OF_NONE,
         };
         if self.rms_of_blocks(&fit) <= allowed * self.rms_of_blocks(&selection.fit) {
-            selection.selected.retain(|s| s.kind != without.kind);
-            selection.described_by(self, base, fit);
+            self.left_without(base, &mut selection, &[without.kind.to_owned()], fit, search)?;
+            selection.free_squares = selection.free_squares.min(selection.selected_squares);
         }
         Ok(selection)
     }

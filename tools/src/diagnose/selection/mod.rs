@@ -150,7 +150,8 @@ impl Selection {
 const ROUNDS: usize = 3;
 /// Steps of a refit.
 const STEPS: usize = 8;
-/// Where the linearised base leaves more than so many times the held-out squares of its fit, some block does not determine it; those of the fit take only the directions that are determined.
+/// Where the linearised base leaves more than so many times the held-out squares of its fit, some block does not determine it; those of the fit take only the directions that are
+/// determined. A ridge then holds the others near the fit.
 const UNDETERMINED: f64 = 10.0;
 /// Ridges at which the free description is tried.
 const RIDGES: [f64; 5] = [1e-1, 1e-2, 1e-3, 1e-4, 1e-5];
@@ -185,11 +186,13 @@ impl Dataset<'_> {
         let mut beside_base = None;
         for round in 0..ROUNDS {
             let mut dictionary = Dictionary::new(self, &fit, search)?;
-            let gram = BlockGram::new(&dictionary.columns, &self.spans, &dictionary.counts);
+            let mut gram = BlockGram::new(&dictionary.columns, &self.spans, &dictionary.counts);
             let targets = gram.targets(&dictionary.columns, std::slice::from_ref(&dictionary.y), &dictionary.counts);
+            let base_alone = Chosen::plain(&dictionary.base);
+            gram.steady(&targets, &dictionary.base, UNDETERMINED * of_base);
             dictionary.prune(&gram, &targets);
             let beside_base = beside_base.get_or_insert_with(|| BesideBase::new(&dictionary, &gram, &targets));
-            let plain = gram.error(&targets, &Chosen::plain(&dictionary.base)).iter().sum::<f64>();
+            let plain = gram.error(&targets, &base_alone).iter().sum::<f64>();
             let plain = if plain > UNDETERMINED * of_base { of_base } else { plain };
             let (free, ridge, free_squares) = ceiling(&dictionary, &gram, &targets);
             let is_quiet =
@@ -261,13 +264,40 @@ impl Dataset<'_> {
                 if lost.is_empty() {
                     result.fit = refitted.clone();
                 } else {
-                    result.selected.retain(|s| !lost.iter().any(|kind| kind == s.kind));
-                    result.refitted(self, base, refitted.clone());
+                    self.left_without(base, result, &lost, refitted.clone(), search)?;
                 }
             }
             fit = refitted;
         }
         result.ok_or_else(|| EstimateError::NoRecording.into())
+    }
+
+    /// Takes over the refit of a selection without some of its kinds. What was saved together with them counts for the kinds that are left.
+    ///
+    /// # Errors
+    /// A model that cannot be evaluated.
+    pub fn left_without(
+        &self,
+        base: &Fitted,
+        selection: &mut Selection,
+        lost: &[String],
+        fit: Fitted,
+        search: explain::Search<'_>,
+    ) -> Result<(), DiagnoseError> {
+        selection.selected.retain(|s| !lost.iter().any(|kind| kind == s.kind));
+        selection.refitted(self, base, fit);
+        let (scale, bare) = (selection.reference().scale(), self.mean_square_of_blocks(base));
+        let left = self.mean_square_of_blocks(&selection.fit);
+        for found in &mut selection.selected {
+            let mut without = selection.fit.model.clone();
+            without.remove_terms(search.base_terms, |term| term.kind == found.kind);
+            let rest = self.plain_fit(&without, &self.parameters(&without, search), STEPS)?;
+            let saved = selection.base_squares * (self.mean_square_of_blocks(&rest) - left) / bare;
+            if saved > found.gains.iter().sum::<f64>() {
+                (found.gains, found.share) = (vec![saved], (saved / scale).clamp(0.0, 1.0));
+            }
+        }
+        Ok(())
     }
 
     fn summed_up(
