@@ -142,6 +142,13 @@ fn a_clear_friction_is_named_beside_a_curve_that_predicts_the_rest() {
     assert!(case.class_hits == 1 && case.wrong_names.is_empty(), "{case:?}");
 }
 
+/// A dead spot of the output angle, which a stiffness that follows the slow temperature imitates. On the unseen motion the temperature is another.
+#[test]
+fn a_kind_that_follows_a_slow_signal_does_not_stand_in_for_structure_over_an_angle() {
+    let case = score("open world", 10027, 95);
+    assert!(case.named == ["unknown"] && case.unseen_error_nm.unwrap() < 1.05 * case.base_leaves_nm, "{case:?}");
+}
+
 /// Torque ripple of two orders beside slip elements: a kinematic error predicts the second almost as well.
 #[test]
 fn a_wave_of_another_kind_may_be_a_further_order() {

@@ -11,7 +11,7 @@
 //! | [`explain`] | every kind beside a fitted model, refitted together |
 //! | [`mod@search`], `shapes` | forward, with swaps, and backward; the shapes of what was found |
 //! | [`nonparametric`], `tones`, `jumps` | curves without physics over every coordinate; tones; jumps |
-//! | `curve_term` | such a curve as a term of a model |
+//! | `curve_term`, `curves_in_place` | such a curve as a term of a model; in the place of a kind that only comes close |
 //! | [`naming`], `shares` | classes of indistinguishable kinds, names, shares of power |
 //! | [`selection`], [`joint_naming`] | joint selection of kinds by held-out error, and its verdicts |
 //! | `decision` | which of the two searches is believed |
@@ -29,6 +29,7 @@
 mod base_search;
 pub mod candidates;
 mod curve_term;
+mod curves_in_place;
 mod decision;
 pub mod diagnosis;
 mod doubt;

@@ -3,14 +3,14 @@
 use gmhm::terms::KINDS;
 
 use crate::diagnose::DiagnoseError;
-use crate::diagnose::curve_term::curve_term;
+use crate::diagnose::curves_in_place::{CURVES, by_first, once, repeated_first};
 use crate::diagnose::diagnosis::{Naming, UNKNOWN};
 use crate::diagnose::explain::{Alternative, Search};
 use crate::diagnose::nonparametric;
 use crate::diagnose::nonparametric::{Coordinates, Explained as Curve, LEAST_PART};
 use crate::diagnose::search::{Outcome, part};
 use crate::kinds;
-use crate::model::{Model, Term, TermValue};
+use crate::model::Model;
 use crate::numerics::vector::dot;
 use crate::regression::dataset::Dataset;
 use crate::regression::fit::Fitted;
@@ -203,17 +203,7 @@ impl Dataset<'_> {
                 naming: if named { Naming::Named } else { Naming::Unknown },
             });
         }
-        // The curve of unexplained structure where it does better than the closest kind.
-        for effect in verdicts.iter_mut().filter(|e| e.name == UNKNOWN) {
-            let Some(at) = effect.term else { continue };
-            let mut without = extended.model.clone();
-            without.terms.remove(at);
-            if let Some(fitted) = self.with_curve(&extended, &without, at, &effect.curves, search)? {
-                extended = fitted;
-                effect.closest = None;
-                effect.curves = repeated_first(std::mem::take(&mut effect.curves), &extended.model.terms[at]);
-            }
-        }
+        extended = self.with_curves_in_place(extended, &mut verdicts, search)?;
         // What an approximation leaves is no further unexplained structure.
         let known = |e: &EffectVerdict| e.name != UNKNOWN || (e.closest.is_none() && e.term.is_some());
         let mut left = self.curves_beside(&extended, LEAST_PART)?;
@@ -363,57 +353,6 @@ impl Dataset<'_> {
         }
         Ok(())
     }
-
-    /// A model with a term `unknown` put in at `at`, over the coordinate where that predicts blocks held out best; none where `beside` predicts them better.
-    fn with_curve(
-        &self,
-        beside: &Fitted,
-        model: &Model,
-        at: usize,
-        curves: &[Curve],
-        search: Search<'_>,
-    ) -> Result<Option<Fitted>, DiagnoseError> {
-        let evaluations = self.evaluate(model)?;
-        let see = Coordinates::new(self, &evaluations);
-        let mut best: Option<Fitted> = None;
-        let mut least = self.rms_of_blocks(&self.or_plain(beside.clone())?);
-        let likely = curves.iter().filter(|p| p.net() > WORTH_A_CURVE * curves[0].net()).take(CURVES);
-        for curve in likely.filter_map(|place| curve_term(&see, place.coordinate)) {
-            let mut with = model.clone();
-            with.terms.insert(at, curve);
-            let fitted = self.or_plain(self.fit(&with, &self.parameters(&with, search), None, 4)?)?;
-            let left = self.rms_of_blocks(&fitted);
-            if left < least {
-                (least, best) = (left, Some(fitted));
-            }
-        }
-        Ok(best)
-    }
-}
-
-/// Coordinates that a curve is tried over, and how much of the best's gain they need.
-const CURVES: usize = 3;
-const WORTH_A_CURVE: f64 = 0.3;
-
-/// Whether what a curve shows comes once.
-fn once(curve: &Curve) -> bool {
-    matches!(curve.coordinate, "time" | "frequency")
-}
-
-/// The coordinates with that of a curve first where the best is seen once only: what repeats is better evidence.
-fn repeated_first(curves: Vec<Curve>, curve: &Term) -> Vec<Curve> {
-    match curve.values.get("coordinate") {
-        Some(TermValue::Text(own)) if once(&curves[0]) => by_first(curves, own),
-        _ => curves,
-    }
-}
-
-/// The curves with the named one first.
-fn by_first(mut curves: Vec<Curve>, coordinate: &str) -> Vec<Curve> {
-    if let Some(at) = curves.iter().position(|p| p.coordinate == coordinate) {
-        curves[..=at].rotate_right(1);
-    }
-    curves
 }
 
 fn elements_of(model: &Model, term: usize) -> usize {

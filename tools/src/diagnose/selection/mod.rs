@@ -2,7 +2,7 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | [`free_functions`] | functions without physics over every coordinate |
+//! | [`free_functions`], `free_description` | functions without physics over every coordinate; all of them together |
 //! | [`dictionary`] | base, kinds and free functions as columns beside a fitted model |
 //! | `friction_shapes` | frictions whose refitted shape is that of another friction |
 //! | `delay` | a delay of the torque that its derivative does not show |
@@ -10,6 +10,7 @@
 //! | `slip_elements` | which slip elements of a grid a memory has: those of positive torque |
 //! | `radii` | radii of the slip elements of a found memory, from several starts |
 //! | [`remainder`] | a second selection, of what stays unexplained beside a memory |
+//! | `in_place` | what other kinds do in the place of a selected one |
 //! | [`mod@fidelity`] | how much of what a free function predicts a kind predicts |
 //! | [`criterion`] | what a set of kinds is judged by: held-out error and prices |
 //! | [`search`], [`significance`] | the set that is best by it; whether the gain of a kind is more than chance |
@@ -19,8 +20,10 @@ pub mod criterion;
 mod delay;
 pub mod dictionary;
 pub mod fidelity;
+mod free_description;
 pub mod free_functions;
 mod friction_shapes;
+mod in_place;
 mod lawful;
 mod radii;
 pub mod remainder;
@@ -31,15 +34,14 @@ pub mod surrogates;
 
 use std::cell::RefCell;
 
-use statrs::distribution::{ContinuousCDF, Normal};
-
 use crate::kinds;
 use crate::kinds::free_coordinate::FreeCoordinate;
-use crate::numerics::block_gram::{BLOCKS, BlockGram, Chosen, Targets, t_of_blocks};
+use crate::numerics::block_gram::{BlockGram, Chosen};
 use criterion::{Search, Set};
 use dictionary::{Dictionary, Origin};
 use fidelity::{BesideBase, fidelity};
-use significance::{T_OTHERS, repeats};
+use free_description::{ceiling, is_predictable};
+use in_place::compared;
 
 use crate::diagnose::DiagnoseError;
 use crate::diagnose::explain;
@@ -153,14 +155,6 @@ const STEPS: usize = 8;
 /// Where the linearised base leaves more than so many times the held-out squares of its fit, some block does not determine it; those of the fit take only the directions that are
 /// determined. A ridge then holds the others near the fit.
 const UNDETERMINED: f64 = 10.0;
-/// Ridges at which the free description is tried.
-const RIDGES: [f64; 5] = [1e-1, 1e-2, 1e-3, 1e-4, 1e-5];
-/// A kind that loses at most this part of what another saves in its place is not distinguished from it.
-const EQUIVALENT: f64 = 0.1;
-
-/// A kind that takes this part of what is left is not ruled out by its price.
-const UNDECIDED: f64 = 0.15;
-
 impl Dataset<'_> {
     /// Selects what a fitted base model leaves out, each kind at so many times its price.
     ///
@@ -360,102 +354,6 @@ impl Dataset<'_> {
             rows: finder.gram.rows(),
         }
     }
-}
-
-/// Whether a free description predicts more of the target than it does of noise with the same spectrum.
-fn is_predictable(
-    dataset: &Dataset<'_>,
-    dictionary: &Dictionary,
-    gram: &BlockGram,
-    targets: &Targets,
-    (free, ridge): (&[usize], f64),
-    seed: u64,
-) -> bool {
-    let all = Chosen::with_free(&dictionary.base, free, ridge);
-    let base = Chosen::plain(&dictionary.base);
-    let part = |with: f64, without: f64| 1.0 - with / without.max(f64::MIN_POSITIVE);
-    let (plain, with) = (gram.error(targets, &base), gram.error(targets, &all));
-    let gains: [f64; BLOCKS] = std::array::from_fn(|b| plain[b] - with[b]);
-    if !repeats(&gains, T_OTHERS) {
-        return false;
-    }
-    let own = part(with.iter().sum(), plain.iter().sum());
-    let weights = gram.weights(targets, &base);
-    let residual = gram.residual(&dictionary.columns, &dictionary.y, &weights, &dictionary.base);
-    let noise = surrogates::surrogates(&residual, &dataset.spans, seed);
-    let noise = gram.targets(&dictionary.columns, &noise, &dictionary.counts);
-    let sums = |columns: &Chosen| {
-        let blocks = gram.errors(&noise, columns);
-        (0..noise.count()).map(|k| blocks.iter().map(|b| b[k]).sum::<f64>()).collect::<Vec<f64>>()
-    };
-    let parts = sums(&all).into_iter().zip(sums(&base)).map(|(w, p)| part(w, p));
-    parts.filter(|p| *p >= own).count() == 0
-}
-
-/// The best free description: its columns, its ridge, its held-out squares.
-fn ceiling(dictionary: &Dictionary, gram: &BlockGram, targets: &Targets) -> (Vec<usize>, f64, f64) {
-    use rayon::prelude::*;
-    let without: Vec<usize> = dictionary
-        .free
-        .iter()
-        .filter(|(over, _)| *over != FreeCoordinate::Orders)
-        .flat_map(|(_, c)| c.iter().copied())
-        .collect();
-    let with: Vec<usize> = dictionary.free.iter().flat_map(|(_, c)| c.iter().copied()).collect();
-    let tries: Vec<(&Vec<usize>, f64)> = RIDGES.iter().flat_map(|r| [(&without, *r), (&with, *r)]).collect();
-    let best = tries
-        .par_iter()
-        .map(|(free, ridge)| {
-            let all = Chosen::with_free(&dictionary.base, free, *ridge);
-            (gram.error(targets, &all).iter().sum::<f64>(), *free, *ridge)
-        })
-        .min_by(|a, b| a.0.total_cmp(&b.0));
-    best.map_or((Vec::new(), RIDGES[0], f64::INFINITY), |(squares, free, ridge)| (free.clone(), ridge, squares))
-}
-
-/// Kinds that hold this one as a part, and that predict clearly better with it than it does alone, but not by more than their price: the recordings cannot decide.
-fn undecided(finder: &Search<'_>, set: &Set, kind: &'static str) -> Vec<&'static str> {
-    let own = finder.blocks(set);
-    let squares: f64 = own.iter().sum();
-    let holds = |other: &str| !set.contains_key(other) && kinds::contains(other, kind);
-    let better = |with: &Set| {
-        let blocks = finder.blocks(with);
-        let gains: [f64; BLOCKS] = std::array::from_fn(|b| own[b] - blocks[b]);
-        gains.iter().sum::<f64>() > UNDECIDED * squares && repeats(&gains, T_OTHERS)
-    };
-    let alternatives = finder.alternatives(set).into_iter();
-    alternatives.filter(|(other, with)| holds(other) && better(with)).map(|(other, _)| other).collect()
-}
-
-/// In the place of a kind: those that save nearly as much, how sure the class is, and what the others save.
-fn compared(finder: &Search<'_>, set: &Set, kind: &'static str) -> (Vec<&'static str>, f64, Vec<(&'static str, f64)>) {
-    let own = finder.blocks(set);
-    let squares: f64 = own.iter().sum();
-    let rest = finder.without(kind, set);
-    let without = finder.squares(&rest);
-    let mut others = finder.alternatives(&rest);
-    others.retain(|(other, _)| *other != kind && !set.contains_key(other));
-    let columns = finder.columns_of(set).len();
-    others.iter_mut().for_each(|(other, with)| *with = finder.extended(std::mem::take(with), other, columns));
-    others.sort_by(|a, b| finder.squares(&a.1).total_cmp(&finder.squares(&b.1)));
-    let mut class = Vec::new();
-    let mut confidence: f64 = 1.0;
-    let mut tried = Vec::new();
-    for (other, with) in others {
-        let left = finder.squares(&with);
-        tried.push((other, without - left));
-        if left - squares <= EQUIVALENT * (without - squares) {
-            class.push(other);
-        } else {
-            let theirs = finder.blocks(&with);
-            let t = t_of_blocks(&std::array::from_fn::<f64, BLOCKS, _>(|b| theirs[b] - own[b]));
-            confidence = confidence.min(Normal::standard().cdf(t));
-        }
-    }
-    class.extend(undecided(finder, set, kind));
-    class.dedup();
-    tried.truncate(6);
-    (class, confidence, tried)
 }
 
 #[cfg(test)]
