@@ -294,6 +294,25 @@ mod tests {
     use super::*;
 
     #[test]
+    fn columns_that_the_other_blocks_do_not_tell_apart_stay_near_zero() {
+        let rows = 800;
+        let wave = |row: usize| (0.1 * row as f64).sin();
+        // Alike to a ten-thousandth, but ten times apart in the last block.
+        let other =
+            |row: usize| if row < 700 { wave(row) + 1e-4 * (0.37 * row as f64).cos() } else { 10.0 * wave(row) };
+        let columns = [(0..rows).map(wave).collect::<Vec<f64>>(), (0..rows).map(other).collect()];
+        let target: Vec<f64> = (0..rows).map(|row| 0.01 * (0.9 * row as f64).sin()).collect();
+        let counts = vec![true; rows];
+        let mut gram = BlockGram::new(&columns, &[0..rows], &counts);
+        let targets = gram.targets(&columns, std::slice::from_ref(&target), &counts);
+        let error = |gram: &BlockGram| gram.error(&targets, &Chosen::plain(&[0, 1])).iter().sum::<f64>();
+        let squares: f64 = target.iter().map(|y| y * y).sum();
+        assert!(error(&gram) > 10.0 * squares, "{} of {squares}", error(&gram));
+        gram.steady(&targets, &[0, 1], 10.0 * squares);
+        assert!(error(&gram) <= 10.0 * squares, "{} of {squares}", error(&gram));
+    }
+
+    #[test]
     fn a_gram_matrix_is_the_product_of_its_columns() {
         let x = DMatrix::from_fn(31, 2 * WIDTH + 5, |i, j| ((7 * i + 3 * j * j) % 101) as f64 - 50.0);
         assert!((gram_of(&x) - x.transpose() * &x).amax() < 1e-9);
