@@ -149,6 +149,13 @@ fn a_kind_that_follows_a_slow_signal_does_not_stand_in_for_structure_over_an_ang
     assert!(case.named == ["unknown"] && case.unseen_error_nm.unwrap() < 1.05 * case.base_leaves_nm, "{case:?}");
 }
 
+/// Slip elements and a torque ripple, the elements alone as good from rest: the search from rest, which has fewer numbers, does not find the ripple.
+#[test]
+fn a_search_from_rest_that_finds_less_has_to_predict_better() {
+    let case = score("maxwell slip", 10029, 435);
+    assert!(case.class_hits == 1 && case.plant_named == Some(true) && case.wrong_names.is_empty(), "{case:?}");
+}
+
 /// Torque ripple of two orders beside slip elements: a kinematic error predicts the second almost as well.
 #[test]
 fn a_wave_of_another_kind_may_be_a_further_order() {

@@ -13,7 +13,8 @@ const PAST_HATS: usize = 8;
 /// A search from rest is tried where the error of held-out blocks is more than so many times the error of the fit: the past that was fitted is then probably none of the gear.
 const OF_ONE_BLOCK: f64 = 1.15;
 
-/// A search from rest is preferred where it leaves less than so many times as much of held-out blocks: it has four numbers or more less for each recording.
+/// A search from rest is preferred where it leaves less than so many times as much of held-out blocks: it has four numbers or more less for each recording. Where it finds fewer
+/// effects, it has to leave less.
 const FROM_REST: f64 = 1.1;
 
 /// A search beside a past of eight numbers more for each recording is preferred where it leaves less than this part.
