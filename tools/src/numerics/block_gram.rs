@@ -303,7 +303,7 @@ mod tests {
         let columns = [(0..rows).map(wave).collect::<Vec<f64>>(), (0..rows).map(other).collect()];
         let target: Vec<f64> = (0..rows).map(|row| 0.01 * (0.9 * row as f64).sin()).collect();
         let counts = vec![true; rows];
-        let mut gram = BlockGram::new(&columns, &[0..rows], &counts);
+        let mut gram = BlockGram::new(&columns, std::slice::from_ref(&(0..rows)), &counts);
         let targets = gram.targets(&columns, std::slice::from_ref(&target), &counts);
         let error = |gram: &BlockGram| gram.error(&targets, &Chosen::plain(&[0, 1])).iter().sum::<f64>();
         let squares: f64 = target.iter().map(|y| y * y).sum();
