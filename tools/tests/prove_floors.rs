@@ -51,6 +51,11 @@ fn score(block: &str, seed: u64, index: usize) -> CaseScore {
     scores(block, seed, &[index]).remove(0)
 }
 
+/// Whether so many effects of a case are named, and nothing else.
+fn names_just(case: &CaseScore, effects: usize) -> bool {
+    case.class_hits == effects && case.wrong_names.is_empty()
+}
+
 /// What a diagnosis must not do with these cases of a block: pass them over, or give them a wrong name.
 fn none_is_misnamed(block: &str, seed: u64, hidden: &[usize]) {
     for case in scores(block, seed, hidden) {
@@ -132,14 +137,14 @@ fn a_base_that_short_recordings_do_not_determine_is_held() {
     assert!(memory.plant_named == Some(true), "{memory:?}");
     assert!(memory.unseen_error_nm.unwrap() < memory.base_leaves_nm, "{memory:?}");
     let damping = score("loud", 10028, 100_031);
-    assert!(damping.class_hits == 1 && damping.wrong_names.is_empty(), "{damping:?}");
+    assert!(names_just(&damping, 1), "{damping:?}");
 }
 
 /// Damping of 1.3 N·m beside a drift of 0.9 N·m: curves over velocity and temperature predict everything, the damping alone three quarters.
 #[test]
 fn a_clear_friction_is_named_beside_a_curve_that_predicts_the_rest() {
     let case = score("loud", 10028, 100_047);
-    assert!(case.class_hits == 1 && case.wrong_names.is_empty(), "{case:?}");
+    assert!(names_just(&case, 1), "{case:?}");
 }
 
 /// A dead spot of the output angle, which a stiffness that follows the slow temperature imitates. On the unseen motion the temperature is another.
@@ -153,14 +158,14 @@ fn a_kind_that_follows_a_slow_signal_does_not_stand_in_for_structure_over_an_ang
 #[test]
 fn a_search_from_rest_that_finds_less_has_to_predict_better() {
     let case = score("maxwell slip", 10029, 435);
-    assert!(case.class_hits == 1 && case.plant_named == Some(true) && case.wrong_names.is_empty(), "{case:?}");
+    assert!(names_just(&case, 1) && case.plant_named == Some(true), "{case:?}");
 }
 
 /// Torque ripple of two orders beside slip elements: a kinematic error predicts the second almost as well.
 #[test]
 fn a_wave_of_another_kind_may_be_a_further_order() {
     let case = score("maxwell slip", 10024, 465);
-    assert!(case.class_hits == 1 && case.wrong_names.is_empty(), "{case:?}");
+    assert!(names_just(&case, 1), "{case:?}");
 }
 
 /// Stribeck friction beside a kinematic error, creep and load-dependent friction: both searches end in an optimum of the dip that explains hardly more than Coulomb friction does.
@@ -175,7 +180,7 @@ fn a_dip_of_friction_that_is_seen_is_named() {
 #[test]
 fn two_kinds_that_cancel_each_other_are_found_together() {
     let case = score("pair", 10008, 116);
-    assert!(case.class_hits == 2 && case.wrong_names.is_empty(), "{case:?}");
+    assert!(names_just(&case, 2), "{case:?}");
 }
 
 /// Gaps whose parts touch softly, which the core's do not: the estimate is some percent too small, by several standard deviations of the noise. With the second one a shape of the gap vanishes

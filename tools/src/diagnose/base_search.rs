@@ -87,9 +87,9 @@ impl<'a, 'r> BaseSearch<'a, 'r> {
             let again = past.thin.searched(plain, search, progress)?;
             let own = past.thin.rms_of_blocks(&again.verdict.extended);
             let left = thin.rms_of_blocks(&found.verdict.extended);
-            // Where nothing is found beside it, the past itself may stand for what a short recording does not determine of the base.
             let fewer = again.verdict.effects.len() < found.verdict.effects.len();
             let most_left = if fewer { past.most_left.min(1.0) } else { past.most_left };
+            // Where nothing is found beside it, the past itself may stand for what a short recording does not determine of the base.
             if has_slip_elements(&again.verdict.extended, search.base_terms) && own < most_left * left {
                 (dataset, thin, found, base_held) = (past.dataset, past.thin, again, false);
             }

@@ -4,14 +4,15 @@ use crate::diagnose::DiagnoseError;
 use crate::diagnose::curve_term::curve_term;
 use crate::diagnose::diagnosis::UNKNOWN;
 use crate::diagnose::explain::Search;
-use crate::diagnose::naming::{EffectVerdict, coordinates};
+use crate::diagnose::naming::{EffectVerdict, follows_slow_signal};
 use crate::diagnose::nonparametric::{Coordinates, Explained as Curve};
 use crate::model::{Model, Term, TermValue};
 use crate::regression::dataset::Dataset;
 use crate::regression::fit::Fitted;
 
-/// Coordinates that a curve is tried over, and how much of the best's gain they need.
+/// Coordinates that a curve is tried over.
 pub(super) const CURVES: usize = 3;
+/// The part of the best one's gain that they need.
 const WORTH_A_CURVE: f64 = 0.3;
 
 impl Dataset<'_> {
@@ -27,10 +28,9 @@ impl Dataset<'_> {
             let (UNKNOWN, Some(at), Some(kind)) = (&unknown.name[..], unknown.term, &unknown.closest) else { continue };
             let mut without = extended.model.clone();
             without.terms.remove(at);
-            let rest = match is_slow_stand_in(kind, &unknown.curves) {
-                true => Some(self.fit(&without, &self.parameters(&without, search), None, 4)?),
-                false => None,
-            };
+            let rest = is_slow_stand_in(kind, &unknown.curves)
+                .then(|| self.fit(&without, &self.parameters(&without, search), None, 4))
+                .transpose()?;
             let curve = self.with_curve(rest.as_ref().unwrap_or(&extended), &without, at, &unknown.curves, search)?;
             let unknown = &mut verdicts[effect];
             if let Some(fitted) = curve {
@@ -80,7 +80,7 @@ impl Dataset<'_> {
 /// Whether a kind follows a slow signal where the effect is seen in an angle. On another motion the signal is another.
 fn is_slow_stand_in(kind: &str, curves: &[Curve]) -> bool {
     let over_angle = curves.first().is_some_and(|c| matches!(c.coordinate, "motor_angle" | "output_angle"));
-    over_angle && coordinates(kind).iter().any(|coordinate| matches!(*coordinate, "temperature" | "time"))
+    over_angle && follows_slow_signal(kind)
 }
 
 /// Whether what a curve shows comes once.

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use crate::diagnose::DiagnoseError;
 use crate::diagnose::diagnosis::UNKNOWN;
-use crate::diagnose::doubt::{AS_GOOD, is_common, is_doubted, is_mostly_named, is_nameless, may_doubt};
+use crate::diagnose::doubt::{AS_GOOD, is_clearly_common, is_doubted, is_mostly_named, is_nameless, may_doubt};
 use crate::diagnose::explain::Search;
 use crate::diagnose::naming::{DiagnosisVerdict, EffectVerdict};
 use crate::diagnose::nonparametric::Explained;
@@ -134,8 +134,9 @@ impl Dataset<'_> {
         // Where likelihood sees nothing, a little that is saved on held-out blocks may be chance.
         let helps = ours < bare && (verdict.mismatch || loud);
         let nameless = verdict.effects.iter().all(|e| e.name == UNKNOWN) && ours <= theirs;
-        let stands = is_common(&selection) || self.is_far_from(&base) && is_mostly_named(&selection);
-        let counts = !stands && (!self.is_far_from(&base) || may_doubt(ours, theirs, bare));
+        let far = self.is_far_from(&base);
+        let stands = is_clearly_common(&selection) || far && is_mostly_named(&selection);
+        let counts = !stands && (!far || may_doubt(ours, theirs, bare));
         let doubted = counts && is_doubted(&verdict, &selection, ours / theirs.max(f64::MIN_POSITIVE));
         // A curve predicts, but names nothing.
         let names_more = || -> Result<bool, DiagnoseError> { Ok(ours <= self.left_by_kinds(&verdict, search)?) };

@@ -32,10 +32,9 @@ pub(super) fn is_mostly_named(selection: &Selection) -> bool {
     saved >= MOST_OF_BASE * selection.base_squares
 }
 
-/// Whether almost every machine has all that a selection names, which is so clear that a curve that predicts better stands beside it.
-pub(super) fn is_common(selection: &Selection) -> bool {
-    let is_common = |s: &Selected| kinds::of(s.kind).is_some_and(|kind| kind.is_common());
-    is_mostly_named(selection) && selection.selected.iter().all(is_common)
+/// Whether almost every machine has all kinds of a selection, and they save most of the squares that the base leaves. A curve that predicts better is then found beside them.
+pub(super) fn is_clearly_common(selection: &Selection) -> bool {
+    is_mostly_named(selection) && selection.selected.iter().all(|s| kinds::is_common(s.kind))
 }
 
 /// Whether likelihood, which sees structure without a name, speaks against the names of a selection that leaves so many times its held-out squares: the selection leaves much of

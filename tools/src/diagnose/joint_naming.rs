@@ -5,7 +5,7 @@ use crate::diagnose::curve_term::curve_term;
 use crate::diagnose::decision::LARGE;
 use crate::diagnose::diagnosis::{Naming, UNKNOWN};
 use crate::diagnose::explain::Search;
-use crate::diagnose::naming::{DiagnosisVerdict, EffectVerdict, coordinates};
+use crate::diagnose::naming::{DiagnosisVerdict, EffectVerdict, coordinates, follows_slow_signal};
 use crate::diagnose::nonparametric::{Coordinates, Explained as Curve};
 use crate::diagnose::search::MARGIN;
 use crate::diagnose::selection::{Selected, Selection};
@@ -57,7 +57,7 @@ fn taken_in(effects: Vec<EffectVerdict>) -> Vec<EffectVerdict> {
 
 /// Whether a selected kind saves so little in its place that it is a trace of the shapes of its neighbours.
 fn is_trace(found: &Selected, selection: &Selection) -> bool {
-    let is_common = kinds::of(found.kind).is_some_and(|k| k.is_common());
+    let is_common = kinds::is_common(found.kind);
     let of_elements = |kind: &str| kinds::of(kind).is_some_and(|k| k.is_of_slip_elements());
     let beside_elements = selection.selected.iter().any(|s| of_elements(s.kind));
     let least = match Naming::of(found.fidelity) {
@@ -176,14 +176,13 @@ impl Dataset<'_> {
         search: Search<'_>,
     ) -> Result<Selection, DiagnoseError> {
         let weak = |s: &Selected, left: f64| {
-            let is_common = kinds::of(s.kind).is_some_and(|kind| kind.is_common());
+            let is_common = kinds::is_common(s.kind);
             let alone = match s.fidelity {
                 None => CLEAR_GAIN_ALONE,
                 Some(_) if is_common => CLEAR_GAIN_OF_COMMON,
                 Some(_) => CLEAR_GAIN,
             };
-            let is_slow = coordinates(s.kind).iter().any(|c| matches!(*c, "temperature" | "time"));
-            let clear = if is_slow { CLEAR_GAIN_OF_SLOW * alone } else { alone };
+            let clear = if follows_slow_signal(s.kind) { CLEAR_GAIN_OF_SLOW * alone } else { alone };
             s.gains.iter().sum::<f64>() < clear * left
         };
         let doubtful: Vec<&'static str> =

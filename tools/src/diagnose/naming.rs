@@ -364,3 +364,8 @@ pub fn coordinates(kind: &str) -> Vec<&'static str> {
     let info = KINDS.iter().find(|i| i.name == kind);
     info.map_or_else(Vec::new, |i| i.coordinates.iter().map(|c| c.name()).collect())
 }
+
+/// Whether a kind follows the temperature or the time.
+pub fn follows_slow_signal(kind: &str) -> bool {
+    coordinates(kind).iter().any(|coordinate| matches!(*coordinate, "temperature" | "time"))
+}

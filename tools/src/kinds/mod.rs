@@ -354,6 +354,11 @@ pub fn shifts_time(kind: &dyn Kind) -> bool {
     kind.info().is_some_and(|info| info.domain == Domain::Delay)
 }
 
+/// Whether almost every machine has a kind, see [`Kind::is_common`].
+pub fn is_common(name: &str) -> bool {
+    of(name).is_some_and(Kind::is_common)
+}
+
 /// Whether one kind contains another as a special case.
 pub fn contains(kind: &str, special: &str) -> bool {
     of(kind).is_some_and(|kind| kind.contains().contains(&special))

@@ -52,7 +52,7 @@ impl Dataset<'_> {
         };
         if self.rms_of_blocks(&fit) <= allowed * self.rms_of_blocks(&selection.fit) {
             self.left_without(base, &mut selection, &[without.kind.to_owned()], fit, search)?;
-            selection.free_squares = selection.free_squares.min(selection.selected_squares);
+            selection.bounds_free();
         }
         Ok(selection)
     }

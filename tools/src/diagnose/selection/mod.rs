@@ -131,15 +131,25 @@ impl Selection {
 
     /// Takes over a refit with fewer kinds, and what it leaves on held-out blocks beside the refitted base.
     pub fn refitted(&mut self, dataset: &Dataset<'_>, base: &Fitted, fit: Fitted) {
-        let left = dataset.rms_of_blocks(&fit) / dataset.rms_of_blocks(base).max(f64::MIN_POSITIVE);
-        self.selected_squares = self.base_squares * left * left;
+        self.selected_squares = self.squares_of(dataset, base, &fit);
         self.fit = fit;
+    }
+
+    /// What a fit leaves on held-out blocks beside the refitted base.
+    fn squares_of(&self, dataset: &Dataset<'_>, base: &Fitted, fit: &Fitted) -> f64 {
+        let left = dataset.rms_of_blocks(fit) / dataset.rms_of_blocks(base).max(f64::MIN_POSITIVE);
+        self.base_squares * left * left
+    }
+
+    /// Counts what was selected as the best free description where it leaves less than every free function.
+    fn bounds_free(&mut self) {
+        self.free_squares = self.free_squares.min(self.selected_squares);
     }
 
     /// Takes over a refit with other kinds; where it leaves less than every free function, it is the best free description.
     fn described_by(&mut self, dataset: &Dataset<'_>, base: &Fitted, fit: Fitted) {
         self.refitted(dataset, base, fit);
-        self.free_squares = self.free_squares.min(self.selected_squares);
+        self.bounds_free();
     }
 
     /// The part that the selected kinds predict, 0 to 1.
@@ -155,6 +165,7 @@ const STEPS: usize = 8;
 /// Where the linearised base leaves more than so many times the held-out squares of its fit, some block does not determine it; those of the fit take only the directions that are
 /// determined. A ridge then holds the others near the fit.
 const UNDETERMINED: f64 = 10.0;
+
 impl Dataset<'_> {
     /// Selects what a fitted base model leaves out, each kind at so many times its price.
     ///
@@ -182,12 +193,11 @@ impl Dataset<'_> {
             let mut dictionary = Dictionary::new(self, &fit, search)?;
             let mut gram = BlockGram::new(&dictionary.columns, &self.spans, &dictionary.counts);
             let targets = gram.targets(&dictionary.columns, std::slice::from_ref(&dictionary.y), &dictionary.counts);
-            let base_alone = Chosen::plain(&dictionary.base);
-            gram.steady(&targets, &dictionary.base, UNDETERMINED * of_base);
+            let most = UNDETERMINED * of_base;
+            let plain = gram.steady(&targets, &dictionary.base, most);
             dictionary.prune(&gram, &targets);
             let beside_base = beside_base.get_or_insert_with(|| BesideBase::new(&dictionary, &gram, &targets));
-            let plain = gram.error(&targets, &base_alone).iter().sum::<f64>();
-            let plain = if plain > UNDETERMINED * of_base { of_base } else { plain };
+            let plain = if plain > most { of_base } else { plain };
             let (free, ridge, free_squares) = ceiling(&dictionary, &gram, &targets);
             let is_quiet =
                 reference.is_none() && !is_predictable(self, &dictionary, &gram, &targets, (&free, ridge), search.seed);
@@ -280,13 +290,14 @@ impl Dataset<'_> {
     ) -> Result<(), DiagnoseError> {
         selection.selected.retain(|s| !lost.iter().any(|kind| kind == s.kind));
         selection.refitted(self, base, fit);
-        let (scale, bare) = (selection.reference().scale(), self.mean_square_of_blocks(base));
-        let left = self.mean_square_of_blocks(&selection.fit);
-        for found in &mut selection.selected {
+        let scale = selection.reference().scale();
+        for at in 0..selection.selected.len() {
+            let kind = selection.selected[at].kind;
             let mut without = selection.fit.model.clone();
-            without.remove_terms(search.base_terms, |term| term.kind == found.kind);
+            without.remove_terms(search.base_terms, |term| term.kind == kind);
             let rest = self.plain_fit(&without, &self.parameters(&without, search), STEPS)?;
-            let saved = selection.base_squares * (self.mean_square_of_blocks(&rest) - left) / bare;
+            let saved = selection.squares_of(self, base, &rest) - selection.selected_squares;
+            let found = &mut selection.selected[at];
             if saved > found.gains.iter().sum::<f64>() {
                 (found.gains, found.share) = (vec![saved], (saved / scale).clamp(0.0, 1.0));
             }

@@ -6,7 +6,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::criterion::{Search, Set};
-use crate::kinds;
+use crate::kinds::{self, is_common};
 
 /// Kinds that are tried two at a time.
 const PAIRED: usize = 10;
@@ -324,8 +324,4 @@ impl Search<'_> {
         }
         set
     }
-}
-
-pub(super) fn is_common(kind: &str) -> bool {
-    kinds::of(kind).is_some_and(|k| k.is_common())
 }

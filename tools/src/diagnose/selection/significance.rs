@@ -3,8 +3,8 @@
 use rayon::prelude::*;
 
 use super::criterion::{Candidate, Search, Set};
-use super::search::is_common;
 use super::surrogates::{SURROGATES, surrogates};
+use crate::kinds::is_common;
 use crate::numerics::block_gram::{BLOCKS, Chosen, t_of_blocks};
 
 /// A gain that repeats in so many blocks, or whose sum is so many times its scatter over them, is believed.
