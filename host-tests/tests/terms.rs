@@ -388,6 +388,25 @@ fn lists_and_stacks_have_an_end() {
     assert_eq!(stack.plant().terms().len(), 0);
 }
 
+/// T_base is the load of a joint, and the simulated torque alone where there is one.
+#[test]
+fn friction_follows_the_load_of_a_joint_and_the_torque_of_a_simulation() {
+    let keys =
+        |values: &[(&'static str, f64)]| Keys(values.iter().map(|(key, value)| (*key, vec![*value])).collect(), 0);
+    let friction = keys(&[("mu", 0.1), ("smoothing_rad_per_s", 1e-3)]);
+    let gravity = keys(&[("cos_nm", 8.0), ("sin_nm", 0.0)]);
+    let sample = Sample { velocity: 1.0, simulated_torque: -20.0, output_angle: 0.0, ..Sample::default() };
+    for (mut stack, load) in [(Stack::<f64, 2>::of_joint(setting()), 8.0), (Stack::of_simulation(setting()), 20.0)] {
+        stack.push(read("load_dependent_friction", &friction).unwrap()).unwrap();
+        stack.push(read("gravity_load", &gravity).unwrap()).unwrap();
+        let sigma = setting::<f64>().sigma;
+        let torque = stack.torque(&mut stack.start(), &sample);
+        let whole = stack.load(&mut stack.start(), &sample) + sigma * 0.1 * load;
+        assert!((torque - whole).abs() < 1e-12, "{torque} N·m is not {whole} N·m");
+        assert!((stack.load(&mut stack.start(), &sample).abs() - 8.0).abs() < 1e-12);
+    }
+}
+
 /// With all places taken a new term makes room of one that does not go on.
 #[test]
 fn a_term_goes_on_where_all_places_are_taken() {

@@ -1,6 +1,6 @@
 //! Friction of the loaded teeth: 1 to 5 % of the torque.
 //!
-//! T += σ μ abs(T_base) sgn v, with T_base = f + z, or gravity and inertia of a joint log; sgn v smoothed as tanh(v/smoothing).
+//! T += σ μ abs(T_base) sgn v, with T_base = f + z, gravity and inertia of a joint log, or T_sim where a simulation is the base; sgn v smoothed as tanh(v/smoothing).
 
 use super::coulomb_friction::SMOOTHING;
 use super::physics::Physics;

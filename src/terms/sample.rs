@@ -26,7 +26,7 @@ pub struct Sample<S> {
     pub acceleration: S,
     /// Θ, °C.
     pub temperature: S,
-    /// T_base = f + z, N·m. A stack without gear sets gravity and inertia, over T_sim where a simulation is the base.
+    /// T_base = f + z, N·m. A stack without gear sets gravity and inertia, or T_sim where a simulation is the base.
     pub base_torque: S,
     /// Its rate, N·m/s.
     pub base_torque_rate: S,

@@ -54,7 +54,7 @@ impl<S: Float<Carry = S>, const K: usize> Stack<S, K> {
         Self { terms: Vec::new(), setting: Setting { c1: S::ZERO, ..setting }, base: Base::Joint }
     }
 
-    /// No terms yet, for what another simulator's torque leaves: T_base is that torque, with gravity and inertia of the terms.
+    /// No terms yet, for what another simulator's torque leaves: T_base is that torque.
     #[must_use]
     pub fn of_simulation(setting: Setting<S>) -> Self {
         Self { terms: Vec::new(), setting: Setting { c1: S::ZERO, ..setting }, base: Base::Simulation }
@@ -260,7 +260,7 @@ impl<'a, S: Float<Carry = S>> StackView<'a, S> {
     }
 
     /// Σ of the torque terms at a sample whose deflection is corrected and whose base torque is known, N·m. Without a gear the base torque is set to
-    /// gravity and inertia, added to T_sim where that is the base.
+    /// gravity and inertia, or to T_sim where that is the base.
     pub fn torque(self, states: &mut [TermState<S>], sample: &Sample<S>) -> S {
         match self.base {
             Base::Gear => self.sum(states, sample),
@@ -271,8 +271,8 @@ impl<'a, S: Float<Carry = S>> StackView<'a, S> {
     /// Without a gear. A frame of its own: the sample is copied.
     #[inline(never)]
     fn torque_over_load(self, states: &mut [TermState<S>], sample: &Sample<S>) -> S {
-        let load = self.load(states, sample);
-        let base_torque = if self.base == Base::Simulation { sample.simulated_torque + load } else { load };
+        let base_torque =
+            if self.base == Base::Simulation { sample.simulated_torque } else { self.load(states, sample) };
         self.sum(states, &Sample { base_torque, ..*sample })
     }
 

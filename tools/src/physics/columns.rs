@@ -200,14 +200,14 @@ impl<'a> Evaluation<'a> {
 
     /// Whether a term adds a torque that changes no other part of the model, and that none changes.
     fn adds_alone(&self, term: &Term) -> bool {
-        let has_gear = self.terms.has_gear();
+        // T_base of a joint is made of its loads; a gear or a simulation gives it.
+        let is_given = self.terms.has_gear() || self.terms.has_simulation();
         let adds = term.info().is_some_and(|info| match info.domain {
             Domain::Torque | Domain::Friction => true,
-            // T_base of a joint is made of its loads.
-            Domain::Load => has_gear || !self.terms.terms().iter().any(|other| other.follows_base()),
+            Domain::Load => is_given || !self.terms.terms().iter().any(|other| other.follows_base()),
             Domain::Deflection | Domain::FrictionScale | Domain::Delay => false,
         });
-        adds && (has_gear || !term.follows_base())
+        adds && (is_given || !term.follows_base())
     }
 
     /// The torque of the model. The columns of terms that depend on the recorded motion only come from `parts`, one for each linear number, so that another value of such a number needs

@@ -173,7 +173,8 @@ impl<'a> RecordingContext<'a> {
         for sample in &followed.past {
             terms.torque(&mut state, sample);
         }
-        let load_rate = if terms.has_gear() { Vec::new() } else { self.load_rate(terms) };
+        let is_given = terms.has_gear() || terms.has_simulation();
+        let load_rate = if is_given { Vec::new() } else { self.load_rate(terms) };
         (0..self.signals.len())
             .map(|row| {
                 let at = |values: &[f64]| values.get(row).copied().unwrap_or(0.0);

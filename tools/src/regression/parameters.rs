@@ -229,9 +229,10 @@ pub fn is_linear(model: &Model, parameter: FreeParameter) -> bool {
 /// Which of the parameters the torque is linear in, all of them together.
 pub fn linear_together(model: &Model, free: &[FreeParameter]) -> Vec<bool> {
     let followed = model.terms.iter().any(Term::follows_base);
-    // T_base is the gear's torque, or the load of a joint without one.
+    // T_base is the gear's torque, that of a simulation, or the load of a joint with neither.
+    let is_of_loads = !model.has_gear() && !model.is_simulation();
     let of_base = |parameter: FreeParameter| match parameter {
-        FreeParameter::Term { .. } => !model.has_gear() && domain(model, parameter) == Some(Domain::Load),
+        FreeParameter::Term { .. } => is_of_loads && domain(model, parameter) == Some(Domain::Load),
         _ => true,
     };
     free.iter().map(|&parameter| is_linear(model, parameter) && !(followed && of_base(parameter))).collect()
