@@ -15,7 +15,7 @@ pub const INDISTINGUISHABLE: f64 = 21.6;
 pub const LARGE_SHARE: f64 = 0.08;
 
 /// What a case holds. Written, and its hash published, before the detector sees the recording.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Key {
     /// The block of the proof that the case belongs to.
     pub block: String,
@@ -51,6 +51,8 @@ pub enum Role {
     /// The plant model is not the base model's: may be found.
     #[serde(rename = "nature")]
     PlantModel,
+    /// A part of the shape of a hidden effect that is an effect of another kind: may be found.
+    Shape,
 }
 
 /// One hidden effect.

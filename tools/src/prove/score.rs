@@ -179,8 +179,10 @@ fn assign<'a>(key: &'a Key, found: &'a [Effect]) -> Vec<(&'a HiddenEffect, &'a E
             let others = [&free[..i], &free[i + 1..]].concat();
             choices.push([vec![(first, *effect)], best(rest, &others)].concat());
         }
-        let worth =
-            |pairs: &Vec<(&HiddenEffect, &Effect)>| (pairs.len(), pairs.iter().filter(|(h, e)| h.is(&e.name)).count());
+        let worth = |pairs: &Vec<(&HiddenEffect, &Effect)>| {
+            let shapes = pairs.iter().filter(|(h, _)| h.role == Role::Shape).count();
+            (pairs.len() - shapes, shapes, pairs.iter().filter(|(h, e)| h.is(&e.name)).count())
+        };
         choices.into_iter().rev().max_by_key(worth).unwrap_or_default()
     }
     best(&key.effects, &found.iter().collect::<Vec<_>>())
@@ -334,6 +336,24 @@ mod tests {
         let of_stribeck = HiddenEffect { made_as: Some("stribeck_friction".to_owned()), ..of_coulomb.clone() };
         assert!(part_of(&[(&of_stribeck, &coulomb)], &viscous));
         assert!(!part_of(&[(&of_coulomb, &coulomb)], &viscous));
+    }
+
+    #[test]
+    fn a_part_of_a_shape_may_be_named_and_takes_no_name_of_the_effect_itself() {
+        let viscous = hidden("viscous_friction", &["coulomb_friction", "viscous_friction"], &[]);
+        let part = HiddenEffect { role: Role::Shape, ..hidden("coulomb_friction", &["coulomb_friction"], &[]) };
+        let key = Key { effects: vec![viscous, part], ..Key::default() };
+        let [coulomb, damping] = ["coulomb_friction", "viscous_friction"].map(|name| found(name, &[]));
+        let both = [coulomb, damping];
+        assert_eq!(assign(&key, &both).len(), 2);
+        // One name alone is that of the effect, where its class holds it.
+        let mut class = both[0].clone();
+        class.equivalents.push("viscous_friction".to_owned());
+        let found = [class];
+        let [(effect, _)] = &assign(&key, &found)[..] else { panic!("one pair") };
+        assert_eq!(effect.role, Role::Hidden);
+        // A name of neither stays wrong.
+        assert!(assign(&key, &[self::found("inertia", &[])]).is_empty());
     }
 
     #[test]

@@ -215,6 +215,7 @@ fn record(seed: u64, rng: &Rng, spec: &CaseSpec, noise: &Noise, draft: &Draft) -
         })
         .collect();
     entries.extend(nature_entry(experiment, noise));
+    entries.extend(draft.hidden.iter().filter_map(shape_entry));
     let unseen = {
         let fitted = experiment.refitted(&effects);
         let rows = experiment.motions[0].time_s.len();
@@ -380,6 +381,22 @@ fn entry(
         parameters: if hidden.library_shape { kinds::parameters(hidden, scale) } else { Default::default() },
         pieces: hidden.pieces.iter().map(|(p, w)| format!("{:e} x {p:?}", w * scale)).collect(),
     }
+}
+
+/// Friction of the output that is a part of the shape of viscous friction or damping: Coulomb friction to whoever finds it.
+fn shape_entry(hidden: &Hidden) -> Option<HiddenEffect> {
+    let is_viscous = matches!(hidden.kind.as_str(), "viscous_friction" | "viscous_damping");
+    let is_brake = |(piece, weight): &(Piece, f64)| matches!(piece, Piece::Friction { .. }) && *weight > 0.0;
+    let kind = "coulomb_friction";
+    (is_viscous && hidden.pieces.iter().any(is_brake)).then(|| HiddenEffect {
+        kind: kind.to_owned(),
+        listed: true,
+        role: Role::Shape,
+        shape: format!("part of the shape of {}", hidden.kind),
+        coordinates: coordinates(kind).iter().map(|c| (*c).to_owned()).collect(),
+        class: vec![kind.to_owned()],
+        ..HiddenEffect::default()
+    })
 }
 
 /// A Maxwell-slip gear's own departure from the base model.
