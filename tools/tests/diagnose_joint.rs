@@ -1,7 +1,7 @@
 //! What is found of a joint. Synthetic recordings.
 
 use gmhm_tools::diagnose::{Finding, Options, diagnose};
-use gmhm_tools::model::{GearSection, Model, Term, TermValue, TorqueSide};
+use gmhm_tools::model::{Base, GearSection, Model, Term, TermValue, TorqueSide};
 use gmhm_tools::recording::Recording;
 
 const PERIOD_S: f64 = 0.002;
@@ -92,6 +92,19 @@ fn a_dip_of_friction_and_a_rise_with_the_velocity_that_hide_each_other_are_found
     assert!(left.extended < 0.01 * left.refitted, "{left:?}");
 }
 
+/// A recording beside a simulation that says gravity and inertia, and the base that has nothing but it.
+fn simulated(
+    motion: impl Fn(f64) -> (f64, f64),
+    simulation: impl Fn(f64) -> f64,
+    torque: impl Fn(f64) -> f64,
+) -> (Recording, Model) {
+    let (mut recording, mut base) = joint(motion, torque);
+    recording.torque_sim_nm = Some(recording.time_s.iter().map(|t| simulation(*t)).collect());
+    base.terms.clear();
+    base.gear.base = Base::Simulation;
+    (recording, base)
+}
+
 #[test]
 fn friction_of_the_position_is_found_beside_presliding_alone() {
     // Dahl's friction over 0.02 rad, by steps so small that its path is exact.
@@ -148,4 +161,30 @@ fn a_dip_of_friction_is_not_made_up_for_by_friction_of_the_position() {
     };
     let found = diagnosed(joint(motion, torque));
     assert_eq!(names(&found), ["coulomb_friction", "position_dependent_friction", "stribeck_friction"]);
+}
+
+#[test]
+fn friction_follows_the_simulated_load_beside_a_payload() {
+    let simulation = |t: f64| 20.0 * two_sines(t).0.sin() + 3.0;
+    let torque = |t: f64| {
+        let (angle, velocity) = two_sines(t);
+        simulation(t) + 6.0 * (angle + 0.4).cos() + 0.15 * simulation(t).abs() * (velocity / 0.02).tanh()
+    };
+    let found = diagnosed(simulated(two_sines, simulation, torque));
+    assert_eq!(names(&found), ["gravity_load", "load_dependent_friction"]);
+    let left = found.diagnosis.heldout.rms;
+    assert!(left.extended < 0.03 * left.refitted, "{left:?}");
+}
+
+/// A simulation of which a third of the gain is missing, and a payload of more torque than was ever recorded.
+#[test]
+fn a_payload_may_be_as_large_as_the_simulated_torque() {
+    let acceleration = |t: f64| -0.3 * t.sin() - 0.1 * 2.3_f64.powi(2) * (2.3 * t).sin();
+    let simulation = |t: f64| 30.0 * (two_sines(t).0 - 0.2).sin() + 6.0 * acceleration(t) + 8.0 * (1.7 * t).sin();
+    let torque = |t: f64| {
+        let (angle, velocity) = two_sines(t);
+        0.7 * simulation(t) - 20.0 * (angle - 0.1).sin() + 2.0 * velocity.signum() * velocity.abs().powf(0.7)
+    };
+    let found = diagnosed(simulated(two_sines, simulation, torque));
+    assert_eq!(names(&found), ["gravity_load", "torque_scale", "viscous_friction"]);
 }

@@ -1,6 +1,6 @@
 //! Frictions whose refitted shape is that of another friction.
 //!
-//! Coulomb friction that changes its sign over much of the speed makes of viscous friction beside it one of a lower exponent.
+//! Coulomb friction that changes its sign over much of the speed makes of viscous friction beside it one of a lower exponent; alone it stands for such viscous friction.
 //!
 //! Friction of the position is the same friction at another angle, so both change their sign over the same velocities. Where a fit smooths it over far higher ones, it
 //! follows over a part of a turn the dip of the friction at low velocity: it predicts the motion recorded, and fails at other angles.
@@ -15,6 +15,8 @@ use crate::model::{Model, Term};
 
 /// Coulomb friction changes its sign over much of the speed from this share of the largest velocity on.
 const MUCH_OF_SPEED: f64 = 0.08;
+/// The key of the exponent of viscous friction.
+const EXPONENT_KEY: &str = "exponent";
 /// Exponent of viscous friction to start from.
 const LOWER_EXPONENT: f64 = 0.8;
 
@@ -78,6 +80,8 @@ pub struct WithoutCoulomb {
     pub kind: &'static str,
     /// The model without it.
     pub model: Model,
+    /// The kind that stands in its place, where none stood beside it.
+    pub instead: Option<&'static str>,
     /// Whether the Coulomb friction comes near its torque within the speeds recorded.
     pub saturated: bool,
 }
@@ -88,22 +92,33 @@ const INNER: std::ops::Range<f64> = 0.61..1.19;
 /// Whether the exponent of the viscous friction of a model is within its limits, and not at one.
 pub fn has_inner_exponent(model: &Model) -> bool {
     let viscous = model.terms.iter().find(|term| term.kind == ViscousFriction.name());
-    viscous.is_some_and(|term| INNER.contains(&number_of(term, "exponent")))
+    viscous.is_some_and(|term| INNER.contains(&number_of(term, EXPONENT_KEY)))
 }
 
-/// A model without the Coulomb friction among the terms from `from` on, if that changes its sign over much of the speed beside viscous friction, and no kind of the model refines it.
+/// A model without the Coulomb friction among the terms from `from` on, if that changes its sign over much of the speed and no kind of the model refines it; with viscous friction in its
+/// place where there is none.
 pub fn without_wide_coulomb(model: &Model, from: usize, fastest_rad_per_s: f64) -> Option<WithoutCoulomb> {
     let kind = CoulombFriction.name();
     let place = |kind: &str| (from..model.terms.len()).find(|at| model.terms[*at].kind == kind);
     let refines = |term: &Term| of_term(term).is_some_and(|other| other.refines().contains(&kind));
     let is_wide = |at: &usize| number_of(&model.terms[*at], SMOOTHING) > MUCH_OF_SPEED * fastest_rad_per_s;
     let coulomb = place(kind).filter(is_wide).filter(|_| !model.terms.iter().any(refines))?;
-    let viscous = place(ViscousFriction.name())?;
     let saturated = saturates(&model.terms[coulomb], fastest_rad_per_s);
+    let viscous = ViscousFriction.name();
     let mut model = model.clone();
-    model.terms[viscous].values.insert("exponent".to_owned(), number(LOWER_EXPONENT));
-    model.terms.remove(coulomb);
-    Some(WithoutCoulomb { kind, model, saturated })
+    let instead = if let Some(own) = place(viscous) {
+        model.terms[own].values.insert(EXPONENT_KEY.to_owned(), number(LOWER_EXPONENT));
+        model.terms.remove(coulomb);
+        None
+    } else if model.has_term(viscous) {
+        return None;
+    } else {
+        let damping = number_of(&model.terms[coulomb], "torque_nm") / fastest_rad_per_s;
+        let values = [("damping_nms_per_rad", number(damping)), (EXPONENT_KEY, number(LOWER_EXPONENT))];
+        model.terms[coulomb] = term(viscous, &values);
+        Some(viscous)
+    };
+    Some(WithoutCoulomb { kind, model, instead, saturated })
 }
 
 #[cfg(test)]
@@ -146,7 +161,8 @@ mod tests {
         assert!(without_wide_coulomb(&joint(0.05, ""), 0, 1.0).is_none());
         for (smoothing, saturated) in [(0.2, true), (0.4, false)] {
             let alone = without_wide_coulomb(&joint(smoothing, ""), 0, 1.0).unwrap();
-            assert_eq!((alone.kind, alone.saturated, alone.model.terms.len()), ("coulomb_friction", saturated, 1));
+            assert_eq!((alone.kind, alone.saturated, alone.instead), ("coulomb_friction", saturated, None));
+            assert_eq!(alone.model.terms.len(), 1);
             assert_eq!(number_of(&alone.model.terms[0], "exponent"), LOWER_EXPONENT);
             assert!(has_inner_exponent(&alone.model));
             let mut at_limit = alone.model;
@@ -157,5 +173,19 @@ mod tests {
         assert!(without_wide_coulomb(&joint(0.2, ""), 1, 1.0).is_none());
         let refined = "[[term]]\nkind = \"position_dependent_friction\"\nangle = \"output\"\norders = [1.0]\ncos_nm = [0.5]\nsin_nm = [0.0]\n";
         assert!(without_wide_coulomb(&joint(0.2, refined), 0, 1.0).is_none());
+    }
+
+    #[test]
+    fn viscous_friction_is_tried_in_the_place_of_such_coulomb_friction_alone() {
+        let text =
+            "format = 1\n[gear]\n[[term]]\nkind = \"coulomb_friction\"\ntorque_nm = 2.0\nsmoothing_rad_per_s = 0.5\n";
+        let other = without_wide_coulomb(&parse("joint.toml", text).unwrap(), 0, 4.0).unwrap();
+        assert_eq!((other.instead, other.model.terms.len()), (Some("viscous_friction"), 1));
+        let viscous = &other.model.terms[0];
+        assert_eq!((number_of(viscous, "damping_nms_per_rad"), number_of(viscous, "exponent")), (0.5, LOWER_EXPONENT));
+        // One of the model given takes no other beside it.
+        let given = "[[term]]\nkind = \"viscous_friction\"\ndamping_nms_per_rad = 3.0\n";
+        let text = text.replacen("[[term]]", &format!("{given}[[term]]"), 1);
+        assert!(without_wide_coulomb(&parse("joint.toml", &text).unwrap(), 1, 4.0).is_none());
     }
 }

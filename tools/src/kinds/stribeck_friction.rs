@@ -4,13 +4,13 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
 use super::build::{number, number_of, smoothed, term};
-use super::coulomb_friction::CoulombFriction;
+use super::coulomb_friction::{CoulombFriction, coulomb_friction};
 use super::draft::Draft;
 use super::experiment::Experiment;
 use super::measures::Measures;
 use super::ranges::{Extent, Ranges};
 use super::viscous_friction::ViscousFriction;
-use super::{Family, Kind, accepts_positive_only, saturates};
+use super::{Family, Kind, SMOOTHING, accepts_positive_only, saturates};
 use crate::model::{Model, Term, TermValue};
 use gmhm::terms::KeyInfo;
 
@@ -20,6 +20,9 @@ const DAMPING: &str = "damping_nms_per_rad";
 
 /// Static over Coulomb friction, at least, for the dip to be named.
 const SMALLEST_STATIC_RATIO: f64 = 1.17;
+
+/// Static friction that decays over more than so many times the largest velocity is Coulomb friction within the recordings: nobody has seen its dip.
+const BEYOND_SPEEDS: f64 = 3.0;
 
 /// Kind `stribeck_friction`.
 pub struct StribeckFriction;
@@ -102,6 +105,12 @@ impl Kind for StribeckFriction {
         saturates(term, extent.fastest_rad_per_s) && number_of(term, STATIC) > number_of(term, COULOMB)
     }
 
+    fn degenerates_to(&self, term: &Term, fastest_rad_per_s: f64) -> Option<Term> {
+        let is_unseen = number_of(term, "stribeck_velocity_rad_per_s") > BEYOND_SPEEDS * fastest_rad_per_s;
+        let is_all = number_of(term, COULOMB) == 0.0 && number_of(term, DAMPING) == 0.0;
+        (is_unseen && is_all).then(|| coulomb_friction(number_of(term, STATIC), number_of(term, SMOOTHING)))
+    }
+
     fn contains(&self) -> &'static [&'static str] {
         &["coulomb_friction", "viscous_friction"]
     }
@@ -121,5 +130,21 @@ impl Kind for StribeckFriction {
         let viscous = value(DAMPING).map(|damping| term(ViscousFriction.name(), &[(DAMPING, damping)]));
         let both = dry.clone().zip(viscous.clone()).map(|(dry, viscous)| vec![dry, viscous]);
         [both, dry.map(|t| vec![t]), viscous.map(|t| vec![t])].into_iter().flatten().collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_dip_beyond_the_speeds_recorded_is_coulomb_friction() {
+        let of = |velocity: f64| {
+            let values = [(COULOMB, 0.0), (STATIC, 0.4), ("stribeck_velocity_rad_per_s", velocity), (SMOOTHING, 0.1)];
+            let own = term(StribeckFriction.name(), &values.map(|(key, value)| (key, number(value))));
+            StribeckFriction.degenerates_to(&own, 2.0)
+        };
+        assert!(of(2.5).is_none());
+        assert_eq!(of(157.0), Some(coulomb_friction(0.4, 0.1)));
     }
 }

@@ -302,10 +302,13 @@ impl<'a> Dataset<'a> {
         (most - least).max(0.0)
     }
 
-    /// What no term of the torque exceeds: the largest torque of the rows that count or, where that is less, their span. A load that holds the torque on one side of 0 may be larger than what it spans.
+    /// What no term of the torque exceeds: the largest torque of the rows that count, recorded or simulated, or, where that is less, the span of the recorded one. A load that holds the torque on one side
+    /// of 0 may be larger than what it spans; a simulated torque that is too large may be what a load and a wrong gain take away.
     pub fn most_of_a_term(&self) -> f64 {
         let own = (0..self.len()).filter(|row| self.counts(*row)).map(|row| self.target[row].abs());
-        own.fold(self.torque_span(), f64::max)
+        let simulated =
+            self.recordings.iter().filter_map(|r| r.torque_sim_nm.as_ref()).flat_map(|torque| torque.iter());
+        own.chain(simulated.map(|torque| torque.abs())).fold(self.torque_span(), f64::max)
     }
 
     /// The mean period of the first recording's rows as looked at, s.

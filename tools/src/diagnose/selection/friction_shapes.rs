@@ -14,8 +14,10 @@ const CLEARLY: f64 = 0.9;
 const AS_GOOD: f64 = 1.025;
 /// or so many times where the Coulomb friction does not come near its torque within the speeds recorded, which is no Coulomb friction.
 const IN_PLACE_OF_NONE: f64 = 2.0;
-/// With an exponent at a limit of its range, which may be another friction's, it stands where it leaves less than this part.
+/// With an exponent at a limit of its range, which may be another friction's, it stands where it leaves less than this part,
 const AT_LIMIT: f64 = 0.95;
+/// and where it was not found beside the Coulomb friction, less than this.
+const IN_PLACE: f64 = 0.8;
 /// Steps of a fit with other shapes.
 const STEPS: usize = 12;
 
@@ -43,17 +45,27 @@ impl Dataset<'_> {
     ) -> Result<Selection, DiagnoseError> {
         let model = &selection.fit.model;
         let without = kinds::without_wide_coulomb(model, search.base_terms, self.fastest_rad_per_s);
-        let Some(without) = without else { return Ok(selection) };
+        let Some(without) = without.filter(|w| w.instead.is_none_or(|kind| search.allows(kind))) else {
+            return Ok(selection);
+        };
         let Some(fit) = self.lawful_fit(base, &without.model, search)? else { return Ok(selection) };
         let allowed = match (kinds::has_inner_exponent(&fit.model), without.saturated) {
+            _ if without.instead.is_some() => IN_PLACE,
             (false, _) => AT_LIMIT,
             (true, true) => AS_GOOD,
             (true, false) => IN_PLACE_OF_NONE,
         };
-        if self.rms_of_blocks(&fit) <= allowed * self.rms_of_blocks(&selection.fit) {
-            self.left_without(base, &mut selection, &[without.kind.to_owned()], fit, search)?;
-            selection.bounds_free();
+        if self.rms_of_blocks(&fit) > allowed * self.rms_of_blocks(&selection.fit) {
+            return Ok(selection);
         }
+        match without.instead {
+            Some(kind) => {
+                selection.selected.iter_mut().filter(|s| s.kind == without.kind).for_each(|s| s.rename(kind));
+                selection.refitted(self, base, fit);
+            }
+            None => self.left_without(base, &mut selection, &[without.kind.to_owned()], fit, search)?,
+        }
+        selection.bounds_free();
         Ok(selection)
     }
 
