@@ -140,6 +140,12 @@ fn a_base_that_short_recordings_do_not_determine_is_held() {
     assert!(names_just(&damping, 1), "{damping:?}");
 }
 
+/// Friction of load and position of a joint, and friction of load, position and velocity: the shapes leave something between which a small Coulomb friction and a creep trade.
+#[test]
+fn an_effect_that_only_trades_between_others_is_not_named() {
+    none_is_misnamed("loud", 10028, &[100_071, 100_119]);
+}
+
 /// Damping of 1.3 N·m beside a drift of 0.9 N·m: curves over velocity and temperature predict everything, the damping alone three quarters.
 #[test]
 fn a_clear_friction_is_named_beside_a_curve_that_predicts_the_rest() {

@@ -171,6 +171,7 @@ impl Dataset<'_> {
         self.settle_classes(&mut verdict, search)?;
         self.unite_with_memory(&mut verdict, search)?;
         self.withhold_similar_kind(&mut verdict, search)?;
+        self.withdraw_unestablished(&mut verdict, search)?;
         verdict.extended = self.with_slipping_elements(verdict.extended, search)?;
         check(progress)?;
         Ok(Searched { verdict, selection, search, suggestions })

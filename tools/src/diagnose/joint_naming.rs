@@ -175,6 +175,7 @@ impl Dataset<'_> {
         likeliest_base: &Fitted,
         search: Search<'_>,
     ) -> Result<Selection, DiagnoseError> {
+        let far = self.is_far_from(base);
         let weak = |s: &Selected, left: f64| {
             let is_common = kinds::is_common(s.kind);
             let alone = match s.fidelity {
@@ -183,7 +184,10 @@ impl Dataset<'_> {
                 Some(_) => CLEAR_GAIN,
             };
             let clear = if follows_slow_signal(s.kind) { CLEAR_GAIN_OF_SLOW * alone } else { alone };
-            s.gains.iter().sum::<f64>() < clear * left
+            let saved = s.gains.iter().sum::<f64>();
+            // Noise is not that large a part of the torque. A few reversals in minutes are few blocks, and outliers to likelihood.
+            let is_more_than_noise = is_common && far && saved >= LARGE * selection.base_squares;
+            saved < clear * left && !is_more_than_noise
         };
         let doubtful: Vec<&'static str> =
             selection.selected.iter().filter(|s| weak(s, selection.selected_squares)).map(|s| s.kind).collect();

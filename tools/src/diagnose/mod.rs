@@ -17,6 +17,7 @@
 //! | `decision` | which of the two searches is believed |
 //! | `doubt` | when likelihood speaks against the names of a selection |
 //! | `equivalents` | the class of a named kind by likelihood |
+//! | `established` | the name withdrawn of an effect whose size is within its uncertainty of zero |
 //! | `hidden_pair` | two kinds that hide each other |
 //! | `locked_input` | friction of the output that is a memory of the deflection |
 //! | `similar_kinds` | the name withheld of an effect that changes with what its kind does not know |
@@ -34,6 +35,7 @@ mod decision;
 pub mod diagnosis;
 mod doubt;
 mod equivalents;
+mod established;
 pub mod evidence;
 pub mod explain;
 mod findings;
