@@ -164,16 +164,27 @@ fn whittaker(x: &[f64], time_s: &[f64]) -> Option<Vec<f64>> {
     for piece in pieces(time_s).into_iter().filter(|piece| piece.len() >= FEWEST_ROWS) {
         let (rows, out) = (&x[piece.clone()], &mut smooth[piece]);
         match resolution {
-            Some(step) => out.copy_from_slice(unround(rows.as_chunks::<1>().0, 0.5 * step, sd).as_flattened()),
+            Some(step) => out.copy_from_slice(
+                unround(rows.as_chunks::<1>().0, 0.5 * step, sd.min(MOST_OF_A_COUNT * step)).as_flattened(),
+            ),
             None => graduate(rows, sd, out),
         }
     }
     Some(smooth)
 }
 
-/// The step of a channel whose counts are all the noise it has, which is bounded then.
+/// Of a channel whose counts are all the noise it has, at most this part of a count is noise.
+const MOST_OF_A_COUNT: f64 = 0.45;
+/// A noise is estimated of at least so many samples.
+const FEWEST_OF_NOISE: usize = 256;
+
+/// The step of a channel whose counts are all the noise it has, which is bounded then. At half a count a sample rounding alternates, which differences take for more noise than it is; of every second
+/// or third sample it does not.
 fn step_of_counts(x: &[f64]) -> Option<f64> {
-    quantisation_step(x).filter(|step| noise_sd(x) < 0.45 * step)
+    let of_every = |stride: usize| noise_sd(&x.iter().step_by(stride).copied().collect::<Vec<f64>>());
+    let strides = [2, 3].into_iter().filter(|stride| x.len() >= FEWEST_OF_NOISE * stride);
+    let least = || strides.map(of_every).fold(noise_sd(x), f64::min);
+    quantisation_step(x).filter(|step| least() < MOST_OF_A_COUNT * step)
 }
 
 /// The recording with each angle whose counts are all the noise it has replaced by the smoothest motion that gives these counts: the counts of a slow motion have a rate in one row of
@@ -256,6 +267,25 @@ mod tests {
             let moment =
                 |p: i32| -> f64 { weights.iter().enumerate().map(|(i, w)| w * (i as f64 - half as f64).powi(p)).sum() };
             assert!((moment(0) - 1.0).abs() < 1e-12 && moment(2).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn a_slow_angle_is_uncounted_at_any_speed() {
+        // From a fifth of a count a sample to three: at half a count, third differences of the counts look like noise of half a count.
+        let step = 3.8e-4;
+        for counts_a_sample in [0.2, 0.47, 0.5, 0.53, 0.9, 1.5, 3.0] {
+            let time: Vec<f64> = (0..3000).map(|k| 0.002 * f64::from(k)).collect();
+            let speed = counts_a_sample * step / 0.002;
+            let angle: Vec<f64> = time.iter().map(|t| speed * (t + 0.05 * t.sin())).collect();
+            let counted = angle.iter().map(|q| (q / step).round() * step).collect::<Vec<f64>>();
+            let recording =
+                Recording { theta_out_rad: Some(counted.into()), time_s: time.clone().into(), ..Recording::default() };
+            let found = rate(uncounted(&recording).theta_out_rad.as_deref().unwrap(), &time);
+            let off =
+                found[100..2900].iter().zip(&time[100..]).map(|(v, t)| (v - speed * (1.0 + 0.05 * t.cos())).abs());
+            let most = off.fold(0.0, f64::max);
+            assert!(most < 0.15 * step / 0.002, "{most} rad/s at {counts_a_sample} counts a sample");
         }
     }
 
