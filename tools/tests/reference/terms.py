@@ -272,11 +272,11 @@ SEVERAL = [
 GRAVITY = series(QO, [1], [3.0], [-1.5])
 INERTIA = 0.2 * ACC
 FRICTION = lambda base: 0.03 * np.abs(base) * SIGN(0.1)
-# Terms over a simulation's torque: T_base is that torque and the payload that it lacks.
+# Terms over a simulation's torque: T_base is that torque, without the payload that it lacks.
 PAYLOAD = series(QO, [1], [0.8], [0.1])
 SIMULATED = [
     PAYLOAD,
-    SIGMA * 0.03 * np.abs(SIM + PAYLOAD) * SIGN(0.1),
+    SIGMA * 0.03 * np.abs(SIM) * SIGN(0.1),
     0.02 * SIM,
 ]
 TORQUE = skew(SIM + sum(SIMULATED))
