@@ -54,7 +54,7 @@ impl<S: Float<Carry = S>, const K: usize> Stack<S, K> {
         Self { terms: Vec::new(), setting: Setting { c1: S::ZERO, ..setting }, base: Base::Joint }
     }
 
-    /// No terms yet, for what another simulator's torque leaves: T_base is that torque.
+    /// No terms yet, for a model that adds its terms to another simulator's torque: T_base is that torque.
     #[must_use]
     pub fn of_simulation(setting: Setting<S>) -> Self {
         Self { terms: Vec::new(), setting: Setting { c1: S::ZERO, ..setting }, base: Base::Simulation }

@@ -1,7 +1,5 @@
 //! A name withdrawn where the recordings cannot tell that its effect is there: its size is within its own uncertainty of zero.
 
-use gmhm::terms::Role;
-
 use crate::diagnose::DiagnoseError;
 use crate::diagnose::diagnosis::UNKNOWN;
 use crate::diagnose::explain::Search;
@@ -11,22 +9,22 @@ use crate::regression::dataset::Dataset;
 use crate::regression::fit::Fitted;
 use crate::regression::parameters::{self, FreeParameter};
 
-/// A size is established where it is at least so many standard deviations from zero.
+/// An effect is certain if its size is at least so many standard deviations from zero.
 const ESTABLISHED: f64 = 2.5;
-/// An effect without which the fit leaves more than so many times the rms error of its own rows keeps its name: what trades with it is the shape of another.
+/// An uncertain effect keeps its name if the fit without it has more than so many times the rms error, on the rows fitted: 2.0 and 4.1 for viscous friction that is there, 1.5 and less for wrong names.
 const MOST_FITTED: f64 = 1.5;
-/// Of the rest, one has no name where the fit without it leaves less than this part of the rms error on held-out blocks. Of a true effect of real machines it leaves more than 0.9.
+/// Otherwise the name is withdrawn if the fit without the effect has less than this part of the rms error on held-out blocks,
 const CLEARLY_BETTER: f64 = 0.8;
-/// An effect whose size is less than its standard deviation may be a trade between effects of other kinds. It is one where those are established without it,
+/// or if the size is less than so many standard deviations, all other effects are certain in that fit,
 const TRADED: f64 = 1.0;
-/// and leave at most so many times the rms error on held-out blocks.
+/// and its rms error on held-out blocks is less than so many times as large.
 const MOST_LEFT: f64 = 1.6;
 /// Steps of the fit without an effect.
 const STEPS: usize = 8;
 
 impl Dataset<'_> {
-    /// Withdraws the name of the effect of one number that is established least beside others, where held-out blocks are predicted clearly better without it, or where it only trades between the
-    /// others. Its term stays in the model.
+    /// Withdraws the name of the least certain effect with a single linear number, if the model without it predicts held-out blocks clearly better, or if it only trades torque between other
+    /// effects. Its term stays in the model.
     pub(super) fn withdraw_unestablished(
         &self,
         verdict: &mut DiagnosisVerdict,
@@ -67,12 +65,7 @@ impl Dataset<'_> {
         for (size, place, term) in open {
             let mut model = extended.model.clone();
             model.terms.remove(term);
-            let free = self.parameters(&model, search);
-            let without = if extended.plain {
-                self.plain_fit(&model, &free, STEPS)?
-            } else {
-                self.fit(&model, &free, Some(&extended.noise), STEPS)?
-            };
+            let without = self.fit_as(extended, &model, &self.parameters(&model, search), STEPS)?;
             if self.rms(&without.residual) > MOST_FITTED * self.rms(&extended.residual) {
                 continue;
             }
@@ -93,11 +86,7 @@ impl Dataset<'_> {
 
 /// By how many standard deviations each linear number of a term is from zero; none of a delay, which has no such number.
 fn sizes(fit: &Fitted, sds: &[Option<f64>], term: usize) -> Vec<f64> {
-    let is_own = |parameter: &FreeParameter| match parameter {
-        FreeParameter::Term { term: of, key, .. } => *of == term && key.role == Role::Linear,
-        _ => false,
-    };
-    let own = fit.parameters.iter().zip(sds).filter(|(parameter, _)| is_own(parameter));
+    let own = fit.parameters.iter().zip(sds).filter(|(parameter, _)| parameter.is_linear_of(term));
     let size = |(parameter, sd): (&FreeParameter, &Option<f64>)| {
         sd.map_or(0.0, |sd| (parameters::value(&fit.model, *parameter) / sd.max(f64::MIN_POSITIVE)).abs())
     };

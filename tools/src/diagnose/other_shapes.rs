@@ -46,7 +46,7 @@ impl Dataset<'_> {
             for other in other_shapes(&best.model.terms[at]) {
                 let mut model = best.model.clone();
                 model.terms[at] = other;
-                let fit = self.fit_as(&best, &model, STEPS)?;
+                let fit = self.fit_as(&best, &model, &best.parameters, STEPS)?;
                 // A gap of 0, with a windup in its place, is no other shape of it.
                 if self.added_by(&fit.model, &self.total(&fit.model)?, at)?.iter().any(|torque| *torque != 0.0) {
                     fits.push(fit);

@@ -56,7 +56,9 @@ pub(super) fn other_pasts<'a>(
         pasts.push(OtherPast { dataset, thin, most_left: FROM_REST });
     }
     let (mut older, mut thin_older) = (dataset.clone(), thin.clone());
-    if thin_older.allow_any_past(extended)? && older.allow_any_past(&dataset.fit_as(extended, &extended.model, 0)?)? {
+    if thin_older.allow_any_past(extended)?
+        && older.allow_any_past(&dataset.fit_as(extended, &extended.model, &extended.parameters, 0)?)?
+    {
         pasts.push(OtherPast { dataset: older, thin: thin_older, most_left: OLDER_PAST });
     }
     Ok(pasts)

@@ -31,7 +31,7 @@ impl Dataset<'_> {
         if !fit.model.terms[search.base_terms..].iter().any(has_edge) {
             return Ok(());
         }
-        let away = self.away_from_zero(&self.total(&fit.model)?).fit_as(fit, &fit.model, STEPS)?;
+        let away = self.away_from_zero(&self.total(&fit.model)?).fit_as(fit, &fit.model, &fit.parameters, STEPS)?;
         for (variance, parameter) in variances.iter_mut().zip(&fit.parameters) {
             let is_edge = matches!(parameter, FreeParameter::Term { term, .. } if has_edge(&fit.model.terms[*term]));
             if is_edge {

@@ -9,7 +9,7 @@ use super::build::{number, number_of, term};
 use super::coulomb_friction::CoulombFriction;
 use super::position_dependent_friction::PositionDependentFriction;
 use super::stribeck_friction::StribeckFriction;
-use super::viscous_friction::ViscousFriction;
+use super::viscous_friction::{ViscousFriction, viscous_friction};
 use super::{Kind, SMOOTHING, of_term, saturates};
 use crate::model::{Model, Term};
 
@@ -106,19 +106,19 @@ pub fn without_wide_coulomb(model: &Model, from: usize, fastest_rad_per_s: f64) 
     let saturated = saturates(&model.terms[coulomb], fastest_rad_per_s);
     let viscous = ViscousFriction.name();
     let mut model = model.clone();
-    let instead = if let Some(own) = place(viscous) {
-        model.terms[own].values.insert(EXPONENT_KEY.to_owned(), number(LOWER_EXPONENT));
+    let beside = place(viscous);
+    if beside.is_none() {
+        if model.has_term(viscous) {
+            return None;
+        }
+        model.terms[coulomb] = viscous_friction(number_of(&model.terms[coulomb], "torque_nm") / fastest_rad_per_s);
+    }
+    let own = &mut model.terms[beside.unwrap_or(coulomb)];
+    own.values.insert(EXPONENT_KEY.to_owned(), number(LOWER_EXPONENT));
+    if beside.is_some() {
         model.terms.remove(coulomb);
-        None
-    } else if model.has_term(viscous) {
-        return None;
-    } else {
-        let damping = number_of(&model.terms[coulomb], "torque_nm") / fastest_rad_per_s;
-        let values = [("damping_nms_per_rad", number(damping)), (EXPONENT_KEY, number(LOWER_EXPONENT))];
-        model.terms[coulomb] = term(viscous, &values);
-        Some(viscous)
-    };
-    Some(WithoutCoulomb { kind, model, instead, saturated })
+    }
+    Some(WithoutCoulomb { kind, model, instead: beside.is_none().then_some(viscous), saturated })
 }
 
 #[cfg(test)]

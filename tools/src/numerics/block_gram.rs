@@ -114,7 +114,7 @@ impl BlockGram {
     }
 
     /// Gives all columns fitted as they are the least ridge at which some of them leave at most so many squares of a target on held-out blocks, or the largest ridge.
-    /// Tells what they leave.
+    /// Returns the squares that they leave at this ridge.
     pub fn steady(&mut self, targets: &Targets, columns: &[usize], most: f64) -> f64 {
         let mut left = f64::INFINITY;
         for ridge in RIDGES {

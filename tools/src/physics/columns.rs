@@ -9,7 +9,7 @@ use super::error::PredictError;
 use super::evaluate::{Followed, RecordingContext};
 use super::predict::{add, context};
 use super::signals::Signals;
-use super::term::{Terms, no_terms};
+use super::term::{Terms, has_given_base, no_terms};
 use crate::model::{Model, Term, TermValue, TorqueSide};
 use crate::recording::Recording;
 
@@ -200,8 +200,7 @@ impl<'a> Evaluation<'a> {
 
     /// Whether a term adds a torque that changes no other part of the model, and that none changes.
     fn adds_alone(&self, term: &Term) -> bool {
-        // T_base of a joint is made of its loads; a gear or a simulation gives it.
-        let is_given = self.terms.has_gear() || self.terms.has_simulation();
+        let is_given = has_given_base(&self.terms);
         let adds = term.info().is_some_and(|info| match info.domain {
             Domain::Torque | Domain::Friction => true,
             Domain::Load => is_given || !self.terms.terms().iter().any(|other| other.follows_base()),

@@ -5,7 +5,7 @@ use gmhm::{Gear, Params};
 
 use super::error::PredictError;
 use super::signals::{Signals, rate};
-use super::term::Terms;
+use super::term::{Terms, has_given_base};
 use crate::recording::{Recording, RecordingError, RecordingProblem};
 
 /// Turning points that host commands remember.
@@ -173,8 +173,7 @@ impl<'a> RecordingContext<'a> {
         for sample in &followed.past {
             terms.torque(&mut state, sample);
         }
-        let is_given = terms.has_gear() || terms.has_simulation();
-        let load_rate = if is_given { Vec::new() } else { self.load_rate(terms) };
+        let load_rate = if has_given_base(terms) { Vec::new() } else { self.load_rate(terms) };
         (0..self.signals.len())
             .map(|row| {
                 let at = |values: &[f64]| values.get(row).copied().unwrap_or(0.0);

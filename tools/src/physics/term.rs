@@ -10,6 +10,11 @@ pub const MOST_TERMS: usize = 32;
 /// The terms of a model, as the host evaluates them.
 pub type Terms = Stack<f64, MOST_TERMS>;
 
+/// Whether a gear or a simulation gives T_base. Otherwise it is the sum of the load terms: gravity and inertia of a joint.
+pub fn has_given_base(terms: &Terms) -> bool {
+    terms.has_gear() || terms.has_simulation()
+}
+
 impl Source<f64> for Term {
     fn get(&self, key: &'static KeyInfo) -> Option<Value<'_, f64>> {
         Some(match (self.values.get(key.name)?, key.form) {

@@ -111,15 +111,21 @@ impl Dataset<'_> {
         }
     }
 
-    /// Fits the numbers of a fit in another model, or along other rows, as they were fitted: by plain least squares, or against coloured noise.
+    /// Fits numbers of another model, or along other rows, as those of a fit were fitted: by plain least squares, or against its coloured noise.
     ///
     /// # Errors
     /// A model that cannot be evaluated.
-    pub fn fit_as(&self, before: &Fitted, model: &Model, most_steps: usize) -> Result<Fitted, EstimateError> {
+    pub fn fit_as(
+        &self,
+        before: &Fitted,
+        model: &Model,
+        free: &[FreeParameter],
+        most_steps: usize,
+    ) -> Result<Fitted, EstimateError> {
         if before.plain {
-            self.plain_fit(model, &before.parameters, most_steps)
+            self.plain_fit(model, free, most_steps)
         } else {
-            self.fit(model, &before.parameters, Some(&before.noise), most_steps)
+            self.fit(model, free, Some(&before.noise), most_steps)
         }
     }
 

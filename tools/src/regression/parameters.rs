@@ -43,6 +43,11 @@ impl FreeParameter {
     pub fn is_of_base(&self, terms: usize) -> bool {
         !matches!(self, Self::Term { term, .. } if *term >= terms)
     }
+
+    /// Whether it is a linear number of one term.
+    pub fn is_linear_of(&self, one: usize) -> bool {
+        matches!(self, Self::Term { term, key, .. } if *term == one && key.role == Role::Linear)
+    }
 }
 
 /// The free numbers of the gear; the zero of the deflection is apart.

@@ -1,7 +1,5 @@
 //! Found terms whose refitted numbers make them no term of their kind.
 
-use gmhm::terms::Role;
-
 use super::STEPS;
 use crate::diagnose::DiagnoseError;
 use crate::diagnose::explain::{Search, is_delay};
@@ -59,12 +57,9 @@ impl Dataset<'_> {
     /// Whether a linear number of a term makes it larger than any may be, as no set of kinds that is selected does.
     fn exceeds_torque(&self, fit: &Fitted, at: usize) -> bool {
         let numbers = fit.parameters.iter().zip(&fit.columns);
-        let largest = numbers.filter_map(|(parameter, column)| match parameter {
-            FreeParameter::Term { term, key, .. } if *term == at && key.role == Role::Linear => {
-                Some(parameters::value(&fit.model, *parameter).abs() * extremes::largest(column))
-            }
-            _ => None,
-        });
+        let own = numbers.filter(|(parameter, _)| parameter.is_linear_of(at));
+        let largest =
+            own.map(|(parameter, column)| parameters::value(&fit.model, *parameter).abs() * extremes::largest(column));
         largest.fold(0.0, f64::max) > self.most_of_a_term()
     }
 
@@ -118,9 +113,7 @@ impl Dataset<'_> {
             spring.add(column);
         }
         let of_element = |(p, column): (&FreeParameter, &Vec<f64>)| {
-            let is_torque =
-                matches!(p, FreeParameter::Term { term, key, .. } if *term == at && key.role == Role::Linear);
-            if !is_torque {
+            if !p.is_linear_of(at) {
                 return None;
             }
             let mut rest = column.clone();

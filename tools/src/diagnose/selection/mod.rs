@@ -135,13 +135,13 @@ impl Selection {
         self.fit = fit;
     }
 
-    /// What a fit leaves on held-out blocks beside the refitted base.
+    /// The squared error of a fit on held-out blocks, on the scale on which that of the refitted base is `base_squares`.
     fn squares_of(&self, dataset: &Dataset<'_>, base: &Fitted, fit: &Fitted) -> f64 {
         let left = dataset.rms_of_blocks(fit) / dataset.rms_of_blocks(base).max(f64::MIN_POSITIVE);
         self.base_squares * left * left
     }
 
-    /// Counts what was selected as the best free description where it leaves less than every free function.
+    /// Lowers the squared error of the best free description to that of the selection, where this is smaller.
     fn bounds_free(&mut self) {
         self.free_squares = self.free_squares.min(self.selected_squares);
     }

@@ -82,6 +82,11 @@ pub const FRICTION: [&str; 6] = [
     "position_dependent_friction",
 ];
 
+/// [`coordinates`] as a key holds them.
+pub fn coordinate_names(kind: &str) -> Vec<String> {
+    coordinates(kind).iter().map(|name| (*name).to_owned()).collect()
+}
+
 /// The coordinates of MODEL.md section 7 in which `kind` shows.
 pub fn coordinates(kind: &str) -> &'static [&'static str] {
     match kind {

@@ -14,6 +14,7 @@ mod rng;
 mod simulated;
 mod truth;
 
+use kinds::coordinate_names;
 pub use kinds::{FRICTION, KINDS, OUTSIDE, coordinates, fits_a_joint, parts};
 pub use noise::{Colour, real_residuals};
 pub use omitted::kinds as omitted_kinds;
@@ -375,7 +376,7 @@ fn entry(
         share: None,
         evidence,
         visible: evidence >= INDISTINGUISHABLE,
-        coordinates: coordinates(&hidden.kind).iter().map(|c| (*c).to_owned()).collect(),
+        coordinates: coordinate_names(&hidden.kind),
         class,
         unexplained: leaves,
         parameters: if hidden.library_shape { kinds::parameters(hidden, scale) } else { Default::default() },
@@ -393,7 +394,7 @@ fn shape_entry(hidden: &Hidden) -> Option<HiddenEffect> {
         listed: true,
         role: Role::Shape,
         shape: format!("part of the shape of {}", hidden.kind),
-        coordinates: coordinates(kind).iter().map(|c| (*c).to_owned()).collect(),
+        coordinates: coordinate_names(kind),
         class: vec![kind.to_owned()],
         ..HiddenEffect::default()
     })
@@ -419,7 +420,7 @@ fn nature_entry(experiment: &Experiment, noise: &Noise) -> Option<HiddenEffect> 
         before_nm: size_nm,
         evidence: torque.len() as f64 * (size_nm / noise.rms_nm).powi(2),
         visible: true,
-        coordinates: coordinates(kind).iter().map(|c| (*c).to_owned()).collect(),
+        coordinates: coordinate_names(kind),
         class: vec![kind.to_owned()],
         ..HiddenEffect::default()
     })

@@ -1,12 +1,12 @@
 //! Cases of joint logs: a rigid-body torque, or terms of gravity and inertia, beside the measured torque, and what they leave out.
 
 use super::arm::{Arm, Path, Style};
-use super::kinds::FRICTION;
+use super::kinds::{FRICTION, coordinate_names};
 use super::linear;
 use super::noise::{Noise, quantise, rms};
 use super::omitted::{self, Omitted, Sum};
 use super::rng::Rng;
-use super::{Case, CaseSpec, PlantKind, Unseen, coordinates, deviation, parts};
+use super::{Case, CaseSpec, PlantKind, Unseen, deviation, parts};
 use crate::model::{Base, GearSection, Model, Term, TermValue, TorqueSide};
 use crate::prove::key::{HiddenEffect, INDISTINGUISHABLE, Key, LARGE_SHARE};
 use crate::recording::Recording;
@@ -231,7 +231,7 @@ fn entry(draft: &Draft, index: usize, left_out: f64, noise: &Noise) -> HiddenEff
     // What nobody could tell from Coulomb friction is called that.
     let kind = class.last().unwrap_or(&effect.kind).clone();
     HiddenEffect {
-        coordinates: coordinates(&kind).iter().map(|c| (*c).to_owned()).collect(),
+        coordinates: coordinate_names(&kind),
         made_as: (effect.kind != kind).then(|| effect.kind.clone()),
         kind,
         listed: true,
