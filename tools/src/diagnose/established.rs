@@ -15,15 +15,17 @@ const ESTABLISHED: f64 = 2.5;
 const MOST_FITTED: f64 = 1.5;
 /// Otherwise the name is withdrawn if the fit without the effect has less than this part of the rms error on held-out blocks,
 const CLEARLY_BETTER: f64 = 0.8;
-/// or if the size is less than so many standard deviations, all other effects are certain in that fit,
+/// or if the size, the largest of several, is less than so many standard deviations, all other effects are certain in that fit,
 const TRADED: f64 = 1.0;
-/// and its rms error on held-out blocks is less than so many times as large.
+/// and its rms error on held-out blocks is less than so many times as large,
 const MOST_LEFT: f64 = 1.6;
+/// for an effect of several numbers, as friction of the position that holds in one block only, less than so many times.
+const MOST_LEFT_BY_SEVERAL: f64 = 1.02;
 /// Steps of the fit without an effect.
 const STEPS: usize = 8;
 
 impl Dataset<'_> {
-    /// Withdraws the name of the least certain effect with a single linear number, if the model without it predicts held-out blocks clearly better, or if it only trades torque between other
+    /// Withdraws the name of the least certain effect with a single linear number, or with several that are all within [`TRADED`] of zero, if the model without it predicts held-out blocks clearly better, or if it only trades torque between other
     /// effects. Its term stays in the model.
     pub(super) fn withdraw_unestablished(
         &self,
@@ -55,14 +57,17 @@ impl Dataset<'_> {
         }
         let sds = self.standard_deviations(extended);
         let is_contained = |name: &str| effects.iter().any(|other| kinds::contains(&other.name, name));
-        let of_one_number =
+        let uncertain =
             named.iter().filter(|(place, _)| !is_contained(&effects[*place].name)).filter_map(|(place, term)| {
-                let [size] = sizes(extended, &sds, *term)[..] else { return None };
-                (size < ESTABLISHED).then_some((size, *place, *term))
+                let sizes = sizes(extended, &sds, *term);
+                let size = sizes.iter().copied().reduce(f64::max)?;
+                let (least, most_left) =
+                    if sizes.len() == 1 { (ESTABLISHED, MOST_LEFT) } else { (TRADED, MOST_LEFT_BY_SEVERAL) };
+                (size < least).then_some((size, most_left, *place, *term))
             });
-        let mut open: Vec<(f64, usize, usize)> = of_one_number.collect();
+        let mut open: Vec<(f64, f64, usize, usize)> = uncertain.collect();
         open.sort_by(|a, b| a.0.total_cmp(&b.0));
-        for (size, place, term) in open {
+        for (size, most_left, place, term) in open {
             let mut model = extended.model.clone();
             model.terms.remove(term);
             let without = self.fit_as(extended, &model, &self.parameters(&model, search), STEPS)?;
@@ -75,7 +80,7 @@ impl Dataset<'_> {
             let largest = others.filter_map(|other| {
                 sizes(&without, &sds, other - usize::from(other > term)).into_iter().reduce(f64::max)
             });
-            let is_traded = size < TRADED && times < MOST_LEFT && largest.fold(f64::INFINITY, f64::min) >= ESTABLISHED;
+            let is_traded = size < TRADED && times < most_left && largest.fold(f64::INFINITY, f64::min) >= ESTABLISHED;
             if times < CLEARLY_BETTER || is_traded {
                 return Ok(Some(place));
             }

@@ -1,6 +1,6 @@
 //! Frictions whose refitted shape is that of another friction.
 //!
-//! Coulomb friction that changes its sign over much of the speed makes of viscous friction beside it one of a lower exponent; alone it stands for such viscous friction.
+//! Coulomb friction that changes its sign over much of the speed, or is small beside viscous friction, makes of that one of a lower exponent; alone the former stands for such viscous friction.
 //!
 //! Friction of the position is the same friction at another angle, so both change their sign over the same velocities. Where a fit smooths it over far higher ones, it
 //! follows over a part of a turn the dip of the friction at low velocity: it predicts the motion recorded, and fails at other angles.
@@ -15,8 +15,12 @@ use crate::model::{Model, Term};
 
 /// Coulomb friction changes its sign over much of the speed from this share of the largest velocity on.
 const MUCH_OF_SPEED: f64 = 0.08;
+/// Coulomb friction is small up to this part of the viscous friction at the largest velocity.
+const SMALL: f64 = 0.25;
 /// The key of the exponent of viscous friction.
 const EXPONENT_KEY: &str = "exponent";
+/// The key of its size.
+const DAMPING: &str = "damping_nms_per_rad";
 /// Exponent of viscous friction to start from.
 const LOWER_EXPONENT: f64 = 0.8;
 
@@ -66,7 +70,7 @@ pub fn with_dip(model: &Model, from: usize, fastest_rad_per_s: f64) -> (&'static
             (SMOOTHING, number(smoothing)),
         ];
         if !model.has_term(ViscousFriction.name()) {
-            values.push(("damping_nms_per_rad", number(0.0)));
+            values.push((DAMPING, number(0.0)));
         }
         model.terms.push(term(kind, &values));
         model
@@ -74,7 +78,7 @@ pub fn with_dip(model: &Model, from: usize, fastest_rad_per_s: f64) -> (&'static
     (kind, VELOCITIES.iter().map(with).collect())
 }
 
-/// A model with viscous friction of a lower exponent in place of Coulomb friction that changes its sign over much of the speed.
+/// A model with viscous friction of a lower exponent in place of Coulomb friction.
 pub struct WithoutCoulomb {
     /// The kind of Coulomb friction.
     pub kind: &'static str,
@@ -82,8 +86,12 @@ pub struct WithoutCoulomb {
     pub model: Model,
     /// The kind that stands in its place, where none stood beside it.
     pub instead: Option<&'static str>,
-    /// Whether the Coulomb friction comes near its torque within the speeds recorded.
+    /// Whether the Coulomb friction changes its sign over much of the speed.
+    pub wide: bool,
+    /// Whether it comes near its torque within the speeds recorded.
     pub saturated: bool,
+    /// Whether it is small beside the viscous friction.
+    pub small: bool,
 }
 
 /// The exponents within the limits of a fit.
@@ -95,30 +103,40 @@ pub fn has_inner_exponent(model: &Model) -> bool {
     viscous.is_some_and(|term| INNER.contains(&number_of(term, EXPONENT_KEY)))
 }
 
-/// A model without the Coulomb friction among the terms from `from` on, if that changes its sign over much of the speed and no kind of the model refines it; with viscous friction in its
-/// place where there is none.
-pub fn without_wide_coulomb(model: &Model, from: usize, fastest_rad_per_s: f64) -> Option<WithoutCoulomb> {
+/// A model without the Coulomb friction among the terms from `from` on, if that changes its sign over much of the speed or is small beside viscous friction, and no kind of the model refines it; with
+/// viscous friction in its place where there is none.
+pub fn without_coulomb(model: &Model, from: usize, fastest_rad_per_s: f64) -> Option<WithoutCoulomb> {
     let kind = CoulombFriction.name();
     let place = |kind: &str| (from..model.terms.len()).find(|at| model.terms[*at].kind == kind);
     let refines = |term: &Term| of_term(term).is_some_and(|other| other.refines().contains(&kind));
-    let is_wide = |at: &usize| number_of(&model.terms[*at], SMOOTHING) > MUCH_OF_SPEED * fastest_rad_per_s;
-    let coulomb = place(kind).filter(is_wide).filter(|_| !model.terms.iter().any(refines))?;
+    let coulomb = place(kind).filter(|_| !model.terms.iter().any(refines))?;
+    let wide = number_of(&model.terms[coulomb], SMOOTHING) > MUCH_OF_SPEED * fastest_rad_per_s;
     let saturated = saturates(&model.terms[coulomb], fastest_rad_per_s);
+    let torque_nm = number_of(&model.terms[coulomb], "torque_nm");
     let viscous = ViscousFriction.name();
-    let mut model = model.clone();
     let beside = place(viscous);
+    let small = beside.is_some_and(|at| {
+        let own = &model.terms[at];
+        let exponent = if own.values.contains_key(EXPONENT_KEY) { number_of(own, EXPONENT_KEY) } else { 1.0 };
+        torque_nm.abs() < SMALL * number_of(own, DAMPING) * fastest_rad_per_s.powf(exponent)
+    });
+    if !wide && !small {
+        return None;
+    }
+    let mut model = model.clone();
     if beside.is_none() {
         if model.has_term(viscous) {
             return None;
         }
-        model.terms[coulomb] = viscous_friction(number_of(&model.terms[coulomb], "torque_nm") / fastest_rad_per_s);
+        model.terms[coulomb] = viscous_friction(torque_nm / fastest_rad_per_s);
     }
     let own = &mut model.terms[beside.unwrap_or(coulomb)];
     own.values.insert(EXPONENT_KEY.to_owned(), number(LOWER_EXPONENT));
     if beside.is_some() {
         model.terms.remove(coulomb);
     }
-    Some(WithoutCoulomb { kind, model, instead: beside.is_none().then_some(viscous), saturated })
+    let instead = beside.is_none().then_some(viscous);
+    Some(WithoutCoulomb { kind, model, instead, wide, saturated, small })
 }
 
 #[cfg(test)]
@@ -158,9 +176,12 @@ mod tests {
             );
             parse("joint.toml", &text).unwrap()
         };
-        assert!(without_wide_coulomb(&joint(0.05, ""), 0, 1.0).is_none());
+        assert!(without_coulomb(&joint(0.05, ""), 0, 1.0).is_none());
+        // At 4 rad/s it is a sixth of the viscous friction.
+        let small = without_coulomb(&joint(0.05, ""), 0, 4.0).unwrap();
+        assert!(small.small && !small.wide && small.model.terms.len() == 1);
         for (smoothing, saturated) in [(0.2, true), (0.4, false)] {
-            let alone = without_wide_coulomb(&joint(smoothing, ""), 0, 1.0).unwrap();
+            let alone = without_coulomb(&joint(smoothing, ""), 0, 1.0).unwrap();
             assert_eq!((alone.kind, alone.saturated, alone.instead), ("coulomb_friction", saturated, None));
             assert_eq!(alone.model.terms.len(), 1);
             assert_eq!(number_of(&alone.model.terms[0], "exponent"), LOWER_EXPONENT);
@@ -170,22 +191,22 @@ mod tests {
             assert!(!has_inner_exponent(&at_limit));
         }
         // Friction of the model given stays, and so does what another kind refines.
-        assert!(without_wide_coulomb(&joint(0.2, ""), 1, 1.0).is_none());
+        assert!(without_coulomb(&joint(0.2, ""), 1, 1.0).is_none());
         let refined = "[[term]]\nkind = \"position_dependent_friction\"\nangle = \"output\"\norders = [1.0]\ncos_nm = [0.5]\nsin_nm = [0.0]\n";
-        assert!(without_wide_coulomb(&joint(0.2, refined), 0, 1.0).is_none());
+        assert!(without_coulomb(&joint(0.2, refined), 0, 1.0).is_none());
     }
 
     #[test]
     fn viscous_friction_is_tried_in_the_place_of_such_coulomb_friction_alone() {
         let text =
             "format = 1\n[gear]\n[[term]]\nkind = \"coulomb_friction\"\ntorque_nm = 2.0\nsmoothing_rad_per_s = 0.5\n";
-        let other = without_wide_coulomb(&parse("joint.toml", text).unwrap(), 0, 4.0).unwrap();
+        let other = without_coulomb(&parse("joint.toml", text).unwrap(), 0, 4.0).unwrap();
         assert_eq!((other.instead, other.model.terms.len()), (Some("viscous_friction"), 1));
         let viscous = &other.model.terms[0];
-        assert_eq!((number_of(viscous, "damping_nms_per_rad"), number_of(viscous, "exponent")), (0.5, LOWER_EXPONENT));
+        assert_eq!((number_of(viscous, DAMPING), number_of(viscous, "exponent")), (0.5, LOWER_EXPONENT));
         // One of the model given takes no other beside it.
         let given = "[[term]]\nkind = \"viscous_friction\"\ndamping_nms_per_rad = 3.0\n";
         let text = text.replacen("[[term]]", &format!("{given}[[term]]"), 1);
-        assert!(without_wide_coulomb(&parse("joint.toml", &text).unwrap(), 1, 4.0).is_none());
+        assert!(without_coulomb(&parse("joint.toml", &text).unwrap(), 1, 4.0).is_none());
     }
 }

@@ -67,7 +67,7 @@ pub use elements::{
 };
 use experiment::Experiment;
 use free_coordinate::FreeCoordinate;
-pub use friction_shapes::{WithoutCoulomb, has_inner_exponent, is_smoothed_apart, with_dip, without_wide_coulomb};
+pub use friction_shapes::{WithoutCoulomb, has_inner_exponent, is_smoothed_apart, with_dip, without_coulomb};
 pub use lawful::{exceeds_refined, is_reversed, is_within_limits, may_be_reversed, positive_where_needed};
 use measures::Measures;
 use ranges::{Extent, Ranges};

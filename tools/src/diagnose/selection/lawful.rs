@@ -164,7 +164,7 @@ impl Dataset<'_> {
             let may_be_reversed = |term: &Term| {
                 kinds::of_term(term).is_some_and(|k| kinds::may_be_reversed(k, fit.model.is_simulation()))
             };
-            let smooths = self.only_smooths(&fit);
+            let smooths = self.only_smooths(&fit, search)?;
             let is_friction = |term: &Term| kinds::of_term(term).is_some_and(kinds::is_friction_of_motion);
             let mut of_base = base.terms.iter().zip(&fit.model.terms).take(search.base_terms);
             let drives = of_base.any(|(was, is)| is_friction(is) && kinds::is_reversed(is) && !kinds::is_reversed(was));
