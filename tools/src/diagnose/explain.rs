@@ -82,6 +82,8 @@ const NEAR: f64 = 60.0;
 
 /// Interpolation between rows smooths noise with delays of so many rows; with longer ones the mean of early and late turns ripples.
 const SMOOTHS_WITHIN: f64 = 2.0;
+/// A delay does not only smooth if the model without it leaves so many times the rms error.
+const FAR_MORE: f64 = 2.0;
 /// Steps of the fit without a delay.
 const STEPS_WITHOUT_DELAY: usize = 4;
 
@@ -175,53 +177,53 @@ impl Dataset<'_> {
 
     /// What a delay gains beside a fitted model by smoothing the model's own noise between samples, not by being late: the gain of the mean of both signs of it.
     fn smoothing_gain(&self, fit: &Fitted, delayed: &Model) -> f64 {
-        let delay = delayed.terms.iter().find(|t| is_delay(t));
-        let Some(smoothed) = delay.and_then(|delay| self.smoothed(fit, delay)) else { return 0.0 };
+        let Some(term) = delayed.terms.iter().find(|t| is_delay(t)) else { return 0.0 };
+        let mut model = fit.model.clone();
+        model.terms.push(term.clone());
+        let Some([now, late, early]) = self.about_delay(&model, model.terms.len() - 1) else { return 0.0 };
+        let smoothed: Vec<f64> =
+            (0..now.len()).map(|i| fit.residual[i] - 0.5 * (late[i] + early[i]) + now[i]).collect();
         let base = fit.parameter_columns();
         let profile = self.layout().best_profile(&base, &smoothed, &fit.noise);
         fit.minus_two_log_likelihood - profile.minus_two_log_likelihood
     }
 
-    /// Whether a fit has a delay that saves as much by smoothing the model's own noise between samples as by being late. What smoothing saves is asked of the model refitted without the delay: a ripple
-    /// that keeps its amplitude is better smoothed, too, where the delay turns its phase by much.
+    /// Whether a fit has a delay that saves as much by smoothing the model's own noise between samples as by being late. A ripple that keeps its amplitude is better smoothed, too, where the delay
+    /// turns its phase by much: a delay without which the refitted model leaves far more does not only smooth.
     ///
     /// # Errors
     /// A model that cannot be evaluated.
     pub fn only_smooths(&self, fit: &Fitted, search: Search<'_>) -> Result<bool, DiagnoseError> {
-        let Some(at) = fit.model.terms.iter().position(|t| is_delay(t) && self.may_smooth(t)) else { return Ok(false) };
-        let mut model = fit.model.clone();
-        let delay = model.terms.remove(at);
-        let (late, now) = (self.total(&fit.model)?, self.total(&model)?);
-        let in_time: Vec<f64> = (0..now.len()).map(|i| fit.residual[i] + late[i] - now[i]).collect();
-        let without = self.fit_as(fit, &model, &self.parameters(&model, search), STEPS_WITHOUT_DELAY)?;
-        let Some(smoothed) = self.smoothed(&without, &delay) else { return Ok(false) };
-        let squares = |left: &[f64]| {
-            let left = self.layout().masked(left);
+        let Some(at) = fit.model.terms.iter().position(is_delay) else { return Ok(false) };
+        let Some([now, late, early]) = self.about_delay(&fit.model, at) else { return Ok(false) };
+        let squares = |torque: &dyn Fn(usize) -> f64| {
+            let left: Vec<f64> = (0..late.len()).map(|i| fit.residual[i] + late[i] - torque(i)).collect();
+            let left = self.layout().masked(&left);
             dot(&left, &left)
         };
-        let by_smoothing = squares(&without.residual) - squares(&smoothed);
-        Ok(by_smoothing > 0.5 * (squares(&in_time) - squares(&fit.residual)))
+        let without = squares(&|i| now[i]);
+        let smoothed = without - squares(&|i| 0.5 * (late[i] + early[i]));
+        if smoothed <= 0.5 * (without - squares(&|i| late[i])) {
+            return Ok(false);
+        }
+        let mut model = fit.model.clone();
+        model.terms.remove(at);
+        let refitted = self.fit_as(fit, &model, &self.parameters(&model, search), STEPS_WITHOUT_DELAY)?;
+        Ok(self.rms(&refitted.residual) < FAR_MORE * self.rms(&fit.residual))
     }
 
-    /// Whether a delay is short enough to smooth neighbouring rows.
-    fn may_smooth(&self, delay: &Term) -> bool {
-        matches!(delay.values.get("delay_s"), Some(TermValue::Number(s)) if s.abs() <= SMOOTHS_WITHIN * self.period_s())
-    }
-
-    /// What a fit leaves, were its torque the mean of those with a delay and with its opposite; `None` where that is too long to smooth neighbouring rows.
-    fn smoothed(&self, fit: &Fitted, delay: &Term) -> Option<Vec<f64>> {
-        let TermValue::Number(delay_s) = *delay.values.get("delay_s").filter(|_| self.may_smooth(delay))? else {
+    /// The torque of a model without its delay, with it, and with its opposite; `None` where that is too long to smooth neighbouring rows.
+    fn about_delay(&self, model: &Model, at: usize) -> Option<[Vec<f64>; 3]> {
+        let TermValue::Number(delay) = *model.terms[at].values.get("delay_s")? else { return None };
+        if delay.abs() > SMOOTHS_WITHIN * self.period_s() {
             return None;
-        };
-        let with = |delay_s: f64| {
-            let mut model = fit.model.clone();
-            let mut delay = delay.clone();
-            delay.values.insert("delay_s".to_owned(), TermValue::Number(delay_s));
-            model.terms.push(delay);
+        }
+        let with = |delay: f64| {
+            let mut model = model.clone();
+            model.terms[at].values.insert("delay_s".to_owned(), TermValue::Number(delay));
             self.total(&model).ok()
         };
-        let (now, late, early) = (with(0.0)?, with(delay_s)?, with(-delay_s)?);
-        Some((0..now.len()).map(|i| fit.residual[i] - 0.5 * (late[i] + early[i]) + now[i]).collect())
+        Some([with(0.0)?, with(delay)?, with(-delay)?])
     }
 
     /// A proposal beside a fit, its linear numbers and those of the fit estimated together from the noise given on; `None` where they are none that the kind may have.
