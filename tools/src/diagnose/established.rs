@@ -25,8 +25,8 @@ const MOST_LEFT_BY_SEVERAL: f64 = 1.02;
 const STEPS: usize = 8;
 
 impl Dataset<'_> {
-    /// Withdraws the name of the least certain effect with a single linear number, or with several that are all within [`TRADED`] of zero, if the model without it predicts held-out blocks clearly better, or if it only trades torque between other
-    /// effects. Its term stays in the model.
+    /// Withdraws the name of the least certain effect with a single linear number, or with several that are all within [`TRADED`] of zero, if the model without it predicts held-out
+    /// blocks clearly better, or if it only trades torque between other effects. Its term stays in the model.
     pub(super) fn withdraw_unestablished(
         &self,
         verdict: &mut DiagnosisVerdict,
