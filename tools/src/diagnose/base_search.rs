@@ -6,6 +6,7 @@ use crate::diagnose::DiagnoseError;
 use crate::diagnose::explain::Search;
 use crate::diagnose::naming::DiagnosisVerdict;
 use crate::diagnose::past::{has_slip_elements, other_pasts};
+use crate::diagnose::reduction::rows_of_mean;
 use crate::diagnose::selection::Selection;
 use crate::diagnose::suggestion::Suggestion;
 use crate::model::Model;
@@ -16,9 +17,6 @@ use crate::recording::Recording;
 use crate::regression::assembly::from_cycle;
 use crate::regression::dataset::Dataset;
 use crate::regression::fit::Fitted;
-
-/// Rows that the search looks at: means where there are more. The final fit takes all.
-const SEARCH_ROWS: usize = 10_000;
 
 /// The search takes means of a gear's signals where they change the torque of the base model by less than this share of its residual (rms).
 const LOST_IN_MEANS: f64 = 0.01;
@@ -68,8 +66,7 @@ impl<'a, 'r> BaseSearch<'a, 'r> {
         }
         check(progress)?;
         progress.report("searching", 0.15);
-        let stride = dataset.len().div_ceil(SEARCH_ROWS);
-        let thin = dataset.thinned(stride, &plain.residual);
+        let thin = dataset.thinned(rows_of_mean(&dataset.recordings, model.gear.ratio), &plain.residual);
         let mut thin = thin.in_means_within(LOST_IN_MEANS * dataset.rms(&plain.residual), &plain.model)?;
         let mut found = thin.searched(plain, search, progress)?;
         let mut base_held = false;

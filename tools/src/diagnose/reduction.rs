@@ -1,5 +1,6 @@
 //! Fewer rows of long recordings: means of rows where everything moves slowly, stretches of all rows where a mean would hide motion.
 
+use std::borrow::Cow;
 use std::ops::Range;
 
 use crate::recording::{Recording, Samples};
@@ -8,8 +9,20 @@ use crate::signal::plausible::{Remark, sd};
 /// Within the rows of a mean a motion may change by this share of its standard deviation, rms.
 const MOST_OF_DEVIATION: f64 = 0.05;
 
+/// Within a mean of slow motion position, velocity and load may change by this share.
+const MOST_OF_SLOW_DEVIATION: f64 = 0.01;
+
 /// Within a mean the motor may turn by this angle, rms, rad: of an order of 4 a mean leaves sin(0.2)/0.2 = 0.993.
 const MOST_OF_TURN_RAD: f64 = 0.1;
+
+/// Rows that the search looks at: means where there are more. The final fit takes all.
+const SEARCH_ROWS: usize = 10_000;
+
+/// So many do where everything moves slowly.
+const SEARCH_ROWS_OF_SLOW_MOTION: usize = 4_500;
+
+/// The longest mean that the search takes of slow motion, s: a tone of 40 Hz keeps sin(0.63)/0.63 = 0.94 of its amplitude.
+const LONGEST_MEAN_S: f64 = 0.005;
 
 /// Stretches of a recording.
 const STRETCHES: usize = 8;
@@ -27,7 +40,7 @@ pub fn reduced(recordings: &[Recording], ratio: Option<f64>, most: usize) -> (Ve
         }
         // Without a ratio it stays without a deflection, and what needs one is refused later.
         let _ = recording.derive_deflection(ratio);
-        if moves_within(&recording, each) {
+        if moves_within(&recording, each, MOST_OF_DEVIATION) {
             let stretches = stretches(recording.len(), each);
             remarks.push(Remark::Stretches {
                 file: recording.name.clone(),
@@ -43,10 +56,38 @@ pub fn reduced(recordings: &[Recording], ratio: Option<f64>, most: usize) -> (Ve
     (reduced, remarks)
 }
 
-/// Whether something moves too far within so many rows for their mean to stand for them.
-fn moves_within(recording: &Recording, rows: usize) -> bool {
+/// How many rows the search looks at as one: as few as leave it [`SEARCH_ROWS`], or more where position, velocity and load hardly change within their mean.
+pub fn rows_of_mean(recordings: &[Cow<'_, Recording>], ratio: Option<f64>) -> usize {
+    let rows: usize = recordings.iter().map(|r| r.len()).sum();
+    let least = rows.div_ceil(SEARCH_ROWS);
+    let slow = |each: &usize| recordings.iter().all(|r| moves_slowly(r, ratio, *each));
+    (least + 1..=rows / SEARCH_ROWS_OF_SLOW_MOTION).rev().find(slow).unwrap_or(least)
+}
+
+/// Whether a mean of so many rows stands for them, for their velocities and for what repeats with the turns of the motor.
+fn moves_slowly(recording: &Recording, ratio: Option<f64>, rows: usize) -> bool {
+    let seconds = recording.time_s[recording.len() - 1] - recording.time_s[0];
+    let mean_s = seconds * rows as f64 / recording.len() as f64;
+    let motions = [&recording.deflection_rad, &recording.theta_out_rad, &recording.theta_in_rad];
+    let steady = |motion: &Samples| {
+        let turns: Vec<f64> = motion.chunks_exact(rows).map(|chunk| chunk[rows - 1] - chunk[0]).collect();
+        motion_within(&turns, 2) <= MOST_OF_SLOW_DEVIATION * motion_within(motion, rows)
+    };
+    let even = |velocity: &Samples| motion_within(velocity, rows) <= MOST_OF_SLOW_DEVIATION * sd(velocity);
+    // The motor's turns by those of the output, where it is not recorded.
+    let motor_slow =
+        |output: &Samples| ratio.is_some_and(|ratio| ratio * motion_within(output, rows) <= MOST_OF_TURN_RAD);
+    mean_s <= LONGEST_MEAN_S
+        && !moves_within(recording, rows, MOST_OF_SLOW_DEVIATION)
+        && motions.into_iter().flatten().all(steady)
+        && recording.velocity_out_rad_per_s.as_ref().is_none_or(even)
+        && (recording.theta_in_rad.is_some() || recording.theta_out_rad.as_ref().is_none_or(motor_slow))
+}
+
+/// Whether something moves too far within so many rows for their mean to stand for them: by more than a share of its standard deviation, or a motor by more than [`MOST_OF_TURN_RAD`].
+fn moves_within(recording: &Recording, rows: usize, share: f64) -> bool {
     let slow = [&recording.deflection_rad, &recording.theta_out_rad, &recording.torque_sim_nm];
-    let moves = |motion: &Samples| motion_within(motion, rows) > MOST_OF_DEVIATION * sd(motion);
+    let moves = |motion: &Samples| motion_within(motion, rows) > share * sd(motion);
     let turns = |motor: &Samples| motion_within(motor, rows) > MOST_OF_TURN_RAD;
     slow.into_iter().flatten().any(moves) || recording.theta_in_rad.as_ref().is_some_and(turns)
 }
@@ -69,8 +110,8 @@ mod tests {
     use super::*;
 
     /// A motor that turns at a steady speed under a swinging load, 1 kHz.
-    fn turning(rad_per_s: f64, load_hz: f64) -> Recording {
-        let time_s: Vec<f64> = (0..100_000).map(|k| f64::from(k) * 1e-3).collect();
+    fn turning(rad_per_s: f64, load_hz: f64, rows: u32) -> Recording {
+        let time_s: Vec<f64> = (0..rows).map(|k| f64::from(k) * 1e-3).collect();
         Recording {
             theta_in_rad: Some(time_s.iter().map(|t| rad_per_s * t).collect()),
             deflection_rad: Some(time_s.iter().map(|t| (std::f64::consts::TAU * load_hz * t).sin()).collect()),
@@ -81,11 +122,30 @@ mod tests {
 
     #[test]
     fn slow_motion_is_read_in_means_fast_motion_in_stretches_of_all_rows() {
-        let (means, remarks) = reduced(&[turning(1.0, 0.1)], None, 10_000);
+        let (means, remarks) = reduced(&[turning(1.0, 0.1, 100_000)], None, 10_000);
         assert_eq!((means.len(), means[0].len(), remarks.len()), (1, 10_000, 0));
-        let (stretches, remarks) = reduced(&[turning(100.0, 1.0)], None, 10_000);
+        let (stretches, remarks) = reduced(&[turning(100.0, 1.0, 100_000)], None, 10_000);
         assert_eq!((stretches.len(), stretches[0].len(), remarks.len()), (8, 1250, 1));
         assert_eq!(stretches[7].time_s.last(), Some(&99.999));
-        assert_eq!(reduced(&[turning(100.0, 1.0)], None, 100_000).0, [turning(100.0, 1.0)]);
+        assert_eq!(reduced(&[turning(100.0, 1.0, 100_000)], None, 100_000).0, [turning(100.0, 1.0, 100_000)]);
+    }
+    #[test]
+    fn the_search_takes_longer_means_of_slow_motion_only() {
+        let rows = |recording: Recording| rows_of_mean(&[Cow::Owned(recording)], Some(100.0));
+        assert_eq!(rows(turning(20.0, 0.2, 18_000)), 4);
+        assert_eq!(rows(turning(20.0, 2.0, 18_000)), 2, "a load that swings fast");
+        assert_eq!(rows(turning(50.0, 0.2, 18_000)), 2, "a motor that turns fast");
+        assert_eq!(rows(turning(20.0, 0.2, 100_000)), 10, "long means already");
+        let mut jerky = turning(20.0, 0.2, 18_000);
+        jerky.theta_in_rad = Some(jerky.time_s.iter().map(|t| 20.0 * t + 2e-3 * (600.0 * t).sin()).collect());
+        assert_eq!(rows(jerky), 2, "a motor whose velocity changes");
+        let output = Recording {
+            theta_out_rad: turning(0.2, 0.2, 18_000).theta_in_rad,
+            deflection_rad: None,
+            theta_in_rad: None,
+            ..turning(0.0, 0.2, 18_000)
+        };
+        let (known, unknown) = (Some(100.0), None);
+        assert_eq!([known, unknown].map(|ratio| rows_of_mean(&[Cow::Borrowed(&output)], ratio)), [4, 2]);
     }
 }
