@@ -169,6 +169,7 @@ impl Dataset<'_> {
         self.unite_with_memory(&mut verdict, search)?;
         self.withhold_similar_kind(&mut verdict, search)?;
         self.withdraw_unestablished(&mut verdict, search)?;
+        self.with_friction_of_one_speed(&mut verdict, search)?;
         verdict.extended = self.with_slipping_elements(verdict.extended, search)?;
         check(progress)?;
         Ok(Searched { verdict, selection, search, suggestions })

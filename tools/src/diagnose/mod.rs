@@ -20,6 +20,7 @@
 //! | `established` | the name withdrawn of an effect whose size is within its uncertainty of zero |
 //! | `hidden_pair` | two kinds that hide each other |
 //! | `locked_input` | friction of the output that is a memory of the deflection |
+//! | `one_speed` | friction seen at one speed: the kind that does not rise with it |
 //! | `similar_kinds` | the name withheld of an effect that changes with what its kind does not know |
 //! | `soft_edges` | what a soft edge adds to the uncertainty of a gap |
 //! | `other_shapes` | the likeliest shape of what was found, and what the others add to its uncertainty |
@@ -46,6 +47,7 @@ mod locked_input;
 pub mod naming;
 pub mod next_experiment;
 pub mod nonparametric;
+mod one_speed;
 mod other_shapes;
 pub(crate) mod past;
 pub mod pipeline;

@@ -229,6 +229,11 @@ pub trait Kind: Sync {
         None
     }
 
+    /// For a friction that rises with the speed: the friction of this torque, N·m, that recordings of motion at one speed, rad/s, cannot distinguish from it, and that does not rise.
+    fn at_one_speed(&self, _torque_nm: f64, _speed_rad_per_s: f64) -> Option<Term> {
+        None
+    }
+
     /// Whether what this kind has beyond the kinds that it [contains](Self::contains) is large enough to be named.
     fn exceeds_what_it_contains(&self, _term: &Term) -> bool {
         true

@@ -3,12 +3,16 @@
 use rand_chacha::ChaCha8Rng;
 
 use super::build::{number, term};
+use super::coulomb_friction::coulomb_friction;
 use super::draft::Draft;
 use super::experiment::Experiment;
 use super::measures::Measures;
 use super::ranges::Ranges;
 use super::{Family, Kind};
 use crate::model::{Model, Term};
+
+/// Coulomb friction in the place of viscous friction begins to be fitted with a sign smoothed over this part of the speed.
+const SHARP: f64 = 0.1;
 
 /// Kind `viscous_friction`.
 pub struct ViscousFriction;
@@ -57,6 +61,10 @@ impl Kind for ViscousFriction {
 
     fn shape_refines(&self, term: &Term) -> Option<&'static str> {
         term.values.contains_key("exponent").then_some("coulomb_friction")
+    }
+
+    fn at_one_speed(&self, torque_nm: f64, speed_rad_per_s: f64) -> Option<Term> {
+        Some(coulomb_friction(torque_nm, SHARP * speed_rad_per_s))
     }
 
     fn draft(&self, _shape: &str, measures: &Measures, _random: &mut ChaCha8Rng) -> Draft {
