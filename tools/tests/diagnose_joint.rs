@@ -90,6 +90,28 @@ fn a_delay_of_less_than_two_rows_is_found_beside_a_ripple() {
     assert!(matches!(delay, Some(TermValue::Number(s)) if (s - 0.0125).abs() < 2e-4), "{delay:?}");
 }
 
+/// Strokes at 0.1 rad/s: angle and velocity, the smoothed sum of the first harmonics of a square wave.
+fn even_strokes(t: f64) -> (f64, f64) {
+    let base = 1.6;
+    (0..4).map(|k| f64::from(2 * k + 1)).fold((0.0, 0.0), |(angle, velocity), n| {
+        let share = 0.1 * 4.0 / std::f64::consts::PI * (0.2 * n).sin() / (0.2 * n) / n;
+        (angle - share / (n * base) * (n * base * t).cos(), velocity + share * (n * base * t).sin())
+    })
+}
+
+/// The sign of the friction changes over two thirds of the speed, in another shape than that of its kind: viscous friction is nearly as close.
+#[test]
+fn friction_seen_at_one_speed_does_not_rise_beyond_it() {
+    let torque = |t: f64| {
+        let (angle, velocity) = even_strokes(t);
+        5.0 * angle.sin() + 0.3 * (velocity / 0.065).atan()
+    };
+    let found = diagnosed(joint(even_strokes, torque));
+    let effect = &found.diagnosis.effects[0];
+    assert_eq!((names(&found), effect.name.as_str()), (vec!["coulomb_friction"], "coulomb_friction"));
+    assert!(effect.equivalents.iter().any(|kind| kind == "viscous_friction"), "{:?}", effect.equivalents);
+}
+
 #[test]
 fn a_wrong_side_of_the_torque_is_not_made_up_for_by_friction_of_the_position() {
     let motion = |t: f64| (0.8 * (1.2 * t).sin(), 0.96 * (1.2 * t).cos());
