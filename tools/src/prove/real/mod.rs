@@ -5,6 +5,7 @@
 //! measured by textbook least squares with the true terms: the share of the base's squared error, held out in eight
 //! blocks, that it takes, over the share that those terms take.
 
+mod asked;
 mod entry;
 mod question;
 mod report;
@@ -53,7 +54,7 @@ pub fn questions(
     let (mut questions, mut missing) = (Vec::new(), Vec::new());
     for entry in Entry::all().into_iter().filter(|e| split.is_none_or(|s| e.split == s)) {
         if folder.join(&entry.file).exists() {
-            questions.extend(question::of(&entry, folder, parts)?);
+            questions.extend(asked::of(&entry, folder, parts)?);
         } else {
             missing.push(entry.file);
         }
