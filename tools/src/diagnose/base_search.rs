@@ -6,7 +6,7 @@ use crate::diagnose::DiagnoseError;
 use crate::diagnose::explain::Search;
 use crate::diagnose::naming::DiagnosisVerdict;
 use crate::diagnose::past::{has_slip_elements, other_pasts};
-use crate::diagnose::reduction::rows_of_mean;
+use crate::diagnose::reduction::{loses_waves, rows_of_mean};
 use crate::diagnose::selection::Selection;
 use crate::diagnose::suggestion::Suggestion;
 use crate::model::Model;
@@ -184,9 +184,9 @@ impl Dataset<'_> {
         })
     }
 
-    /// The same rows in means of the signals where a gear moves so slowly that its torque along them differs by at most `allowed` (rms) from the means of its torque.
+    /// The same rows in means of the signals where a gear moves so slowly that its torque along them differs by at most `allowed` (rms) from the means of its torque, and the motor so slowly that no wave of its turn is lost.
     fn in_means_within(self, allowed: f64, model: &Model) -> Result<Self, DiagnoseError> {
-        if self.stride == 1 || !model.has_gear() {
+        if self.stride == 1 || !model.has_gear() || loses_waves(&self.recordings, self.stride) {
             return Ok(self);
         }
         let means = self.with_mean_signals();

@@ -15,6 +15,10 @@ const MOST_OF_SLOW_DEVIATION: f64 = 0.01;
 /// Within a mean the motor may turn by this angle, rms, rad: of an order of 4 a mean leaves sin(0.2)/0.2 = 0.993.
 const MOST_OF_TURN_RAD: f64 = 0.1;
 
+/// On means of the signals the search evaluates a gear only if a wave of order 2 of the motor's turn loses less than this part of its amplitude, rms, in a mean: one that loses 0.026 seems to
+/// change with the speed in a recording of ten million rows, and a kind that does not is not named.
+const MOST_LOST_OF_WAVE: f64 = 0.02;
+
 /// Rows that the search looks at: means where there are more. The final fit takes all.
 const SEARCH_ROWS: usize = 10_000;
 
@@ -62,6 +66,16 @@ pub fn rows_of_mean(recordings: &[Cow<'_, Recording>], ratio: Option<f64>) -> us
     let least = rows.div_ceil(SEARCH_ROWS);
     let slow = |each: &usize| recordings.iter().all(|r| moves_slowly(r, ratio, *each));
     (least + 1..=rows / SEARCH_ROWS_OF_SLOW_MOTION).rev().find(slow).unwrap_or(least)
+}
+
+/// Whether a mean of so many rows takes [`MOST_LOST_OF_WAVE`] of a wave over the motor's turn: of order n, with equal steps that sum up to φ, n² φ²/24 · (rows + 1)/(rows − 1).
+pub fn loses_waves(recordings: &[Cow<'_, Recording>], rows: usize) -> bool {
+    const ORDER: f64 = 2.0;
+    let lost = |motor: &Samples| {
+        let of_steps = (rows + 1) as f64 / (rows - 1) as f64;
+        (ORDER * motion_within(motor, rows)).powi(2) / 24.0 * of_steps
+    };
+    rows > 1 && recordings.iter().filter_map(|r| r.theta_in_rad.as_ref()).any(|motor| lost(motor) > MOST_LOST_OF_WAVE)
 }
 
 /// Whether a mean of so many rows stands for them, for their velocities and for what repeats with the turns of the motor.
@@ -147,5 +161,13 @@ mod tests {
         };
         let (known, unknown) = (Some(100.0), None);
         assert_eq!([known, unknown].map(|ratio| rows_of_mean(&[Cow::Borrowed(&output)], ratio)), [4, 2]);
+    }
+    #[test]
+    fn a_mean_of_two_rows_loses_more_of_a_wave_than_one_of_many_rows_over_the_same_turn() {
+        let recording = [Cow::Owned(turning(100.0, 0.2, 18_000))];
+        // Steps of 0.1 rad: a mean of two rows has cos(0.1) of a wave of order 2, a mean of four sin(0.4)/(4 sin(0.1)).
+        assert_eq!([2, 3, 4].map(|rows| loses_waves(&recording, rows)), [false, false, true]);
+        let lost = [0.1_f64.cos(), (1.0 + 2.0 * 0.2_f64.cos()) / 3.0, 0.4_f64.sin() / (4.0 * 0.1_f64.sin())];
+        assert_eq!(lost.map(|kept| 1.0 - kept > MOST_LOST_OF_WAVE), [false, false, true]);
     }
 }
