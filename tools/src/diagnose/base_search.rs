@@ -66,7 +66,8 @@ impl<'a, 'r> BaseSearch<'a, 'r> {
         }
         check(progress)?;
         progress.report("searching", 0.15);
-        let thin = dataset.thinned(rows_of_mean(&dataset.recordings, model.gear.ratio), &plain.residual);
+        let rows = rows_of_mean(&dataset.recordings, model.gear.ratio, dataset.is_far_from(&plain));
+        let thin = dataset.thinned(rows, &plain.residual);
         let mut thin = thin.in_means_within(LOST_IN_MEANS * dataset.rms(&plain.residual), &plain.model)?;
         let mut found = thin.searched(plain, search, progress)?;
         let mut base_held = false;

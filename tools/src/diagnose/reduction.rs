@@ -60,10 +60,14 @@ pub fn reduced(recordings: &[Recording], ratio: Option<f64>, most: usize) -> (Ve
     (reduced, remarks)
 }
 
-/// How many rows the search looks at as one: as few as leave it [`SEARCH_ROWS`], or more where position, velocity and load hardly change within their mean.
-pub fn rows_of_mean(recordings: &[Cow<'_, Recording>], ratio: Option<f64>) -> usize {
+/// How many rows the search looks at as one: as few as leave it [`SEARCH_ROWS`], or more where position, velocity and load hardly change within their mean. Not if the base is `far` from the
+/// machine: all shapes are approximate there, and with fewer rows more of them get a name.
+pub fn rows_of_mean(recordings: &[Cow<'_, Recording>], ratio: Option<f64>, far: bool) -> usize {
     let rows: usize = recordings.iter().map(|r| r.len()).sum();
     let least = rows.div_ceil(SEARCH_ROWS);
+    if far {
+        return least;
+    }
     let slow = |each: &usize| recordings.iter().all(|r| moves_slowly(r, ratio, *each));
     (least + 1..=rows / SEARCH_ROWS_OF_SLOW_MOTION).rev().find(slow).unwrap_or(least)
 }
@@ -145,7 +149,7 @@ mod tests {
     }
     #[test]
     fn the_search_takes_longer_means_of_slow_motion_only() {
-        let rows = |recording: Recording| rows_of_mean(&[Cow::Owned(recording)], Some(100.0));
+        let rows = |recording: Recording| rows_of_mean(&[Cow::Owned(recording)], Some(100.0), false);
         assert_eq!(rows(turning(20.0, 0.2, 18_000)), 4);
         assert_eq!(rows(turning(20.0, 2.0, 18_000)), 2, "a load that swings fast");
         assert_eq!(rows(turning(50.0, 0.2, 18_000)), 2, "a motor that turns fast");
@@ -160,7 +164,8 @@ mod tests {
             ..turning(0.0, 0.2, 18_000)
         };
         let (known, unknown) = (Some(100.0), None);
-        assert_eq!([known, unknown].map(|ratio| rows_of_mean(&[Cow::Borrowed(&output)], ratio)), [4, 2]);
+        assert_eq!([known, unknown].map(|ratio| rows_of_mean(&[Cow::Borrowed(&output)], ratio, false)), [4, 2]);
+        assert_eq!(rows_of_mean(&[Cow::Borrowed(&output)], known, true), 2, "a base far from the machine");
     }
     #[test]
     fn a_mean_of_two_rows_loses_more_of_a_wave_than_one_of_many_rows_over_the_same_turn() {
