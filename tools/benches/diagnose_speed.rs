@@ -4,13 +4,11 @@
 //! noise 0.05 N·m of first order, a kinematic error of order 2 hidden. Seconds by the clock and of all cores; memory is the largest resident set during the
 //! diagnosis, the recording included (Linux only). Below each line its stages: time, and the largest resident set when they ended.
 
-use std::f64::consts::TAU;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use gmhm_tools::diagnose::{Options, diagnose};
-use gmhm_tools::model::{Model, Term, TermValue};
-use gmhm_tools::physics::predict;
+use gmhm_tools::model::Model;
 use gmhm_tools::progress::Progress;
 use gmhm_tools::recording::Recording;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -21,9 +19,6 @@ use rand_distr::{Distribution, StandardNormal};
 #[path = "../tests/gears/mod.rs"]
 mod gears;
 
-const A: f64 = 1.168e-3;
-const RATIO: f64 = 100.0;
-const PERIOD_S: f64 = 1e-3;
 const SEED: u64 = 1;
 
 /// Rows, and what is aimed at on two cores.
@@ -39,7 +34,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         "rows", "time", "all cores", "memory", "bytes a row", "aim"
     );
     for rows in rows {
-        let (model, recording) = case(rows)?;
+        let (model, recording) = case(rows);
         forget_peak();
         let (clock, cpu) = (Instant::now(), cpu_seconds());
         let bar = Bar::new();
@@ -60,39 +55,18 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 }
 
 /// The base model, and the recording of a gear with a kinematic error.
-fn case(rows: usize) -> Result<(Model, Recording), Box<dyn std::error::Error>> {
-    let (elastic, memory) = gears::published();
-    let mut model = Model { elastic: Some(elastic), memory: Some(memory), ..Model::default() };
-    model.gear.rated_deflection_rad = Some(A);
-    model.gear.ratio = Some(RATIO);
-    let time_s: Vec<f64> = (0..rows).map(|k| k as f64 * PERIOD_S).collect();
-    let deflection = |t: f64| A * (0.55 * (TAU * 0.21 * t).sin() + 0.38 * (TAU * 0.043 * t).sin());
-    let input = |t: f64| 0.3 * (0.7 * t).sin() + 0.2 * (0.31 * t).sin();
-    let end = rows as f64 * PERIOD_S;
-    let mut recording = Recording {
-        name: "synthetic".to_owned(),
-        theta_in_rad: Some(time_s.iter().map(|t| RATIO * input(*t)).collect()),
-        theta_out_rad: Some(time_s.iter().map(|t| input(*t) - deflection(*t)).collect()),
-        deflection_rad: Some(time_s.iter().map(|t| deflection(*t)).collect()),
-        temperature_c: Some(time_s.iter().map(|t| 22.0 + 8.0 * (1.0 - (-3.0 * t / end).exp())).collect()),
-        time_s: time_s.into(),
-        ..Recording::default()
-    };
-    let list = |x: f64| TermValue::List(vec![x]);
-    let values = [("orders", list(2.0)), ("cos_rad", list(6e-6)), ("sin_rad", list(-6e-6))];
-    let values = values.map(|(key, value)| (key.to_owned(), value)).into();
-    let mut truth = model.clone();
-    truth.terms.push(Term { kind: "kinematic_error".to_owned(), values });
-    let mut torque = predict(&truth, None, &recording)?.torque;
+fn case(rows: usize) -> (Model, Recording) {
+    let (model, mut recording) = gears::with_kinematic_error(rows, 1.0);
+    let part = |row: usize| row as f64 / rows as f64;
+    recording.temperature_c = Some((0..rows).map(|row| 22.0 + 8.0 * (1.0 - (-3.0 * part(row)).exp())).collect());
     let mut random = ChaCha8Rng::seed_from_u64(SEED);
     let (carried, mut noise) = (0.9_f64, 0.0);
-    for torque in &mut torque {
+    for torque in recording.torque.iter_mut().flatten() {
         let normal: f64 = StandardNormal.sample(&mut random);
         noise = carried * noise + 0.05 * (1.0 - carried * carried).sqrt() * normal;
         *torque += noise;
     }
-    recording.torque = Some(torque.into());
-    Ok((model, recording))
+    (model, recording)
 }
 
 /// The stage and the time so far, on a terminal; when each stage began, and the most memory until then.

@@ -1,6 +1,6 @@
 //! The shapes of terms: the swarm that searches those of what was found, and the bounds of those in the base model. Synthetic recordings.
 
-use crate::gears::{Path, published, record, walk, with_coloured_noise};
+use crate::gears::{Path, published, record, walk, with_coloured_noise, with_kinematic_error};
 use gmhm_tools::diagnose::diagnosis::ParameterValue;
 use gmhm_tools::diagnose::explain::Search;
 use gmhm_tools::diagnose::{Options, diagnose};
@@ -169,28 +169,7 @@ fn the_likeliest_shape_stands_and_the_others_count_as_uncertainty() {
 /// 1 kHz, the motor at up to 820 rad/s. The search looks at means of two rows, in which the wave loses 5 % of its amplitude at high speed.
 #[test]
 fn a_kinematic_error_at_high_speed_keeps_its_name_in_means_of_rows() {
-    const RATIO: f64 = 100.0;
-    let (elastic, memory) = published();
-    let mut base = Model { elastic: Some(elastic), memory: Some(memory), ..Model::default() };
-    base.gear.rated_deflection_rad = Some(A);
-    base.gear.ratio = Some(RATIO);
-    let time_s: Vec<f64> = (0..12_000).map(|row| 0.001 * f64::from(row)).collect();
-    let input = |t: f64| 20.0 * (0.3 * (0.7 * t).sin() + 0.2 * (0.31 * t).sin());
-    let turn = |hz: f64| std::f64::consts::TAU * hz;
-    let deflection = |t: f64| A * (0.55 * (turn(0.21) * t).sin() + 0.38 * (turn(0.043) * t).sin());
-    let mut recording = Recording {
-        name: "fast".into(),
-        theta_in_rad: Some(time_s.iter().map(|t| RATIO * input(*t)).collect()),
-        theta_out_rad: Some(time_s.iter().map(|t| input(*t) - deflection(*t)).collect()),
-        deflection_rad: Some(time_s.iter().map(|t| deflection(*t)).collect()),
-        time_s: time_s.into(),
-        ..Recording::default()
-    };
-    let list = |x: f64| TermValue::List(vec![x]);
-    let values = [("orders", list(2.0)), ("cos_rad", list(6e-6)), ("sin_rad", list(-6e-6))];
-    let values = values.map(|(key, value)| (key.to_owned(), value)).into();
-    let truth = Model { terms: vec![Term { kind: "kinematic_error".to_owned(), values }], ..base.clone() };
-    recording.torque = Some(predict(&truth, None, &recording).unwrap().torque.into());
+    let (base, recording) = with_kinematic_error(12_000, 20.0);
     let noisy = with_coloured_noise(&recording, 0.9, 0.022, 1);
     let found = diagnose(&[noisy], &base, &[], &Options::default(), &()).unwrap();
     let names: Vec<&str> = found.diagnosis.effects.iter().map(|e| e.name.as_str()).collect();

@@ -5,7 +5,6 @@ use crate::diagnose::explain::Search;
 use crate::diagnose::naming::{DiagnosisVerdict, EffectVerdict};
 use crate::kinds;
 use crate::model::Term;
-use crate::numerics::vector::dot;
 use crate::regression::dataset::Dataset;
 use crate::regression::fit::Fitted;
 use crate::signal::plausible::correlation;
@@ -49,17 +48,19 @@ impl Dataset<'_> {
         let added = |fit: &Fitted| -> Result<Vec<f64>, DiagnoseError> {
             Ok(self.layout().masked(&self.added_by(&fit.model, &self.total(&fit.model)?, term)?))
         };
-        let Some(kind) = kinds::of(&effect.name).filter(|_| !effect.equivalents.is_empty()) else { return Ok(None) };
-        let rising = added(extended)?;
-        let torque = (dot(&rising, &rising) / self.counted().max(1) as f64).sqrt();
         let is_equivalent = |other: &Term| {
             effect.equivalents.contains(&other.kind)
                 && !extended.model.has_term(&other.kind)
                 && search.allows(&other.kind)
         };
-        let Some(bounded) = kind.at_one_speed(torque, self.fastest_rad_per_s).filter(is_equivalent) else {
+        let bounded =
+            |torque| kinds::of(&effect.name)?.at_one_speed(torque, self.fastest_rad_per_s).filter(is_equivalent);
+        if bounded(1.0).is_none() {
             return Ok(None);
-        };
+        }
+        let rising = added(extended)?;
+        let torque = self.rms(&rising);
+        let Some(bounded) = bounded(torque) else { return Ok(None) };
         let mut model = extended.model.clone();
         model.terms[term] = bounded;
         let fit = self.fit_as(extended, &model, &self.parameters(&model, search), STEPS)?;
@@ -67,7 +68,7 @@ impl Dataset<'_> {
         let is_bounded = |term: &Term| {
             kinds::of(&term.kind).is_some_and(|kind| kind.degenerates_to(term, self.fastest_rad_per_s).is_none())
         };
-        let further = self.rms_of_blocks(&fit).powi(2) - self.rms_of_blocks(extended).powi(2);
+        let further = self.mean_square_of_blocks(&fit) - self.mean_square_of_blocks(extended);
         let stands = lost.is_empty()
             && is_bounded(&fit.model.terms[term])
             && further <= (MOST_FURTHER * torque).powi(2)

@@ -88,7 +88,7 @@ fn moves_slowly(recording: &Recording, ratio: Option<f64>, rows: usize) -> bool 
     let mean_s = seconds * rows as f64 / recording.len() as f64;
     let motions = [&recording.deflection_rad, &recording.theta_out_rad, &recording.theta_in_rad];
     let steady = |motion: &Samples| {
-        let turns: Vec<f64> = motion.chunks_exact(rows).map(|chunk| chunk[rows - 1] - chunk[0]).collect();
+        let turns: Vec<f64> = changes(motion, rows).collect();
         motion_within(&turns, 2) <= MOST_OF_SLOW_DEVIATION * motion_within(motion, rows)
     };
     let even = |velocity: &Samples| motion_within(velocity, rows) <= MOST_OF_SLOW_DEVIATION * sd(velocity);
@@ -112,8 +112,12 @@ fn moves_within(recording: &Recording, rows: usize, share: f64) -> bool {
 
 /// By how much a signal changes within so many rows, rms.
 fn motion_within(motion: &[f64], rows: usize) -> f64 {
-    let ends = || motion.chunks_exact(rows).map(|chunk| chunk[rows - 1] - chunk[0]);
-    (ends().map(|x| x * x).sum::<f64>() / ends().count().max(1) as f64).sqrt()
+    (changes(motion, rows).map(|x| x * x).sum::<f64>() / changes(motion, rows).count().max(1) as f64).sqrt()
+}
+
+/// The change of a signal from the first to the last of so many rows, again and again.
+fn changes(motion: &[f64], rows: usize) -> impl Iterator<Item = f64> {
+    motion.chunks_exact(rows).map(move |chunk| chunk[rows - 1] - chunk[0])
 }
 
 /// Stretches of together 1/`part` of so many rows, from the first row to the last.
@@ -147,6 +151,7 @@ mod tests {
         assert_eq!(stretches[7].time_s.last(), Some(&99.999));
         assert_eq!(reduced(&[turning(100.0, 1.0, 100_000)], None, 100_000).0, [turning(100.0, 1.0, 100_000)]);
     }
+
     #[test]
     fn the_search_takes_longer_means_of_slow_motion_only() {
         let rows = |recording: Recording| rows_of_mean(&[Cow::Owned(recording)], Some(100.0), false);
@@ -167,6 +172,7 @@ mod tests {
         assert_eq!([known, unknown].map(|ratio| rows_of_mean(&[Cow::Borrowed(&output)], ratio, false)), [4, 2]);
         assert_eq!(rows_of_mean(&[Cow::Borrowed(&output)], known, true), 2, "a base far from the machine");
     }
+
     #[test]
     fn a_mean_of_two_rows_loses_more_of_a_wave_than_one_of_many_rows_over_the_same_turn() {
         let recording = [Cow::Owned(turning(100.0, 0.2, 18_000))];

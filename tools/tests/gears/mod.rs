@@ -1,10 +1,13 @@
 //! Synthetic recordings for the tests, by the core.
 #![allow(dead_code, reason = "the benchmarks compile this module, too, and each uses its own part")]
 
+use std::f64::consts::TAU;
+
 use gmhm::{Elastic, Gate, Gear, Kernel, Law, Memory, Params};
 use gmhm_tools::fit::FitOptions;
 use gmhm_tools::fit::{Fit, fit};
-use gmhm_tools::model::Model;
+use gmhm_tools::model::{Model, Term, TermValue};
+use gmhm_tools::physics::predict;
 use gmhm_tools::recording::{Recording, Samples};
 use gmhm_tools::regression::error::EstimateError;
 use rand::{RngExt, SeedableRng};
@@ -27,7 +30,7 @@ pub struct Path {
 
 /// Sine cycles from zero.
 pub fn cycle(amplitude: f64, count: usize, cycles: f64) -> Vec<f64> {
-    (0..count).map(|k| amplitude * (std::f64::consts::TAU * cycles * k as f64 / count as f64).sin()).collect()
+    (0..count).map(|k| amplitude * (TAU * cycles * k as f64 / count as f64).sin()).collect()
 }
 
 /// Strokes between random turning points within ±a, at random speeds.
@@ -52,10 +55,9 @@ pub fn walk(a: f64, count: usize, seed: u64) -> Vec<f64> {
 /// Eight harmonics of random size and phase, from zero, that reach ±a once.
 pub fn band_limited(a: f64, count: usize, seed: u64) -> Vec<f64> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let waves: [(f64, f64); 8] =
-        [(); 8].map(|()| (StandardNormal.sample(&mut random), random.random_range(0.0..std::f64::consts::TAU)));
+    let waves: [(f64, f64); 8] = [(); 8].map(|()| (StandardNormal.sample(&mut random), random.random_range(0.0..TAU)));
     let at = |row: usize| {
-        let turn = std::f64::consts::TAU * row as f64 / count as f64;
+        let turn = TAU * row as f64 / count as f64;
         let wave = |(k, (size, phase)): (f64, &(f64, f64))| size * ((k * turn + phase).sin() - phase.sin());
         [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0].into_iter().zip(&waves).map(wave).sum()
     };
@@ -136,6 +138,34 @@ pub fn stroke(a: f64, count: usize) -> Vec<f64> {
     let mut path = cycle(a, count / 2, 2.0);
     path.extend(cycle(0.6 * a, count - count / 2, 5.0));
     path
+}
+
+/// A running gear at 1 kHz under a slowly varying load, whose motor reaches 41 rad/s times `speed`: the published gear as a base model of ratio 100, and the recording without noise of
+/// this gear with a kinematic error of order 2.
+pub fn with_kinematic_error(rows: usize, speed: f64) -> (Model, Recording) {
+    const A: f64 = 1.168e-3;
+    const RATIO: f64 = 100.0;
+    let (elastic, memory) = published();
+    let mut base = Model { elastic: Some(elastic), memory: Some(memory), ..Model::default() };
+    base.gear.rated_deflection_rad = Some(A);
+    base.gear.ratio = Some(RATIO);
+    let time_s: Vec<f64> = (0..rows).map(|k| k as f64 * 1e-3).collect();
+    let deflection = |t: f64| A * (0.55 * (TAU * 0.21 * t).sin() + 0.38 * (TAU * 0.043 * t).sin());
+    let input = |t: f64| speed * (0.3 * (0.7 * t).sin() + 0.2 * (0.31 * t).sin());
+    let mut recording = Recording {
+        name: "synthetic".to_owned(),
+        theta_in_rad: Some(time_s.iter().map(|t| RATIO * input(*t)).collect()),
+        theta_out_rad: Some(time_s.iter().map(|t| input(*t) - deflection(*t)).collect()),
+        deflection_rad: Some(time_s.iter().map(|t| deflection(*t)).collect()),
+        time_s: time_s.into(),
+        ..Recording::default()
+    };
+    let list = |x: f64| TermValue::List(vec![x]);
+    let values = [("orders", list(2.0)), ("cos_rad", list(6e-6)), ("sin_rad", list(-6e-6))];
+    let values = values.map(|(key, value)| (key.to_owned(), value)).into();
+    let truth = Model { terms: vec![Term { kind: "kinematic_error".to_owned(), values }], ..base.clone() };
+    recording.torque = Some(predict(&truth, None, &recording).unwrap().torque.into());
+    (base, recording)
 }
 
 /// The recording with AR(1) noise on its torque.
