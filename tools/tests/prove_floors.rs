@@ -91,6 +91,20 @@ fn a_neighbour_whose_effect_changes_with_a_coordinate_is_not_named() {
     none_is_misnamed("left out", 9801, &[593]);
 }
 
+/// A kinematic error beside a soft windup and an eccentricity beside an inertia, the first of them out of the library: a torque ripple and a gravity load would have to change with another coordinate. The other effect keeps its name.
+#[test]
+fn a_neighbour_beside_another_effect_is_not_named() {
+    let cases = scores("pair left out", 10032, &[200_018, 200_022]);
+    assert!(cases.iter().all(|case| names_just(case, 1)), "{cases:?}");
+}
+
+/// A delay out of the library, and creep: a curve describes most of the delay, and a gap of a hundredth of that the rest.
+#[test]
+fn a_kind_that_completes_a_curve_is_not_named() {
+    let case = score("pair left out", 10032, 200_012);
+    assert!(names_just(&case, 1), "{case:?}");
+}
+
 /// A kinematic error on a gear of slip elements, whose base has Coulomb friction without smoothing: a block of the recording does not determine the linearised base, and its held-out
 /// error there, thousands of times that of the fit, is no measure of what anything is worth.
 #[test]

@@ -28,6 +28,7 @@ use crate::prove::{FULL_CASES, QUICK_CASES, Sealed, answers, export, generator};
   gmhm prove --seed 7 --cases 1875 --keys keys.sha256 --json proof.json
   gmhm prove --only null --cases 500                    false alarms in 500 cases with nothing hidden
   gmhm prove --only left-out --cases 22                 each kind once, removed from the library
+  gmhm prove --only pair-left-out --cases 60            two kinds, one of them not in the library
   gmhm prove --only simulation --cases 12               joint logs with the torque of a simulation
   gmhm prove --seed 7 --cases 150 --export cases        the same cases for another program
   gmhm prove --real recordings --split development      known answers of real recordings
@@ -36,7 +37,7 @@ pub struct ProveArgs {
     /// Number of cases
     #[arg(long, value_name = "N", default_value_t = QUICK_CASES, allow_negative_numbers = true, value_parser = at_least_one)]
     cases: usize,
-    /// Only cases of these blocks: null, single-0.15, single-0.05, pair, open-world, maxwell-slip, left-out, real-noise, simulation, loud
+    /// Only cases of these blocks: null, single-0.15, single-0.05, pair, open-world, maxwell-slip, left-out, real-noise, simulation, loud, pair-left-out; the last only if chosen
     #[arg(long, value_name = "BLOCK,...", value_delimiter = ',', value_parser = block)]
     only: Vec<&'static str>,
     /// Where to write the table and every case as JSON
@@ -79,7 +80,7 @@ impl ProveArgs {
             return self.ask_real(folder, session);
         }
         let seed = self.seed.seed;
-        let blocks = if self.only.is_empty() { &BLOCKS } else { &self.only[..] };
+        let blocks = if self.only.is_empty() { mix::SUITE } else { &self.only[..] };
         let cases = mix::only(blocks, seed, self.cases, &generator::real_residuals(&self.recordings));
         let left_out = self.cases - cases.len();
         if cases.is_empty() {

@@ -168,7 +168,7 @@ impl Dataset<'_> {
         let (mut verdict, search) = self.decided(&plain.model, base, &selection, search)?;
         self.settle_classes(&mut verdict, search)?;
         self.unite_with_memory(&mut verdict, search)?;
-        self.withhold_similar_kind(&mut verdict, search)?;
+        self.withhold_similar_kinds(&mut verdict, search)?;
         self.withdraw_unestablished(&mut verdict, search)?;
         self.with_friction_of_one_speed(&mut verdict, search)?;
         verdict.extended = self.with_slipping_elements(verdict.extended, search)?;

@@ -12,7 +12,6 @@ use crate::diagnose::diagnosis::UNKNOWN;
 use crate::diagnose::explain::{Search, Tried};
 use crate::diagnose::naming::{DiagnosisVerdict, LEAST_GAIN_OF_RICHER};
 use crate::diagnose::search::MARGIN;
-use crate::diagnose::similar_kinds::{LEAST_NET_GAIN, LEAST_PREDICTED};
 use crate::kinds;
 use crate::model::Model;
 use crate::numerics::autoregression::Noise;
@@ -24,6 +23,10 @@ use crate::regression::parameters;
 
 /// A further name of a smaller share needs a likelihood that believes it; less may be a trace of the shapes of the others.
 const LARGEST_TRACE: f64 = 0.05;
+/// One kind explains clearly more than another where it lowers −2 ln L by so much more, net,
+const LEAST_NET_GAIN: f64 = 25.0;
+/// and predicts blocks held out better by so many squares of the noise of either fit, the best and the worst block left out.
+const LEAST_PREDICTED: f64 = 25.0;
 /// Candidates of the grid that are fitted until one ends as a term of its kind.
 const MOST_TRIED: usize = 3;
 /// Steps of a fit from a candidate of the grid.

@@ -180,7 +180,7 @@ impl Dataset<'_> {
             let follows = |curve: &&Curve| {
                 let unexplained = curve.net() - effect.gain + 2.0 * own_parameters as f64;
                 unexplained > STRUCTURE.max(MOST_UNEXPLAINED_PART * curve.gain) && {
-                    let left = self.gain_of_columns(&extended, &curve.basis, &extended.noise);
+                    let left = self.gain_of_columns(&extended, &[], &curve.basis, &extended.noise);
                     trimmed_sum(&left) > LEAST_PREDICTED_PART * effect.gain
                         || (unexplained > LEAST_EXCESS_PART * curve.gain && improves_heldout(&left))
                 }
@@ -319,7 +319,7 @@ impl Dataset<'_> {
         if once(curve) {
             curve.net() > LEAST_GAIN_UNREPEATED
         } else {
-            improves_heldout(&self.gain_of_columns(fit, &curve.basis, &curve.noise))
+            improves_heldout(&self.gain_of_columns(fit, &[], &curve.basis, &curve.noise))
         }
     }
 

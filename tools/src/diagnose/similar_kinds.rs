@@ -1,26 +1,31 @@
-//! A name withheld where its effect changes with a coordinate that its kind does not know: a kind similar to the true one stands in its place.
+//! Names withheld where their effects change with a coordinate that their kinds do not know: a kind similar to the true one stands in its place.
 
 use rayon::prelude::*;
 
 use crate::diagnose::DiagnoseError;
-use crate::diagnose::decision::{STEPS_OF_LIKELIHOOD, TOO_LOUD_TO_REFINE};
+use crate::diagnose::decision::STEPS_OF_LIKELIHOOD;
 use crate::diagnose::diagnosis::UNKNOWN;
 use crate::diagnose::explain::Search;
-use crate::diagnose::naming::{DiagnosisVerdict, coordinates};
+use crate::diagnose::naming::{DiagnosisVerdict, EffectVerdict, coordinates};
 use crate::diagnose::nonparametric::Coordinates;
 use crate::kinds;
 use crate::numerics::extremes::largest;
 use crate::numerics::vector::dot;
+use crate::physics::columns::Evaluation;
 use crate::regression::dataset::Dataset;
 use crate::regression::fit::Fitted;
 use crate::regression::heldout_rows::trimmed_sum;
 use crate::signal::plausible::sd;
 
-/// An effect changes with a coordinate where that lowers −2 ln L by so much, net of what as many columns gain from noise,
-pub(super) const LEAST_NET_GAIN: f64 = 25.0;
-/// and predicts blocks held out better by so many squares of the noise, the best and the worst block left out. With both, none of 125 synthetic effects that were named
-/// right is beyond, of 27 named wrong 10.
-pub(super) const LEAST_PREDICTED: f64 = 25.0;
+/// An effect changes with a coordinate where that lowers −2 ln L by so much, net of what as many columns gain from noise, and predicts blocks held out better by so many
+/// squares of the noise, the best and the worst block left out: this if it is the only one named,
+const LEAST_ALONE: f64 = 25.0;
+/// this if several are named, each of which may describe a little of another,
+const LEAST_BESIDE_OTHERS: f64 = 40.0;
+/// and where the change is more than this part of the effect, rms: a smaller one is a shape that differs a little from that of the kind.
+const LEAST_CHANGE: f64 = 0.02;
+/// A named effect is a part of the one that a curve describes if it is less than this part of the curve, rms.
+const LEAST_BESIDE_CURVE: f64 = 0.1;
 /// A coordinate is limited to this many standard deviations about its mean.
 const FARTHEST: f64 = 3.0;
 /// The stiffness is computed where the deflection changes at more than this part of its highest rate.
@@ -29,69 +34,151 @@ const LEAST_RATE: f64 = 0.02;
 const STIFFEST: f64 = 3.0;
 
 impl Dataset<'_> {
-    /// Withholds the only name of what a gear's model lacks where its effect changes with load, stiffness, speed, angle, temperature or time. Not applied
-    /// to two names, each of which may describe part of the other's effect, nor where the base is far from the machine or the effect far above the noise: there all shapes are approximate, and fidelity decides.
-    pub(super) fn withhold_similar_kind(
+    /// Withholds names of what a gear's model lacks: of effects that are small beside a curve, and of those that change with load, stiffness, speed, angle,
+    /// temperature or time. Of the latter first the name of the effect that changes most, then that of the one that changes most beside this change, and so on, as each effect may describe part of
+    /// another. Not applied where the base is far from the machine: there all shapes are approximate, and fidelity decides.
+    pub(super) fn withhold_similar_kinds(
         &self,
         verdict: &mut DiagnosisVerdict,
         search: Search<'_>,
     ) -> Result<(), DiagnoseError> {
+        let named = || verdict.effects.iter().filter(|e| e.name != UNKNOWN);
         let extended = &verdict.extended.model;
-        if !extended.has_gear() || self.is_far_from(&verdict.base) {
-            return Ok(());
-        }
-        let mut named = verdict.effects.iter_mut().filter(|e| e.name != UNKNOWN);
-        let (Some(effect), None) = (named.next(), named.next()) else { return Ok(()) };
-        let Some(term) = effect.term else { return Ok(()) };
-        let acts_through = coordinates(&effect.name);
-        // Slip elements fit the remainder of any effect. The acceleration is smoothed, so its effect is too small where the motion reverses.
-        let is_of_elements = kinds::of(&effect.name).is_some_and(|kind| kind.is_of_slip_elements());
-        if is_of_elements || acts_through.contains(&"acceleration") {
+        if !extended.has_gear() || self.is_far_from(&verdict.base) || named().next().is_none() {
             return Ok(());
         }
         let fit = self.fit(extended, &self.parameters(extended, search), None, STEPS_OF_LIKELIHOOD)?;
         let evaluations = self.evaluate(&fit.model)?;
-        let see = Coordinates::new(self, &evaluations);
-        let added = self.added_by(&fit.model, &see.torque, term)?;
-        if dot(&added, &added) > TOO_LOUD_TO_REFINE * dot(&fit.residual, &fit.residual) {
-            return Ok(());
+        let mut model = ModelWithChanges {
+            dataset: self,
+            see: Coordinates::new(self, &evaluations),
+            evaluations,
+            changes: Vec::new(),
+            minus_two_log_likelihood: fit.minus_two_log_likelihood,
+            fit,
+            is_alone: named().count() == 1,
+            with_acceleration: named().any(|e| acts_through(e, "acceleration")),
+        };
+        model.withhold_small_beside_curves(&mut verdict.effects)?;
+        while let Some((changed, change)) = model.largest_change(&verdict.effects)? {
+            verdict.effects[changed].withhold();
+            model.changes.extend(change.columns);
+            model.minus_two_log_likelihood = change.minus_two_log_likelihood;
         }
-        let units = self.unit_columns(&evaluations, &fit.model.terms[term])?;
-        let units: Vec<Vec<f64>> = units.into_iter().map(|unit| of_rms_one(unit.values)).collect();
-        // Where the motion reverses the velocity is inaccurate, too, and the stiffness is not known: an effect of the velocity would seem to change with the stiffness.
-        let with_stiffness = !acts_through.contains(&"output_velocity");
-        let others = others(&see, with_stiffness);
-        if others.par_iter().any(|coordinate| self.change_with(&fit, &units, coordinate)) {
-            effect.withhold();
+        Ok(())
+    }
+}
+
+/// A fit, and changes of its effects with coordinates that have been found.
+struct ModelWithChanges<'t, 'r> {
+    dataset: &'t Dataset<'r>,
+    fit: Fitted,
+    evaluations: Vec<Evaluation<'t>>,
+    see: Coordinates,
+    changes: Vec<Vec<f64>>,
+    minus_two_log_likelihood: f64,
+    /// Whether one effect alone is named.
+    is_alone: bool,
+    /// Whether an effect of the acceleration was found. The acceleration is smoothed: beside it, any other effect would seem to change with what changes at reversals, the speed and the stiffness.
+    with_acceleration: bool,
+}
+
+/// A model is so much better where an effect changes with a coordinate.
+struct Change {
+    gain: f64,
+    columns: Vec<Vec<f64>>,
+    minus_two_log_likelihood: f64,
+}
+
+impl ModelWithChanges<'_, '_> {
+    /// A curve follows an effect only approximately; a kind that is much smaller describes the rest of the same effect.
+    fn withhold_small_beside_curves(&self, effects: &mut [EffectVerdict]) -> Result<(), DiagnoseError> {
+        let squares = |effect: &EffectVerdict| effect.term.map_or(Ok(0.0), |term| self.squares_added_by(term));
+        let squares: Vec<f64> = effects.iter().map(squares).collect::<Result<_, DiagnoseError>>()?;
+        let curves = effects.iter().zip(&squares).filter(|(e, _)| e.name == UNKNOWN).map(|(_, squares)| *squares);
+        let largest = curves.fold(0.0, f64::max);
+        for (effect, squares) in effects.iter_mut().zip(squares) {
+            if effect.name != UNKNOWN && effect.term.is_some() && squares < LEAST_BESIDE_CURVE.powi(2) * largest {
+                effect.withhold();
+            }
         }
         Ok(())
     }
 
-    /// Whether a fit is better, on blocks held out, too, where every number of an effect may have a factor 1 + a c + b c² of a coordinate c.
-    fn change_with(&self, fit: &Fitted, units: &[Vec<f64>], coordinate: &[f64]) -> bool {
+    /// The change of a named effect with a coordinate that improves the model most, and the number of the effect; `None` where none is established.
+    fn largest_change(&self, effects: &[EffectVerdict]) -> Result<Option<(usize, Change)>, DiagnoseError> {
+        let mut all = Vec::new();
+        for (i, effect) in effects.iter().enumerate().filter(|(_, e)| is_tested(e)) {
+            if let Some(term) = effect.term {
+                all.extend(self.change_of(term)?.map(|change| (i, change)));
+            }
+        }
+        Ok(all.into_iter().max_by(|(_, a), (_, b)| a.gain.total_cmp(&b.gain)))
+    }
+
+    /// The same of one term; `None` also where its changes are small beside the effect.
+    fn change_of(&self, term: usize) -> Result<Option<Change>, DiagnoseError> {
+        let units = self.dataset.unit_columns(&self.evaluations, &self.fit.model.terms[term])?;
+        let units: Vec<Vec<f64>> = units.into_iter().map(|unit| of_rms_one(unit.values)).collect();
+        let others = self.others(&self.fit.model.terms[term].kind);
+        let changes = others.par_iter().filter_map(|coordinate| self.change_with(&units, coordinate));
+        let noise = dot(&self.fit.residual, &self.fit.residual) / self.fit.residual.len().max(1) as f64;
+        let least = LEAST_CHANGE.powi(2) * self.squares_added_by(term)?;
+        Ok(changes.max_by(|a, b| a.gain.total_cmp(&b.gain)).filter(|change| change.gain * noise > least))
+    }
+
+    /// How much better the model is, on blocks held out, too, where every number of an effect may have a factor 1 + a c + b c² of a coordinate c.
+    fn change_with(&self, units: &[Vec<f64>], coordinate: &[f64]) -> Option<Change> {
         let product = |unit: &Vec<f64>, power| unit.iter().zip(coordinate).map(|(u, c)| u * c.powi(power)).collect();
-        let changes: Vec<Vec<f64>> = units.iter().flat_map(|unit| [product(unit, 1), product(unit, 2)]).collect();
-        let mut columns = fit.parameter_columns();
-        columns.extend(changes.iter().map(Vec::as_slice));
-        let with = self.layout().best_profile(&columns, &fit.residual, &fit.noise);
-        let gain = fit.minus_two_log_likelihood - with.minus_two_log_likelihood;
-        gain - 2.0 * changes.len() as f64 > LEAST_NET_GAIN
-            && trimmed_sum(&self.gain_of_columns(fit, &changes, &with.noise)) > LEAST_PREDICTED
+        let columns: Vec<Vec<f64>> = units.iter().flat_map(|unit| [product(unit, 1), product(unit, 2)]).collect();
+        let mut all = self.fit.parameter_columns();
+        all.extend(self.changes.iter().chain(&columns).map(Vec::as_slice));
+        let with = self.dataset.layout().best_profile(&all, &self.fit.residual, &self.fit.noise);
+        let net = self.minus_two_log_likelihood - with.minus_two_log_likelihood - 2.0 * columns.len() as f64;
+        let least = if self.is_alone { LEAST_ALONE } else { LEAST_BESIDE_OTHERS };
+        if net < least {
+            return None;
+        }
+        let predicted = trimmed_sum(&self.dataset.gain_of_columns(&self.fit, &self.changes, &columns, &with.noise));
+        let minus_two_log_likelihood = with.minus_two_log_likelihood;
+        (predicted > least).then(|| Change { gain: net.min(predicted), columns, minus_two_log_likelihood })
+    }
+
+    /// The coordinates that an effect of a kind may change with, of mean 0 and standard deviation 1.
+    fn others(&self, kind: &str) -> Vec<Vec<f64>> {
+        let see = &self.see;
+        let mut all = vec![see.torque.clone(), see.time.clone()];
+        all.extend([&see.deflection, &see.temperature].into_iter().flatten().cloned());
+        // What smoothing and sampling take from several effects follows the motion.
+        if self.is_alone {
+            all.extend(see.output.iter().cloned());
+        }
+        if self.is_alone && !self.with_acceleration {
+            all.extend(see.velocity.iter().map(|v| v.iter().map(|v| v.abs()).collect()));
+        }
+        // Where the motion reverses the velocity is inaccurate, and the stiffness is not known: an effect of the velocity would seem to change with the stiffness.
+        if !self.with_acceleration && !coordinates(kind).contains(&"output_velocity") {
+            all.extend(see.rate.iter().map(|rate| stiffness(&see.torque_rate, rate)));
+        }
+        all.iter_mut().for_each(|coordinate| standardise(coordinate));
+        all
+    }
+
+    fn squares_added_by(&self, term: usize) -> Result<f64, DiagnoseError> {
+        let added = self.dataset.added_by(&self.fit.model, &self.see.torque, term)?;
+        Ok(dot(&added, &added))
     }
 }
 
-/// The coordinates that an effect may change with, of mean 0 and standard deviation 1.
-fn others(see: &Coordinates, with_stiffness: bool) -> Vec<Vec<f64>> {
-    let mut all = vec![see.torque.clone(), see.time.clone()];
-    all.extend([&see.deflection, &see.output, &see.temperature].into_iter().flatten().cloned());
-    all.extend(see.velocity.iter().map(|v| v.iter().map(|v| v.abs()).collect()));
-    if with_stiffness {
-        all.extend(see.rate.iter().map(|rate| stiffness(&see.torque_rate, rate)));
-    }
-    for coordinate in &mut all {
-        standardise(coordinate);
-    }
-    all
+/// Whether a name can be wrong because its effect changes. Slip elements fit the remainder of any effect. The acceleration is smoothed, so its effect is too small where the motion reverses.
+fn is_tested(effect: &EffectVerdict) -> bool {
+    effect.name != UNKNOWN
+        && !kinds::of(&effect.name).is_some_and(|kind| kind.is_of_slip_elements())
+        && !acts_through(effect, "acceleration")
+}
+
+fn acts_through(effect: &EffectVerdict, coordinate: &str) -> bool {
+    coordinates(&effect.name).contains(&coordinate)
 }
 
 /// dT/dθ along the path, N·m/rad: the quotient of the two rates, or its median where the deflection hardly changes.

@@ -24,6 +24,9 @@ pub struct CaseScore {
     pub invisible: Vec<String>,
     /// Are those kinds in the detector's library?
     pub listed: bool,
+    /// Those of the kinds visible that are in the library.
+    #[serde(default)]
+    pub to_name: usize,
     /// Names given.
     pub named: Vec<String>,
     /// The detector saw a mismatch.
@@ -32,7 +35,7 @@ pub struct CaseScore {
     pub false_alarm: bool,
     /// The names given are those hidden, no more and no fewer.
     pub exact: bool,
-    /// Visible hidden effects whose kind is in the class of an effect found.
+    /// Visible hidden effects of the library whose kind is in the class of an effect found.
     pub class_hits: usize,
     /// Whether the plant model was named, where it is not the base model's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -90,7 +93,7 @@ impl CaseScore {
         self.named = diagnosis.effects.iter().map(|e| e.name.clone()).collect();
         let pairs = assign(key, &diagnosis.effects);
         for (hidden, found) in &pairs {
-            if hidden.role == Role::Hidden && hidden.visible {
+            if hidden.role == Role::Hidden && hidden.visible && hidden.listed {
                 self.class_hits += 1;
                 // Repeats in a class, or kinds that were taken out of the library, do not make it larger.
                 let kinds: std::collections::BTreeSet<&str> = found.class().collect();
@@ -134,6 +137,7 @@ impl CaseScore {
         let kinds = |visible: bool| key.hidden().filter(|e| e.visible == visible).map(|e| e.kind.clone()).collect();
         (self.hidden, self.invisible) = (kinds(true), kinds(false));
         self.listed = key.hidden().all(|e| e.listed);
+        self.to_name = key.hidden().filter(|e| e.visible && e.listed).count();
         self.plant_named = key.effects.iter().any(|e| e.role == Role::PlantModel).then_some(false);
     }
 

@@ -110,10 +110,10 @@ impl BlockRow {
         let seen = count(&|s| !s.hidden.is_empty());
         let null = |s: &CaseScore| s.hidden.is_empty() && s.invisible.is_empty() && s.plant_named.is_none();
         let named = |s: &CaseScore| s.listed && !s.hidden.is_empty();
-        let effects = sum(&|s| if named(s) { s.hidden.len() } else { 0 });
-        let hits = sum(&|s| if named(s) { s.class_hits } else { 0 });
+        let effects = sum(&|s| s.to_name);
+        let hits = sum(&|s| s.class_hits);
         let wrong = sum(&|s| s.wrong_names.len());
-        let sizes = |k: usize| sum(&|s| if named(s) { s.class_sizes.iter().map(|c| c[k]).sum() } else { 0 });
+        let sizes = |k: usize| sum(&|s| s.class_sizes.iter().map(|c| c[k]).sum());
         let explained: Vec<f64> = scores.iter().filter_map(|s| s.explained()).collect();
         let power = |value: &dyn Fn(&CaseScore) -> f64| -> f64 {
             scores.iter().filter(|s| s.explained().is_some()).map(|s| value(s).powi(2)).sum()
@@ -249,6 +249,7 @@ fn aims(blocks: &[BlockRow], all: &BlockRow) -> Vec<Aim> {
     let row = |name: &str| blocks.iter().find(|b| b.block == name);
     let (clear, faint, pair, open) = (row("single 0.15"), row("single 0.05"), row("pair"), row("open world"));
     let (left_out, maxwell, simulation, loud) = (row("left out"), row("maxwell slip"), row("simulation"), row("loud"));
+    let one_of_two = row("pair left out");
     let share = Aim::share;
     let number =
         |aim: &str, block: Option<&BlockRow>, of: &dyn Fn(&BlockRow) -> Option<f64>, bound: f64, least: bool| {
@@ -268,6 +269,8 @@ fn aims(blocks: &[BlockRow], all: &BlockRow) -> Vec<Aim> {
         share("misnamed in the open world", "cases", open.map(|b| b.misnamed), 0.05, false),
         share("found in the open world", "cases", open.map(|b| b.found), 0.95, true),
         share("misnamed with the kind left out", "cases", left_out.map(|b| b.misnamed), 0.1, false),
+        share("misnamed with one of two kinds left out", "cases", one_of_two.map(|b| b.misnamed), 0.2, false),
+        share("the other kind named", "effects", one_of_two.map(|b| b.class_hits), 0.8, true),
         number(&format!("{explained} at 0.15 N·m, median"), clear, &|b| b.explained_median, 0.9, true),
         number(&format!("{explained} at 0.15 N·m, pooled"), clear, &|b| b.explained, 0.9, true),
         share("maxwell slip: effects named at 0.15 N·m", "effects", maxwell.map(|b| b.class_hits), 0.8, true),

@@ -65,9 +65,16 @@ impl Dataset<'_> {
         squares(without).iter().zip(squares(with)).map(|(a, b)| a - b).collect()
     }
 
-    /// By how much columns beside a fit predict each block better than the fit alone, in squares of a noise.
-    pub fn gain_of_columns(&self, fit: &Fitted, columns: &[Vec<f64>], noise: &[Noise]) -> Vec<f64> {
+    /// By how much further columns predict each block better than a fit with the columns `beside` it, in squares of a noise.
+    pub fn gain_of_columns(
+        &self,
+        fit: &Fitted,
+        beside: &[Vec<f64>],
+        columns: &[Vec<f64>],
+        noise: &[Noise],
+    ) -> Vec<f64> {
         let mut all = fit.parameter_columns();
+        all.extend(beside.iter().map(Vec::as_slice));
         let without = self.squares_of_blocks(&all, &fit.residual, noise);
         all.extend(columns.iter().map(Vec::as_slice));
         let with = self.squares_of_blocks(&all, &fit.residual, noise);
