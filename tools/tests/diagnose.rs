@@ -63,6 +63,17 @@ fn a_kinematic_error_is_found_named_and_modelled() {
     dir.succeed("predict extended.toml plain.csv -o out.csv");
 }
 
+/// The motor turns by up to a radian from row to row: sampling and smoothing take more of the error at high speed.
+#[test]
+fn a_kinematic_error_of_a_motor_that_turns_far_from_row_to_row_keeps_its_name() {
+    let dir = bench();
+    for rate in ["100", "200"] {
+        let running = RUNNING.replace("160", rate);
+        dir.succeed(&format!("{running} --hide kinematic_error=0.15 --seed 3 -o rec.csv"));
+        assert_eq!(names(&findings(&dir, "rec.csv")), ["kinematic_error"], "{rate} Hz");
+    }
+}
+
 #[test]
 fn nothing_left_out_is_nothing_found() {
     let dir = bench();

@@ -28,6 +28,10 @@ const LEAST_CHANGE: f64 = 0.02;
 const LEAST_BESIDE_CURVE: f64 = 0.1;
 /// A coordinate is limited to this many standard deviations about its mean.
 const FARTHEST: f64 = 3.0;
+/// A motor turns fast that turns by more than this from row to row, rad,
+const MOST_OF_TURN_RAD: f64 = 0.25;
+/// in more than this part of the rows. The bench's kinematic errors of order 4 seem to change with the speed at 0.5 rad, and do not at 0.25.
+const FAST_PART: f64 = 0.1;
 /// The stiffness is computed where the deflection changes at more than this part of its highest rate.
 const LEAST_RATE: f64 = 0.02;
 /// A larger stiffness is limited to this many times the median.
@@ -149,11 +153,12 @@ impl ModelWithChanges<'_, '_> {
         let see = &self.see;
         let mut all = vec![see.torque.clone(), see.time.clone()];
         all.extend([&see.deflection, &see.temperature].into_iter().flatten().cloned());
-        // What smoothing and sampling take from several effects follows the motion.
-        if self.is_alone {
+        // What smoothing and sampling take from several effects, or from a wave of a motor that turns fast, follows the motion.
+        let with_motion = self.is_alone && !(coordinates(kind).contains(&"motor_angle") && turns_fast(see));
+        if with_motion {
             all.extend(see.output.iter().cloned());
         }
-        if self.is_alone && !self.with_acceleration {
+        if with_motion && !self.with_acceleration {
             all.extend(see.velocity.iter().map(|v| v.iter().map(|v| v.abs()).collect()));
         }
         // Where the motion reverses the velocity is inaccurate, and the stiffness is not known: an effect of the velocity would seem to change with the stiffness.
@@ -179,6 +184,13 @@ fn is_tested(effect: &EffectVerdict) -> bool {
 
 fn acts_through(effect: &EffectVerdict, coordinate: &str) -> bool {
     coordinates(&effect.name).contains(&coordinate)
+}
+
+/// Whether the motor turns by more than [`MOST_OF_TURN_RAD`] from row to row.
+fn turns_fast(see: &Coordinates) -> bool {
+    let turns = see.motor.iter().flat_map(|motor| motor.windows(2).map(|pair| (pair[1] - pair[0]).abs()));
+    let (slow, fast): (Vec<f64>, Vec<f64>) = turns.partition(|turn| *turn <= MOST_OF_TURN_RAD);
+    fast.len() as f64 > FAST_PART * (slow.len() + fast.len()) as f64
 }
 
 /// dT/dθ along the path, N·m/rad: the quotient of the two rates, or its median where the deflection hardly changes.
