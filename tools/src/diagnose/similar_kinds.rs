@@ -11,7 +11,6 @@ use crate::diagnose::nonparametric::Coordinates;
 use crate::kinds;
 use crate::numerics::extremes::largest;
 use crate::numerics::vector::dot;
-use crate::physics::columns::Evaluation;
 use crate::regression::dataset::Dataset;
 use crate::regression::fit::Fitted;
 use crate::regression::heldout_rows::trimmed_sum;
@@ -29,7 +28,7 @@ const LEAST_BESIDE_CURVE: f64 = 0.1;
 /// A coordinate is limited to this many standard deviations about its mean.
 const FARTHEST: f64 = 3.0;
 /// A motor turns fast that turns by more than this from row to row, rad,
-const MOST_OF_TURN_RAD: f64 = 0.25;
+const FAST_TURN_RAD: f64 = 0.25;
 /// in more than this part of the rows. The bench's kinematic errors of order 4 seem to change with the speed at 0.5 rad, and do not at 0.25.
 const FAST_PART: f64 = 0.1;
 /// The stiffness is computed where the deflection changes at more than this part of its highest rate.
@@ -46,26 +45,45 @@ impl Dataset<'_> {
         verdict: &mut DiagnosisVerdict,
         search: Search<'_>,
     ) -> Result<(), DiagnoseError> {
-        let named = || verdict.effects.iter().filter(|e| e.name != UNKNOWN);
+        let effects = &mut verdict.effects;
         let extended = &verdict.extended.model;
-        if !extended.has_gear() || self.is_far_from(&verdict.base) || named().next().is_none() {
+        let is_curve = |effect: &EffectVerdict| effect.name == UNKNOWN;
+        let any_to_withhold =
+            effects.iter().any(is_tested) || effects.iter().any(is_curve) && !effects.iter().all(is_curve);
+        if !extended.has_gear() || self.is_far_from(&verdict.base) || !any_to_withhold {
             return Ok(());
         }
         let fit = self.fit(extended, &self.parameters(extended, search), None, STEPS_OF_LIKELIHOOD)?;
         let evaluations = self.evaluate(&fit.model)?;
+        let see = Coordinates::new(self, &evaluations);
+        let named = Named::of(effects);
+        let squares_added_by = |term| -> Result<f64, DiagnoseError> {
+            let added = self.added_by(&fit.model, &see.torque, term)?;
+            Ok(dot(&added, &added))
+        };
+        let squares = effects.iter().map(|effect| effect.term.map_or(Ok(0.0), squares_added_by));
+        let squares: Vec<f64> = squares.collect::<Result<_, DiagnoseError>>()?;
+        withhold_small_beside_curves(effects, &squares);
+        let mut tested = Vec::new();
+        for (i, effect) in effects.iter().enumerate().filter(|(_, effect)| is_tested(effect)) {
+            let Some(term) = effect.term else { continue };
+            let units = self.unit_columns(&evaluations, &fit.model.terms[term])?;
+            tested.push(TestedEffect {
+                index: i,
+                units: units.into_iter().map(|unit| of_rms_one(unit.values)).collect(),
+                others: named.others(&see, &fit.model.terms[term].kind),
+                squares: squares[i],
+            });
+        }
         let mut model = ModelWithChanges {
             dataset: self,
-            see: Coordinates::new(self, &evaluations),
-            evaluations,
             changes: Vec::new(),
             minus_two_log_likelihood: fit.minus_two_log_likelihood,
             fit,
-            is_alone: named().count() == 1,
-            with_acceleration: named().any(|e| acts_through(e, "acceleration")),
+            least: named.least(),
         };
-        model.withhold_small_beside_curves(&mut verdict.effects)?;
-        while let Some((changed, change)) = model.largest_change(&verdict.effects)? {
-            verdict.effects[changed].withhold();
+        while let Some((at, change)) = model.largest_change(&tested) {
+            effects[tested.remove(at).index].withhold();
             model.changes.extend(change.columns);
             model.minus_two_log_likelihood = change.minus_two_log_likelihood;
         }
@@ -73,84 +91,38 @@ impl Dataset<'_> {
     }
 }
 
-/// A fit, and changes of its effects with coordinates that have been found.
-struct ModelWithChanges<'t, 'r> {
-    dataset: &'t Dataset<'r>,
-    fit: Fitted,
-    evaluations: Vec<Evaluation<'t>>,
-    see: Coordinates,
-    changes: Vec<Vec<f64>>,
-    minus_two_log_likelihood: f64,
-    /// Whether one effect alone is named.
+/// A curve follows an effect only approximately; a kind that is much smaller describes the rest of the same effect. `squares` is what each effect adds.
+fn withhold_small_beside_curves(effects: &mut [EffectVerdict], squares: &[f64]) {
+    let curves = effects.iter().zip(squares).filter(|(effect, _)| effect.name == UNKNOWN).map(|(_, squares)| *squares);
+    let largest = curves.fold(0.0, f64::max);
+    for (effect, squares) in effects.iter_mut().zip(squares) {
+        if effect.name != UNKNOWN && effect.term.is_some() && *squares < LEAST_BESIDE_CURVE.powi(2) * largest {
+            effect.withhold();
+        }
+    }
+}
+
+/// What is named, as far as it decides how an effect is tested.
+struct Named {
+    /// One effect alone.
     is_alone: bool,
-    /// Whether an effect of the acceleration was found. The acceleration is smoothed: beside it, any other effect would seem to change with what changes at reversals, the speed and the stiffness.
+    /// An effect of the acceleration, which is smoothed: beside it, any other effect would seem to change with what changes at reversals, the speed and the stiffness.
     with_acceleration: bool,
 }
 
-/// A model is so much better where an effect changes with a coordinate.
-struct Change {
-    gain: f64,
-    columns: Vec<Vec<f64>>,
-    minus_two_log_likelihood: f64,
-}
-
-impl ModelWithChanges<'_, '_> {
-    /// A curve follows an effect only approximately; a kind that is much smaller describes the rest of the same effect.
-    fn withhold_small_beside_curves(&self, effects: &mut [EffectVerdict]) -> Result<(), DiagnoseError> {
-        let squares = |effect: &EffectVerdict| effect.term.map_or(Ok(0.0), |term| self.squares_added_by(term));
-        let squares: Vec<f64> = effects.iter().map(squares).collect::<Result<_, DiagnoseError>>()?;
-        let curves = effects.iter().zip(&squares).filter(|(e, _)| e.name == UNKNOWN).map(|(_, squares)| *squares);
-        let largest = curves.fold(0.0, f64::max);
-        for (effect, squares) in effects.iter_mut().zip(squares) {
-            if effect.name != UNKNOWN && effect.term.is_some() && squares < LEAST_BESIDE_CURVE.powi(2) * largest {
-                effect.withhold();
-            }
-        }
-        Ok(())
+impl Named {
+    fn of(effects: &[EffectVerdict]) -> Self {
+        let named = || effects.iter().filter(|effect| effect.name != UNKNOWN);
+        Self { is_alone: named().count() == 1, with_acceleration: named().any(|e| acts_through(e, "acceleration")) }
     }
 
-    /// The change of a named effect with a coordinate that improves the model most, and the number of the effect; `None` where none is established.
-    fn largest_change(&self, effects: &[EffectVerdict]) -> Result<Option<(usize, Change)>, DiagnoseError> {
-        let mut all = Vec::new();
-        for (i, effect) in effects.iter().enumerate().filter(|(_, e)| is_tested(e)) {
-            if let Some(term) = effect.term {
-                all.extend(self.change_of(term)?.map(|change| (i, change)));
-            }
-        }
-        Ok(all.into_iter().max_by(|(_, a), (_, b)| a.gain.total_cmp(&b.gain)))
-    }
-
-    /// The same of one term; `None` also where its changes are small beside the effect.
-    fn change_of(&self, term: usize) -> Result<Option<Change>, DiagnoseError> {
-        let units = self.dataset.unit_columns(&self.evaluations, &self.fit.model.terms[term])?;
-        let units: Vec<Vec<f64>> = units.into_iter().map(|unit| of_rms_one(unit.values)).collect();
-        let others = self.others(&self.fit.model.terms[term].kind);
-        let changes = others.par_iter().filter_map(|coordinate| self.change_with(&units, coordinate));
-        let noise = dot(&self.fit.residual, &self.fit.residual) / self.fit.residual.len().max(1) as f64;
-        let least = LEAST_CHANGE.powi(2) * self.squares_added_by(term)?;
-        Ok(changes.max_by(|a, b| a.gain.total_cmp(&b.gain)).filter(|change| change.gain * noise > least))
-    }
-
-    /// How much better the model is, on blocks held out, too, where every number of an effect may have a factor 1 + a c + b c² of a coordinate c.
-    fn change_with(&self, units: &[Vec<f64>], coordinate: &[f64]) -> Option<Change> {
-        let product = |unit: &Vec<f64>, power| unit.iter().zip(coordinate).map(|(u, c)| u * c.powi(power)).collect();
-        let columns: Vec<Vec<f64>> = units.iter().flat_map(|unit| [product(unit, 1), product(unit, 2)]).collect();
-        let mut all = self.fit.parameter_columns();
-        all.extend(self.changes.iter().chain(&columns).map(Vec::as_slice));
-        let with = self.dataset.layout().best_profile(&all, &self.fit.residual, &self.fit.noise);
-        let net = self.minus_two_log_likelihood - with.minus_two_log_likelihood - 2.0 * columns.len() as f64;
-        let least = if self.is_alone { LEAST_ALONE } else { LEAST_BESIDE_OTHERS };
-        if net < least {
-            return None;
-        }
-        let predicted = trimmed_sum(&self.dataset.gain_of_columns(&self.fit, &self.changes, &columns, &with.noise));
-        let minus_two_log_likelihood = with.minus_two_log_likelihood;
-        (predicted > least).then(|| Change { gain: net.min(predicted), columns, minus_two_log_likelihood })
+    /// The least improvement that establishes a change.
+    fn least(&self) -> f64 {
+        if self.is_alone { LEAST_ALONE } else { LEAST_BESIDE_OTHERS }
     }
 
     /// The coordinates that an effect of a kind may change with, of mean 0 and standard deviation 1.
-    fn others(&self, kind: &str) -> Vec<Vec<f64>> {
-        let see = &self.see;
+    fn others(&self, see: &Coordinates, kind: &str) -> Vec<Vec<f64>> {
         let mut all = vec![see.torque.clone(), see.time.clone()];
         all.extend([&see.deflection, &see.temperature].into_iter().flatten().cloned());
         // What smoothing and sampling take from several effects, or from a wave of a motor that turns fast, follows the motion.
@@ -168,10 +140,66 @@ impl ModelWithChanges<'_, '_> {
         all.iter_mut().for_each(|coordinate| standardise(coordinate));
         all
     }
+}
 
-    fn squares_added_by(&self, term: usize) -> Result<f64, DiagnoseError> {
-        let added = self.dataset.added_by(&self.fit.model, &self.see.torque, term)?;
-        Ok(dot(&added, &added))
+/// A named effect that may change with another coordinate.
+struct TestedEffect {
+    /// Its place among the effects.
+    index: usize,
+    /// What a unit of each of its linear numbers adds, rms 1.
+    units: Vec<Vec<f64>>,
+    /// The coordinates that it may change with.
+    others: Vec<Vec<f64>>,
+    /// What it adds to the torque, squared, (N·m)².
+    squares: f64,
+}
+
+/// A fit, and changes of its effects with coordinates that have been found.
+struct ModelWithChanges<'t, 'r> {
+    dataset: &'t Dataset<'r>,
+    fit: Fitted,
+    changes: Vec<Vec<f64>>,
+    minus_two_log_likelihood: f64,
+    /// The least improvement that establishes a further change.
+    least: f64,
+}
+
+/// A model is so much better where an effect changes with a coordinate.
+struct Change {
+    gain: f64,
+    columns: Vec<Vec<f64>>,
+    minus_two_log_likelihood: f64,
+}
+
+impl ModelWithChanges<'_, '_> {
+    /// The change that improves the model most, and the place of its effect; `None` where none is established.
+    fn largest_change(&self, effects: &[TestedEffect]) -> Option<(usize, Change)> {
+        let changes = effects.iter().enumerate().filter_map(|(i, effect)| Some((i, self.change_of(effect)?)));
+        changes.max_by(|(_, a), (_, b)| a.gain.total_cmp(&b.gain))
+    }
+
+    /// The same of one effect; `None` also where its changes are small beside it.
+    fn change_of(&self, effect: &TestedEffect) -> Option<Change> {
+        let changes = effect.others.par_iter().filter_map(|coordinate| self.change_with(&effect.units, coordinate));
+        let noise = dot(&self.fit.residual, &self.fit.residual) / self.fit.residual.len().max(1) as f64;
+        let least = LEAST_CHANGE.powi(2) * effect.squares;
+        changes.max_by(|a, b| a.gain.total_cmp(&b.gain)).filter(|change| change.gain * noise > least)
+    }
+
+    /// How much better the model is, on blocks held out, too, where every number of an effect may have a factor 1 + a c + b c² of a coordinate c.
+    fn change_with(&self, units: &[Vec<f64>], coordinate: &[f64]) -> Option<Change> {
+        let product = |unit: &Vec<f64>, power| unit.iter().zip(coordinate).map(|(u, c)| u * c.powi(power)).collect();
+        let columns: Vec<Vec<f64>> = units.iter().flat_map(|unit| [product(unit, 1), product(unit, 2)]).collect();
+        let mut all = self.fit.parameter_columns();
+        all.extend(self.changes.iter().chain(&columns).map(Vec::as_slice));
+        let with = self.dataset.layout().best_profile(&all, &self.fit.residual, &self.fit.noise);
+        let net = self.minus_two_log_likelihood - with.minus_two_log_likelihood - 2.0 * columns.len() as f64;
+        if net < self.least {
+            return None;
+        }
+        let predicted = trimmed_sum(&self.dataset.gain_of_columns(&self.fit, &self.changes, &columns, &with.noise));
+        let minus_two_log_likelihood = with.minus_two_log_likelihood;
+        (predicted > self.least).then(|| Change { gain: net.min(predicted), columns, minus_two_log_likelihood })
     }
 }
 
@@ -186,11 +214,12 @@ fn acts_through(effect: &EffectVerdict, coordinate: &str) -> bool {
     coordinates(&effect.name).contains(&coordinate)
 }
 
-/// Whether the motor turns by more than [`MOST_OF_TURN_RAD`] from row to row.
+/// Whether the motor turns by more than [`FAST_TURN_RAD`] from row to row in more than [`FAST_PART`] of the rows.
 fn turns_fast(see: &Coordinates) -> bool {
-    let turns = see.motor.iter().flat_map(|motor| motor.windows(2).map(|pair| (pair[1] - pair[0]).abs()));
-    let (slow, fast): (Vec<f64>, Vec<f64>) = turns.partition(|turn| *turn <= MOST_OF_TURN_RAD);
-    fast.len() as f64 > FAST_PART * (slow.len() + fast.len()) as f64
+    see.motor.as_ref().is_some_and(|motor| {
+        let fast = motor.windows(2).filter(|pair| (pair[1] - pair[0]).abs() > FAST_TURN_RAD).count();
+        fast as f64 > FAST_PART * motor.len().saturating_sub(1) as f64
+    })
 }
 
 /// dT/dθ along the path, N·m/rad: the quotient of the two rates, or its median where the deflection hardly changes.

@@ -24,7 +24,7 @@ pub struct CaseScore {
     pub invisible: Vec<String>,
     /// Are those kinds in the detector's library?
     pub listed: bool,
-    /// Those of the kinds visible that are in the library.
+    /// Number of visible kinds that are in the library.
     #[serde(default)]
     pub to_name: usize,
     /// Names given.
