@@ -4,7 +4,7 @@ use anyhow::{Context, Result};
 use serde_json::Value;
 use xshell::{Shell, cmd};
 
-use crate::program;
+use crate::program::{self, Profile};
 
 /// What the table calls the model of the crate itself.
 const OWN: (&str, &str) = ("GMHM masing", "law `masing`, away from a reversal");
@@ -26,7 +26,7 @@ impl Accuracy {
         let path = |name: &str| folder.path().join(name);
         let (recording, table, plot) = (path("recording.csv"), path("table.json"), path("plot.svg"));
         let folder = folder.path();
-        let gmhm = program::gmhm(shell, false)?;
+        let gmhm = program::gmhm(shell, Profile::Dev)?;
         cmd!(shell, "{gmhm} demo --out {folder}").quiet().ignore_stdout().run().context("`gmhm demo` failed")?;
         cmd!(shell, "{gmhm} compare {recording} --json {table} --plot {plot} --quiet")
             .quiet()

@@ -5,10 +5,11 @@ use std::path::Path;
 use anyhow::{Context, Result, ensure};
 use xshell::{Shell, cmd};
 
+use crate::emulator;
 use crate::machine::M4F;
+use crate::program::{self, Profile};
 use crate::python::environment;
 use crate::setup::{COMPILER, M4F_OPTIONS};
-use crate::{emulator, program};
 
 /// Functions that every C library has: on a microcontroller the archive takes the program's own.
 const OF_THE_C_LIBRARY: [&str; 6] = ["memcpy", "memmove", "memset", "memcmp", "bcmp", "strlen"];
@@ -97,7 +98,7 @@ pub fn check(shell: &Shell, arm: &Path) -> Result<()> {
         shell.copy_file(format!("c/example/{file}"), work.join(file))?;
     }
     let params = work.join("params.h");
-    let gmhm = program::gmhm(shell, false)?;
+    let gmhm = program::gmhm(shell, Profile::Dev)?;
     cmd!(shell, "{gmhm} --quiet pack examples/bench/true_gear.toml -o {params}").quiet().run()?;
     let environment = environment(shell, "cmake", &[CMAKE], "cmake")?;
     let cmake = environment.map(|python| python.with_file_name("cmake"));

@@ -3,7 +3,7 @@
 use anyhow::{Context, Result};
 use xshell::{Shell, cmd};
 
-use crate::program;
+use crate::program::{self, Profile};
 use crate::python::environment;
 
 const FOLDER: &str = "host-tests/examples/canopen";
@@ -12,7 +12,7 @@ const FOLDER: &str = "host-tests/examples/canopen";
 pub fn run(shell: &Shell) -> Result<()> {
     let requirements = format!("{FOLDER}/requirements.txt");
     let Some(python) = environment(shell, "canopen", &["-r", &requirements], "canopen")? else { return Ok(()) };
-    let gmhm = program::gmhm(shell, false)?;
+    let gmhm = program::gmhm(shell, Profile::Dev)?;
     let folder = shell.create_temp_dir()?;
     let [eds, block] = ["drive.eds", "params.bin"].map(|name| folder.path().join(name));
     cmd!(shell, "{gmhm} --quiet pack examples/bench/true_gear.toml --eds {eds} -o {block}").run()?;

@@ -4,7 +4,7 @@ use anyhow::{Context, Result};
 use xshell::{Shell, cmd};
 
 use crate::machine::{M0, M4F};
-use crate::program;
+use crate::program::{self, Profile};
 
 /// The image of a drive at the end of a serial line.
 const NODE: &str = "node";
@@ -15,7 +15,7 @@ pub const SEED: u64 = 1;
 
 /// Runs the chain on the Cortex-M4F and on the Cortex-M0, with at least so many power cuts in the middle of a write.
 pub fn run(shell: &Shell, cuts: u32, seed: u64) -> Result<()> {
-    let gmhm = program::gmhm(shell, false)?;
+    let gmhm = program::gmhm(shell, Profile::Dev)?;
     let chain = program::example(shell, "end_to_end")?;
     for machine in [M4F, M0] {
         println!("end to end: {} ({})", machine.core, machine.board);

@@ -7,7 +7,7 @@ use anyhow::{Context, Result, bail, ensure};
 use xshell::{Shell, cmd};
 
 use crate::fmu;
-use crate::program;
+use crate::program::{self, Profile};
 use crate::setup::{COMPILER, M4F_OPTIONS};
 use crate::size::held;
 use crate::skips::skipped;
@@ -47,7 +47,7 @@ const TIDY_PATHS: &str = ",clang-analyzer-*";
 pub fn run(shell: &Shell) -> Result<()> {
     let folder = shell.create_temp_dir()?;
     let folder = folder.path();
-    let gmhm = program::gmhm(shell, false)?;
+    let gmhm = program::gmhm(shell, Profile::Dev)?;
     let gear = folder.join("gear");
     export(shell, &gmhm, Path::new(GEAR), "gear", "f32", &gear)?;
     weigh(shell, folder)?;

@@ -3,7 +3,7 @@
 use anyhow::{Context, Result};
 use xshell::{Shell, cmd};
 
-use crate::program;
+use crate::program::{self, Profile};
 use crate::python::environment;
 
 /// From the package index.
@@ -18,7 +18,7 @@ pub fn run(shell: &Shell, [joints, rows, damaged]: [u32; 3], timed: bool) -> Res
         return Ok(());
     };
     let words: &[&str] = if timed { &["--loop"] } else { &[] };
-    let program = program::gmhm(shell, timed)?;
+    let program = program::gmhm(shell, Profile::timed(timed))?;
     let [joints, rows, damaged] = [joints, rows, damaged].map(|count| count.to_string());
     let output = cmd!(
         shell,

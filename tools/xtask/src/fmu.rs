@@ -3,7 +3,7 @@
 use anyhow::{Context, Result};
 use xshell::{Shell, cmd};
 
-use crate::program;
+use crate::program::{self, Profile};
 use crate::python::environment;
 
 /// From the package index.
@@ -54,7 +54,7 @@ pub fn run(shell: &Shell) -> Result<()> {
         commands.push(format!("export {law}.toml --to fmu -o {law}.fmu"));
         commands.push(format!("predict {law}.toml rec.csv -o {law}.csv"));
     }
-    let program = program::gmhm(shell, false)?;
+    let program = program::gmhm(shell, Profile::Dev)?;
     {
         let _inside = shell.push_dir(folder);
         for command in &commands {

@@ -5,6 +5,8 @@ use std::path::Path;
 use anyhow::{Context, Result, ensure};
 use xshell::{Shell, cmd};
 
+use crate::program::Profile;
+
 /// Where each shell finds its completions, below the home folder.
 const COMPLETIONS: [(&str, &str); 3] = [
     ("bash", ".local/share/bash-completion/completions/gmhm"),
@@ -16,11 +18,12 @@ const COMPLETIONS: [(&str, &str); 3] = [
 const SYSTEM: &str = "/usr/bin:/bin";
 
 /// Installs the program into a temporary folder and uses it from a home of its own, with no other program of ours in reach.
-pub fn run(shell: &Shell) -> Result<()> {
+pub fn run(shell: &Shell, profile: Profile) -> Result<()> {
+    let profile = profile.name();
     let folder = tempfile::tempdir()?;
     let (root, home) = (folder.path().join("root"), folder.path().join("home"));
     let examples = shell.current_dir().join("examples/bench");
-    cmd!(shell, "cargo install --quiet --locked --no-track --path tools --root {root}")
+    cmd!(shell, "cargo install --quiet --locked --no-track --path tools --root {root} --profile {profile}")
         .run()
         .context("`cargo install --path tools` fails")?;
     shell.create_dir(&home)?;

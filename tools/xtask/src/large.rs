@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result, ensure};
 use xshell::{Shell, cmd};
 
-use crate::program;
+use crate::program::{self, Profile};
 use crate::time::children_s;
 
 /// Between two looks at the memory of a process.
@@ -57,7 +57,7 @@ impl std::fmt::Display for Limit {
 
 /// Measures with the program built in release; with `build` also a release build from nothing. Fails at the end where a limit was exceeded.
 pub fn run(shell: &Shell, build: bool) -> Result<()> {
-    let program = program::gmhm(shell, true)?;
+    let program = program::gmhm(shell, Profile::Release)?;
     let folder = tempfile::tempdir()?;
     let gear = shell.current_dir().join("examples/bench/true_gear.toml");
     println!("{:<62} {:>8} {:>9} {:>9}  at most", "", "clock", "all cores", "memory");

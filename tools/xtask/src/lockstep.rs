@@ -7,7 +7,7 @@ use xshell::{Shell, cmd};
 
 use crate::emulator;
 use crate::machine;
-use crate::program;
+use crate::program::{self, Profile};
 
 /// The image at the other end of the line.
 const IMAGE: &str = "joint";
@@ -40,7 +40,7 @@ pub fn run(shell: &Shell) -> Result<()> {
     let image = machine::M4F.build(shell, IMAGE)?;
     let folder = shell.create_temp_dir()?;
     let folder = folder.path();
-    let gmhm = program::gmhm(shell, false)?;
+    let gmhm = program::gmhm(shell, Profile::Dev)?;
     let (model, recording) = (folder.join("gear.toml"), folder.join("joint.csv"));
     shell.write_file(&model, MODEL)?;
     for compensation in COMPENSATIONS {

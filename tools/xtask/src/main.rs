@@ -39,6 +39,8 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 use xshell::Shell;
 
+use crate::program::Profile;
+
 #[derive(Parser)]
 #[command(name = "cargo xtask", about = "Set-up, tests, emulator runs and tables of this workspace")]
 struct Arguments {
@@ -177,12 +179,12 @@ fn run(arguments: Arguments) -> anyhow::Result<()> {
         Command::EndToEnd { cuts, seed } => end_to_end::run(&shell, cuts, seed),
         Command::Fleet { joints, rows, damaged, timed } => fleet::run(&shell, [joints, rows, damaged], timed),
         Command::Fuzz { executions, seed } => fuzz::run(&shell, executions, seed),
-        Command::Install => install::run(&shell),
+        Command::Install => install::run(&shell, Profile::Release),
         Command::Large { build } => large::run(&shell, build),
         Command::RunImage { image } => emulate::run_image(&image),
         Command::Structure => structure::run(&shell),
         Command::Python { timed } => python_package::run(&shell, timed),
-        Command::Readme => test::readme(&shell),
+        Command::Readme => test::readme(&shell, Profile::Release),
         Command::Test { part } => test::run(&shell, part),
     }
 }

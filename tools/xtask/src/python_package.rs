@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::{Context, Result, ensure};
 use xshell::{Shell, cmd};
 
-use crate::program;
+use crate::program::{self, Profile};
 use crate::python::environment;
 use crate::skips::skipped;
 
@@ -47,7 +47,7 @@ const IMPORTS: &str =
 /// Installs the package into an environment of its own and tests it; with `timed` instead builds it in release and measures what it adds to the program's own time.
 pub fn run(shell: &Shell, timed: bool) -> Result<()> {
     let Some(python) = environment(shell, "python", &PACKAGES, IMPORTS)? else { return Ok(()) };
-    let gmhm = program::gmhm(shell, timed)?;
+    let gmhm = program::gmhm(shell, Profile::timed(timed))?;
     install(shell, &python, if timed { "release" } else { "dev" })?;
     let script = |name: &str| format!("{FOLDER}/tests/{name}");
     if timed {

@@ -7,6 +7,7 @@ use anyhow::{Context, Result, bail, ensure};
 use clap::ValueEnum;
 use xshell::{Shell, cmd};
 
+use crate::program::Profile;
 use crate::steps::{self, Beside, Step};
 use crate::{
     c, canopen, cost, emulate, end_to_end, export, fleet, fuzz, install, program, python_package, rtos, semver, setup,
@@ -16,35 +17,35 @@ use crate::{
 /// Parts of the tests that need nothing of each other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Part {
-    /// What runs on this computer.
+    /// The host tests, and the program as people use it.
     Host,
-    /// What is built for microcontrollers and runs in the emulator.
+    /// The core, what is made of it for microcontrollers and runs in the emulator, and what a drive has to bear.
     Firmware,
 }
 
 const HOST: &[Step] = &[
     ("host tests", host_tests),
-    ("features of the core", features),
-    ("exported source and FMU", export::run),
     ("fleet", |shell| fleet::run(shell, fleet::IN_TESTS, false)),
     ("Python package", |shell| python_package::run(shell, false)),
-    ("CANopen", canopen::run),
-    ("interface of the core", semver::run),
     ("packages", packages),
-    ("fuzzing", |shell| fuzz::run(shell, fuzz::IN_TESTS, 1)),
     ("examples", examples),
-    ("commands of the README", |shell| built_quickly(shell, readme)),
-    ("installation", |shell| built_quickly(shell, install::run)),
+    ("commands of the README", |shell| readme(shell, Profile::Dev)),
+    ("installation", |shell| install::run(shell, Profile::Dev)),
 ];
 
 const FIRMWARE: &[Step] = &[
     ("size of the control path", |shell| size::run(shell, false)),
     ("examples with an operating system", rtos::run),
     ("images for a board", images_for_a_board),
-    ("images in the emulator", |shell| emulate::run(shell, false)),
+    ("features of the core", features),
+    ("interface of the core", semver::run),
     ("instructions of a call", |shell| cost::run(shell, false)),
+    ("images in the emulator", |shell| emulate::run(shell, false)),
     ("library for C", c::run),
+    ("exported source and FMU", export::run),
+    ("CANopen", canopen::run),
     ("end to end", |shell| end_to_end::run(shell, end_to_end::CUTS, end_to_end::SEED)),
+    ("fuzzing", |shell| fuzz::run(shell, fuzz::IN_TESTS, 1)),
 ];
 
 /// Sets up what is missing, then runs everything, or one part of it.
@@ -131,21 +132,15 @@ fn examples(shell: &Shell) -> Result<()> {
     Ok(())
 }
 
-/// Runs what builds in release without optimisation: it runs the program for seconds, and to optimise takes minutes.
-fn built_quickly(shell: &Shell, work: fn(&Shell) -> Result<()>) -> Result<()> {
-    let _level = shell.push_env("CARGO_PROFILE_RELEASE_OPT_LEVEL", "0");
-    work(shell)
-}
-
 /// Runs every `cargo run` that the README shows.
-pub fn readme(shell: &Shell) -> Result<()> {
-    let text = shell.read_file("README.md")?;
+pub fn readme(shell: &Shell, profile: Profile) -> Result<()> {
+    let text = shell.read_file("README.md")?.replace("--release", &format!("--profile {}", profile.name()));
     let mut running = Background::default();
     for line in text.lines() {
         let Some(arguments) = line.strip_prefix("cargo run") else { continue };
         let fails = || format!("the README shows `{line}`, which fails");
         if let Some(arguments) = arguments.strip_suffix(" &") {
-            running.start(shell, arguments).with_context(fails)?;
+            running.start(shell, profile, arguments).with_context(fails)?;
             continue;
         }
         let arguments = arguments.split_whitespace();
@@ -160,10 +155,10 @@ struct Background(Vec<Child>);
 
 impl Background {
     /// Starts the program of `cargo run ARGUMENTS` and waits for its first line.
-    fn start(&mut self, shell: &Shell, arguments: &str) -> Result<()> {
+    fn start(&mut self, shell: &Shell, profile: Profile, arguments: &str) -> Result<()> {
         let arguments = arguments.split_once(" -- ").map_or("", |(_, rest)| rest);
         // The program itself, not cargo, which would leave it running.
-        let program = program::target(shell).join("release/gmhm");
+        let program = program::target(shell).join(profile.folder()).join("gmhm");
         let mut child = Command::new(program)
             .args(arguments.split_whitespace())
             .stdin(Stdio::piped())
