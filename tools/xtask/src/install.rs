@@ -5,8 +5,6 @@ use std::path::Path;
 use anyhow::{Context, Result, ensure};
 use xshell::{Shell, cmd};
 
-use crate::program::Profile;
-
 /// Where each shell finds its completions, below the home folder.
 const COMPLETIONS: [(&str, &str); 3] = [
     ("bash", ".local/share/bash-completion/completions/gmhm"),
@@ -18,12 +16,11 @@ const COMPLETIONS: [(&str, &str); 3] = [
 const SYSTEM: &str = "/usr/bin:/bin";
 
 /// Installs the program into a temporary folder and uses it from a home of its own, with no other program of ours in reach.
-pub fn run(shell: &Shell, profile: Profile) -> Result<()> {
-    let profile = profile.name();
+pub fn run(shell: &Shell) -> Result<()> {
     let folder = tempfile::tempdir()?;
     let (root, home) = (folder.path().join("root"), folder.path().join("home"));
     let examples = shell.current_dir().join("examples/bench");
-    cmd!(shell, "cargo install --quiet --locked --no-track --path tools --root {root} --profile {profile}")
+    cmd!(shell, "cargo install --quiet --locked --no-track --path tools --root {root}")
         .run()
         .context("`cargo install --path tools` fails")?;
     shell.create_dir(&home)?;

@@ -179,7 +179,7 @@ fn run(arguments: Arguments) -> anyhow::Result<()> {
         Command::EndToEnd { cuts, seed } => end_to_end::run(&shell, cuts, seed),
         Command::Fleet { joints, rows, damaged, timed } => fleet::run(&shell, [joints, rows, damaged], timed),
         Command::Fuzz { executions, seed } => fuzz::run(&shell, executions, seed),
-        Command::Install => install::run(&shell, Profile::Release),
+        Command::Install => install::run(&shell),
         Command::Large { build } => large::run(&shell, build),
         Command::RunImage { image } => emulate::run_image(&image),
         Command::Structure => structure::run(&shell),

@@ -1,6 +1,7 @@
 //! Every test, on the host and in the emulator.
 
 use std::io::{BufRead, BufReader};
+use std::path::Path;
 use std::process::{Child, Command, Stdio};
 
 use anyhow::{Context, Result, bail, ensure};
@@ -30,7 +31,6 @@ const HOST: &[Step] = &[
     ("packages", packages),
     ("examples", examples),
     ("commands of the README", |shell| readme(shell, Profile::Dev)),
-    ("installation", |shell| install::run(shell, Profile::Dev)),
 ];
 
 const FIRMWARE: &[Step] = &[
@@ -44,6 +44,7 @@ const FIRMWARE: &[Step] = &[
     ("library for C", c::run),
     ("exported source and FMU", export::run),
     ("CANopen", canopen::run),
+    ("installation", installation),
     ("end to end", |shell| end_to_end::run(shell, end_to_end::CUTS, end_to_end::SEED)),
     ("fuzzing", |shell| fuzz::run(shell, fuzz::IN_TESTS, 1)),
 ];
@@ -132,19 +133,28 @@ fn examples(shell: &Shell) -> Result<()> {
     Ok(())
 }
 
-/// Runs every `cargo run` that the README shows.
+/// Installs without optimisation, which would take minutes; the program runs for seconds.
+fn installation(shell: &Shell) -> Result<()> {
+    let _level = shell.push_env("CARGO_PROFILE_RELEASE_OPT_LEVEL", "0");
+    install::run(shell)
+}
+
+/// Runs what every `cargo run` that the README shows would run.
 pub fn readme(shell: &Shell, profile: Profile) -> Result<()> {
-    let text = shell.read_file("README.md")?.replace("--release", &format!("--profile {}", profile.name()));
+    let program = program::gmhm(shell, profile)?;
+    let text = shell.read_file("README.md")?;
     let mut running = Background::default();
     for line in text.lines() {
-        let Some(arguments) = line.strip_prefix("cargo run") else { continue };
+        let Some(arguments) = line.strip_prefix("cargo run --release") else { continue };
         let fails = || format!("the README shows `{line}`, which fails");
+        let arguments = arguments.trim_start().trim_start_matches("-- ");
+        println!("$ gmhm {arguments}");
         if let Some(arguments) = arguments.strip_suffix(" &") {
-            running.start(shell, profile, arguments).with_context(fails)?;
+            running.start(&program, arguments).with_context(fails)?;
             continue;
         }
         let arguments = arguments.split_whitespace();
-        cmd!(shell, "cargo run {arguments...}").ignore_stdout().run().with_context(fails)?;
+        cmd!(shell, "{program} {arguments...}").quiet().ignore_stdout().run().with_context(fails)?;
     }
     Ok(())
 }
@@ -154,11 +164,8 @@ pub fn readme(shell: &Shell, profile: Profile) -> Result<()> {
 struct Background(Vec<Child>);
 
 impl Background {
-    /// Starts the program of `cargo run ARGUMENTS` and waits for its first line.
-    fn start(&mut self, shell: &Shell, profile: Profile, arguments: &str) -> Result<()> {
-        let arguments = arguments.split_once(" -- ").map_or("", |(_, rest)| rest);
-        // The program itself, not cargo, which would leave it running.
-        let program = program::target(shell).join(profile.folder()).join("gmhm");
+    /// Starts the program and waits for its first line.
+    fn start(&mut self, program: &Path, arguments: &str) -> Result<()> {
         let mut child = Command::new(program)
             .args(arguments.split_whitespace())
             .stdin(Stdio::piped())
