@@ -83,18 +83,25 @@ pub fn weight_of_counts(centred: &[f64], sd: f64) -> f64 {
 
 /// The highest weight at which a graduation differs from the record by no more than `misfit` of that weight: Morozov's discrepancy principle.
 fn discrepant_weight(centred: &[f64], misfit: impl Fn(f64) -> f64) -> f64 {
-    let rms = |smooth: &[f64]| {
-        (smooth.iter().zip(centred).map(|(a, b)| (a - b).powi(2)).sum::<f64>() / centred.len() as f64).sqrt()
-    };
     let (mut low, mut high) = (-2.0_f64, 12.0_f64);
     for _ in 0..18 {
         let middle = 0.5 * (low + high);
         let weight = 10.0_f64.powf(middle);
-        let mut smooth = centred.to_vec();
-        Graduation::new(centred.len(), weight).smooth(&mut smooth);
-        if rms(&smooth) > misfit(weight) { high = middle } else { low = middle }
+        if taken_by(centred, weight) > misfit(weight) { high = middle } else { low = middle }
     }
     10.0_f64.powf(low)
+}
+
+/// The standard deviation of the white noise of a record about its mean, from what a graduation of this weight takes out of it: waves of far more than 2π weight^(1/6) samples do not count.
+pub fn noise_taken_by(centred: &[f64], weight: f64) -> f64 {
+    taken_by(centred, weight) / noise_left(weight).sqrt()
+}
+
+/// What a graduation takes out of a record, rms.
+fn taken_by(record: &[f64], weight: f64) -> f64 {
+    let mut smooth = record.to_vec();
+    Graduation::new(record.len(), weight).smooth(&mut smooth);
+    (smooth.iter().zip(record).map(|(a, b)| (a - b).powi(2)).sum::<f64>() / record.len() as f64).sqrt()
 }
 
 /// Which part of the variance of white noise a graduation takes out of a record: the mean of (1 − H)² over all frequencies.
