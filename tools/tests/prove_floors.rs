@@ -105,6 +105,13 @@ fn a_kind_that_completes_a_curve_is_not_named() {
     assert!(names_just(&case, 1), "{case:?}");
 }
 
+/// A stiffness that changes with a temperature whose noise is one per cent larger than estimated: unsmoothed, that noise is as large as what the coloured noise of the torque does not predict.
+#[test]
+fn a_stiffness_that_follows_a_noisy_temperature_is_named() {
+    let case = score("single 0.15", 10033, 71);
+    assert!(case.exact, "{case:?}");
+}
+
 /// A kinematic error on a gear of slip elements, whose base has Coulomb friction without smoothing: a block of the recording does not determine the linearised base, and its held-out
 /// error there, thousands of times that of the fit, is no measure of what anything is worth.
 #[test]

@@ -278,6 +278,9 @@ fn parabola(half: usize) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
     use super::*;
 
     #[test]
@@ -306,6 +309,24 @@ mod tests {
                 found[100..2900].iter().zip(&time[100..]).map(|(v, t)| (v - speed * (1.0 + 0.05 * t.cos())).abs());
             let most = off.fold(0.0, f64::max);
             assert!(most < 0.15 * step / 0.002, "{most} rad/s at {counts_a_sample} counts a sample");
+        }
+    }
+
+    #[test]
+    fn a_slow_temperature_loses_its_noise_however_that_is_estimated() {
+        for seed in 0..20_u64 {
+            let mut random = ChaCha8Rng::seed_from_u64(seed);
+            let mut noise = || (0..12).map(|_| random.random::<f64>()).sum::<f64>() - 6.0;
+            let time: Vec<f64> = (0..5000).map(|k| 0.01 * f64::from(k)).collect();
+            let truth: Vec<f64> = time.iter().map(|t| 20.0 + 5.0 * (0.3 * t).sin()).collect();
+            let recorded: Vec<f64> = truth.iter().map(|x| (100.0 * (x + 0.05 * noise())).round() / 100.0).collect();
+            let recording =
+                Recording { temperature_c: Some(recorded.into()), time_s: time.into(), ..Recording::default() };
+            let clean = denoised(&recording, None);
+            let temperature = clean.temperature_c.as_deref().unwrap();
+            let squares: f64 = temperature.iter().zip(&truth).map(|(a, b)| (a - b).powi(2)).sum();
+            let off = (squares / 5000.0).sqrt();
+            assert!(off < 0.015, "{off} K with seed {seed}");
         }
     }
 
