@@ -116,8 +116,8 @@ fn sd_of_slow(x: &[f64]) -> f64 {
     let sd = channel_sd(x);
     let mean = x.iter().sum::<f64>() / x.len() as f64;
     let centred: Vec<f64> = x.iter().map(|x| x - mean).collect();
-    noise_taken_by(&centred, WEIGHT_OF_SLOW)
-        .clamp(sd, sd * (1.0 + MOST_OF_ERROR * ERROR_OF_SD / (x.len() as f64).sqrt()))
+    let most = sd * (1.0 + MOST_OF_ERROR * ERROR_OF_SD / (x.len() as f64).sqrt());
+    noise_taken_by(&centred, WEIGHT_OF_SLOW).max(sd).min(most)
 }
 
 /// The weight at which a graduation takes half of a wave of 20 samples.

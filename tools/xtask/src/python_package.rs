@@ -47,8 +47,9 @@ const IMPORTS: &str =
 /// Installs the package into an environment of its own and tests it; with `timed` instead builds it in release and measures what it adds to the program's own time.
 pub fn run(shell: &Shell, timed: bool) -> Result<()> {
     let Some(python) = environment(shell, "python", &PACKAGES, IMPORTS)? else { return Ok(()) };
-    let gmhm = program::gmhm(shell, Profile::timed(timed))?;
-    install(shell, &python, if timed { "release" } else { "dev" })?;
+    let profile = Profile::timed(timed);
+    let gmhm = program::gmhm(shell, profile)?;
+    install(shell, &python, profile)?;
     let script = |name: &str| format!("{FOLDER}/tests/{name}");
     if timed {
         let measure = script("measure.py");
@@ -116,7 +117,8 @@ fn fresh(shell: &Shell) -> Result<()> {
 }
 
 /// Installs the package by pip, built in a profile of cargo by the maturin of the environment.
-fn install(shell: &Shell, python: &Path, profile: &str) -> Result<()> {
+fn install(shell: &Shell, python: &Path, profile: Profile) -> Result<()> {
+    let profile = profile.name();
     let _arguments = shell.push_env("MATURIN_PEP517_ARGS", format!("--profile {profile} --locked"));
     let programs = python.parent().unwrap_or(python).to_string_lossy().into_owned();
     let _path = shell.push_env("PATH", format!("{programs}:{}", shell.var("PATH").unwrap_or_default()));

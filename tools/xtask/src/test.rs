@@ -20,7 +20,7 @@ use crate::{
 pub enum Part {
     /// The host tests, and the program as people use it.
     Host,
-    /// The core, what is made of it for microcontrollers and runs in the emulator, and what a drive has to bear.
+    /// The core, what is made of it for microcontrollers and runs in the emulator, and what a drive has to bear; and the installation, so that both take about as long.
     Firmware,
 }
 
@@ -139,22 +139,30 @@ fn installation(shell: &Shell) -> Result<()> {
     install::run(shell)
 }
 
-/// Runs what every `cargo run` that the README shows would run.
+/// Runs every `cargo run` that the README shows: by cargo in release, else in the program that the tests have built, as cargo would build another.
 pub fn readme(shell: &Shell, profile: Profile) -> Result<()> {
-    let program = program::gmhm(shell, profile)?;
+    let program = match profile {
+        Profile::Dev => program::gmhm(shell, profile)?,
+        Profile::Release => program::target(shell).join("release/gmhm"),
+    };
     let text = shell.read_file("README.md")?;
     let mut running = Background::default();
     for line in text.lines() {
-        let Some(arguments) = line.strip_prefix("cargo run --release") else { continue };
+        let Some(words) = line.strip_prefix("cargo run") else { continue };
         let fails = || format!("the README shows `{line}`, which fails");
-        let arguments = arguments.trim_start().trim_start_matches("-- ");
-        println!("$ gmhm {arguments}");
+        let arguments = words.split_once(" -- ").map_or("", |(_, rest)| rest);
         if let Some(arguments) = arguments.strip_suffix(" &") {
             running.start(&program, arguments).with_context(fails)?;
             continue;
         }
-        let arguments = arguments.split_whitespace();
-        cmd!(shell, "{program} {arguments...}").quiet().ignore_stdout().run().with_context(fails)?;
+        let command = if profile == Profile::Release {
+            let words = words.split_whitespace();
+            cmd!(shell, "cargo run {words...}")
+        } else {
+            let arguments = arguments.split_whitespace();
+            cmd!(shell, "{program} {arguments...}")
+        };
+        command.ignore_stdout().run().with_context(fails)?;
     }
     Ok(())
 }
@@ -164,7 +172,7 @@ pub fn readme(shell: &Shell, profile: Profile) -> Result<()> {
 struct Background(Vec<Child>);
 
 impl Background {
-    /// Starts the program and waits for its first line.
+    /// Starts the program itself, not cargo, which would leave it running, and waits for its first line.
     fn start(&mut self, program: &Path, arguments: &str) -> Result<()> {
         let mut child = Command::new(program)
             .args(arguments.split_whitespace())
