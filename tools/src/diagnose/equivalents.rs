@@ -10,7 +10,7 @@ use crate::diagnose::DiagnoseError;
 use crate::diagnose::decision::{STEPS_OF_LIKELIHOOD, TOO_LOUD_TO_REFINE};
 use crate::diagnose::diagnosis::UNKNOWN;
 use crate::diagnose::explain::{Search, Tried};
-use crate::diagnose::naming::{DiagnosisVerdict, LEAST_GAIN_OF_RICHER};
+use crate::diagnose::naming::{CLASS, DiagnosisVerdict, LEAST_GAIN_OF_RICHER};
 use crate::diagnose::search::MARGIN;
 use crate::kinds;
 use crate::model::Model;
@@ -69,9 +69,10 @@ impl Dataset<'_> {
             let is_rival = |kind: &&str| {
                 let is_listed = || effect.equivalents.iter().any(|e| e == kind);
                 // One element of several explains less than all of them.
-                let is_whole = kinds::of(kind).is_some_and(|kind| !kind.extends());
+                let is_whole =
+                    kinds::imitates(kind, &effect.name) || kinds::of(kind).is_some_and(|kind| !kind.extends());
                 let is_new = search.allows(kind) && !model.has_term(kind);
-                is_whole && is_new && (kinds::contains(kind, &effect.name) || is_listed())
+                is_whole && is_new && (kinds::includes(kind, &effect.name) || is_listed())
             };
             let rivals: Vec<&'static str> = kinds::ALL.iter().map(|kind| kind.name()).filter(is_rival).collect();
             if rivals.is_empty() {
@@ -98,9 +99,11 @@ impl Dataset<'_> {
                 rival.map_or(lost.contains(&kind), is_worse)
             };
             let mut class: Vec<String> = effect.equivalents.iter().filter(|e| !is_out(e)).cloned().collect();
-            let is_finer =
-                |rival: &&Rival| kinds::contains(rival.kind, &effect.name) && rival.net > LEAST_GAIN_OF_RICHER;
-            class.extend(found.iter().filter(|_| best.is_none()).filter(is_finer).map(|rival| rival.kind.to_owned()));
+            let is_as_good = |rival: &&Rival| {
+                let least = if kinds::imitates(rival.kind, &effect.name) { -CLASS } else { LEAST_GAIN_OF_RICHER };
+                kinds::includes(rival.kind, &effect.name) && rival.net > least
+            };
+            class.extend(found.iter().filter(|_| best.is_none()).filter(is_as_good).map(|rival| rival.kind.to_owned()));
             class.retain(|kind| best.is_none_or(|best| best.kind != kind));
             class.sort();
             class.dedup();

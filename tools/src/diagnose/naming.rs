@@ -77,7 +77,7 @@ impl DiagnosisVerdict {
 }
 
 /// Kinds within this of the best's −2 ln L are one class: the wrong one of two looks better by more than this once in a thousand.
-const CLASS: f64 = 11.0;
+pub(super) const CLASS: f64 = 11.0;
 /// A richer kind stays in the class of a simpler one that explains almost as much when noise alone would give it less than this (χ², 1 %).
 const RICHER: f64 = 13.0;
 /// One that holds the simpler as its special case stays from this on, if what it has beyond it is there to see: the recordings do not deny it.
@@ -156,6 +156,7 @@ impl Dataset<'_> {
                     && a.fit.model.terms.last().is_some_and(|term| {
                         kinds::of_term(term).is_some_and(|kind| kind.exceeds_what_it_contains(term))
                     });
+                let richer = richer && !kinds::imitates(a.kind, &kind);
                 a.kind != kind && a.polished && shows && if richer { maybe || more > RICHER } else { -more < CLASS }
             };
             let mut equivalents: Vec<String> = tried.iter().filter(equivalent).map(|a| a.kind.to_owned()).collect();

@@ -113,7 +113,9 @@ impl Dataset<'_> {
             let net = |a: &Alternative| a.gain - self.penalty(a.parameters);
             let believed = |a: &Alternative| {
                 let predicted = self.gain_of_blocks(&a.fit, &extended, &a.fit.noise);
-                self.lessens(&a.fit, &extended, net(a)) && (net(a) < MARGIN || improves_heldout(&predicted))
+                let is_part = a.extends.is_some() && net(a) > LARGE_GAIN_OF_ELEMENT * so_far;
+                (is_part || self.lessens(&a.fit, &extended, net(a)))
+                    && (net(a) < MARGIN || improves_heldout(&predicted))
             };
             let able: Vec<(usize, &Alternative)> = tried.iter().enumerate().filter(|(_, a)| believed(a)).collect();
             let able = || able.iter().copied();
@@ -126,7 +128,7 @@ impl Dataset<'_> {
             });
             let simplest = best.and_then(|(_, best)| {
                 let as_much = |a: &Alternative| net(a) >= net(best) - SHAPE * best.gain;
-                able().find(|(_, a)| kinds::contains(best.kind, a.kind) && as_much(a))
+                able().find(|(_, a)| kinds::includes(best.kind, a.kind) && as_much(a))
             });
             let is_enough = |(_, alternative): &(usize, &Alternative)| {
                 let grows = alternative.extends.is_some();
@@ -158,7 +160,7 @@ impl Dataset<'_> {
                 let kind = &extended.model.terms[term].kind;
                 let mut alternatives = self.explain(rest, search, gain)?;
                 let better = alternatives.iter().position(|a| {
-                    let shape = if kinds::contains(a.kind, kind) { SHAPE * gain } else { 0.0 };
+                    let shape = if kinds::includes(a.kind, kind) { SHAPE * gain } else { 0.0 };
                     let other = a.gain - self.penalty(a.parameters);
                     let sum = |gains: &[f64]| gains.iter().sum::<f64>();
                     let predicted = || self.gain_of_blocks(&a.fit, rest, &extended.noise);
@@ -257,6 +259,9 @@ const LARGE_PART: f64 = 0.4;
 
 /// What is named explains at least this part of the squared residual. Noise of an angle leaves less, and looks like inertia, damping or slip.
 const LEAST_PART: f64 = 0.05;
+
+/// Or it is a further element, as another order of a ripple, that gains this part of what has been gained so far.
+const LARGE_GAIN_OF_ELEMENT: f64 = 0.25;
 
 /// Or it gains so much a row, which takes two fifths of the variance of what the noise brings anew.
 const CLEAR_GAIN_A_ROW: f64 = 0.5;

@@ -219,6 +219,11 @@ pub trait Kind: Sync {
         &[]
     }
 
+    /// The kinds that it looks like, without being one, where a motion hardly changes what distinguishes it: friction over an angle that hardly turns looks like Coulomb friction.
+    fn imitates(&self) -> &'static [&'static str] {
+        &[]
+    }
+
     /// The kinds that are parts of the same effect where they are found beside this one.
     fn takes_in(&self) -> &'static [&'static str] {
         &[]
@@ -369,6 +374,16 @@ pub fn contains(kind: &str, special: &str) -> bool {
     of(kind).is_some_and(|kind| kind.contains().contains(&special))
 }
 
+/// Whether one kind imitates another, see [`Kind::imitates`].
+pub fn imitates(kind: &str, other: &str) -> bool {
+    of(kind).is_some_and(|kind| kind.imitates().contains(&other))
+}
+
+/// Whether what one kind describes can be another alone: a special case of it, or a kind that it imitates.
+pub fn includes(kind: &str, simpler: &str) -> bool {
+    contains(kind, simpler) || imitates(kind, simpler)
+}
+
 /// The key of the velocity over which the sign of a friction is smoothed.
 pub const SMOOTHING: &str = "smoothing_rad_per_s";
 /// The smoothing of a friction's sign is at most this share of the largest velocity.
@@ -442,7 +457,7 @@ mod tests {
     #[test]
     fn names_that_kinds_refer_to_are_kinds() {
         for kind in ALL {
-            assert!(kind.contains().iter().all(|name| of(name).is_some()), "{}", kind.name());
+            assert!(kind.contains().iter().chain(kind.imitates()).all(|name| of(name).is_some()), "{}", kind.name());
         }
     }
 }

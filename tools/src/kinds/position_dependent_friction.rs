@@ -72,6 +72,10 @@ impl Kind for PositionDependentFriction {
         3.0
     }
 
+    fn imitates(&self) -> &'static [&'static str] {
+        &["coulomb_friction"]
+    }
+
     fn elements_are_effects(&self) -> bool {
         true
     }

@@ -16,6 +16,7 @@ use gmhm::terms::KeyInfo;
 
 const COULOMB: &str = "coulomb_nm";
 const STATIC: &str = "static_nm";
+const VELOCITY: &str = "stribeck_velocity_rad_per_s";
 const DAMPING: &str = "damping_nms_per_rad";
 
 /// Static over Coulomb friction, at least, for the dip to be named.
@@ -106,7 +107,7 @@ impl Kind for StribeckFriction {
     }
 
     fn degenerates_to(&self, term: &Term, fastest_rad_per_s: f64) -> Option<Term> {
-        let is_unseen = number_of(term, "stribeck_velocity_rad_per_s") > BEYOND_SPEEDS * fastest_rad_per_s;
+        let is_unseen = number_of(term, VELOCITY) > BEYOND_SPEEDS * fastest_rad_per_s;
         let is_all = number_of(term, COULOMB) == 0.0 && number_of(term, DAMPING) == 0.0;
         (is_unseen && is_all).then(|| coulomb_friction(number_of(term, STATIC), number_of(term, SMOOTHING)))
     }
@@ -116,7 +117,9 @@ impl Kind for StribeckFriction {
     }
 
     fn exceeds_what_it_contains(&self, term: &Term) -> bool {
-        number_of(term, STATIC) > SMALLEST_STATIC_RATIO * number_of(term, COULOMB)
+        // Static friction that has decayed before the sign of the velocity is whole is a shape of the sign.
+        let is_dip = number_of(term, VELOCITY) > number_of(term, SMOOTHING);
+        is_dip && number_of(term, STATIC) > SMALLEST_STATIC_RATIO * number_of(term, COULOMB)
     }
 
     fn special_cases(&self, own: &Term) -> Vec<Vec<Term>> {
