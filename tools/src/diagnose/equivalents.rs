@@ -69,8 +69,9 @@ impl Dataset<'_> {
             let is_rival = |kind: &&str| {
                 let is_listed = || effect.equivalents.iter().any(|e| e == kind);
                 // One element of several explains less than all of them.
+                let is_single = kinds::elements(&model.terms[term]) == 1;
                 let is_whole =
-                    kinds::imitates(kind, &effect.name) || kinds::of(kind).is_some_and(|kind| !kind.extends());
+                    kinds::of(kind).is_some_and(|kind| !kind.extends() || is_single && kind.elements_are_effects());
                 let is_new = search.allows(kind) && !model.has_term(kind);
                 is_whole && is_new && (kinds::includes(kind, &effect.name) || is_listed())
             };

@@ -5,12 +5,10 @@ use crate::diagnose::curve_term::curve_term;
 use crate::diagnose::decision::LARGE;
 use crate::diagnose::diagnosis::{Naming, UNKNOWN};
 use crate::diagnose::explain::Search;
-use crate::diagnose::naming::{DiagnosisVerdict, EffectVerdict, coordinates, follows_slow_signal};
+use crate::diagnose::naming::{DiagnosisVerdict, EffectVerdict, coordinates};
 use crate::diagnose::nonparametric::{Coordinates, Explained as Curve};
-use crate::diagnose::search::MARGIN;
 use crate::diagnose::selection::{Selected, Selection};
 use crate::kinds;
-use crate::model::Model;
 use crate::numerics::autoregression::Noise;
 use crate::regression::dataset::Dataset;
 use crate::regression::fit::Fitted;
@@ -27,16 +25,6 @@ const LEAST_CURVE_SHARE: f64 = 0.04;
 const LEAST_CURVE_PART: f64 = 0.05;
 /// Curves at most.
 const MOST_CURVES: usize = 2;
-/// A kind that almost every machine has needs no likelihood to be believed where it saves this part of what is left,
-const CLEAR_GAIN_OF_COMMON: f64 = 0.25;
-/// another where it saves this part,
-const CLEAR_GAIN: f64 = 0.5;
-/// or this part where no free function of its coordinates confirms it;
-const CLEAR_GAIN_ALONE: f64 = 1.0;
-/// of a kind that follows a slow signal, which slow noise follows by chance, so many times as much.
-const CLEAR_GAIN_OF_SLOW: f64 = 4.0;
-/// Steps of the fits that confirm.
-const CONFIRMING_STEPS: usize = 3;
 /// Steps of the refit with a curve.
 const STEPS: usize = 5;
 
@@ -161,64 +149,6 @@ impl Dataset<'_> {
             rejected,
             noise_part: (selection.free_squares / selection.selected_squares.max(f64::MIN_POSITIVE)).sqrt().min(1.0),
         })
-    }
-
-    /// The selection without kinds that save little and that likelihood does not see: against coloured noise a small gain on held-out blocks may be chance.
-    /// `likeliest_base` is the base model fitted against coloured noise.
-    ///
-    /// # Errors
-    /// A model that cannot be evaluated.
-    pub fn confirmed(
-        &self,
-        base: &Fitted,
-        mut selection: Selection,
-        likeliest_base: &Fitted,
-        search: Search<'_>,
-    ) -> Result<Selection, DiagnoseError> {
-        let far = self.is_far_from(base);
-        let weak = |s: &Selected, left: f64| {
-            let is_common = kinds::is_common(s.kind);
-            let alone = match s.fidelity {
-                None => CLEAR_GAIN_ALONE,
-                Some(_) if is_common => CLEAR_GAIN_OF_COMMON,
-                Some(_) => CLEAR_GAIN,
-            };
-            let clear = if follows_slow_signal(s.kind) { CLEAR_GAIN_OF_SLOW * alone } else { alone };
-            let saved = s.gains.iter().sum::<f64>();
-            // Noise is not that large a part of the torque. A few reversals in minutes are few blocks, and outliers to likelihood.
-            let is_more_than_noise = is_common && far && saved >= LARGE * selection.base_squares;
-            saved < clear * left && !is_more_than_noise
-        };
-        let doubtful: Vec<&'static str> =
-            selection.selected.iter().filter(|s| weak(s, selection.selected_squares)).map(|s| s.kind).collect();
-        if doubtful.is_empty() {
-            return Ok(selection);
-        }
-        let free = |model: &Model| self.parameters(model, search);
-        let model = selection.fit.model.clone();
-        let whole = self.fit(&model, &free(&model), None, CONFIRMING_STEPS)?;
-        let mut kept = model.clone();
-        for kind in doubtful {
-            let mut without = model.clone();
-            without.remove_terms(search.base_terms, |term| term.kind == kind);
-            let rest = self.fit(&without, &free(&without), None, CONFIRMING_STEPS)?;
-            // Without its only kind the model is the base, of which the likelihood is known better.
-            let is_base = without.terms.len() == search.base_terms;
-            let known = if is_base { likeliest_base.minus_two_log_likelihood } else { f64::INFINITY };
-            let gain = rest.minus_two_log_likelihood.min(known) - whole.minus_two_log_likelihood;
-            let numbers = free(&model).len() - free(&without).len();
-            if gain < self.penalty(numbers) + MARGIN {
-                kept.remove_terms(search.base_terms, |term| term.kind == kind);
-                selection.selected.retain(|s| s.kind != kind);
-            }
-        }
-        if kept.terms.len() < model.terms.len() {
-            let fit = self.plain_fit(&kept, &free(&kept), STEPS)?;
-            // Orders close to each other cancel on the way recorded, and add up on another: without the other kinds they may grow beyond the torque.
-            let (fit, lost) = self.without_unlawful(&base.model, fit, search)?;
-            self.left_without(base, &mut selection, &lost, fit, search)?;
-        }
-        Ok(selection)
     }
 
     /// Squares in units of what the selection leaves a row.

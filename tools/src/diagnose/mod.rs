@@ -30,6 +30,7 @@
 
 mod base_search;
 pub mod candidates;
+mod confirmation;
 mod curve_term;
 mod curves_in_place;
 mod decision;

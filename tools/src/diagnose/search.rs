@@ -113,8 +113,7 @@ impl Dataset<'_> {
             let net = |a: &Alternative| a.gain - self.penalty(a.parameters);
             let believed = |a: &Alternative| {
                 let predicted = self.gain_of_blocks(&a.fit, &extended, &a.fit.noise);
-                let is_part = a.extends.is_some() && net(a) > LARGE_GAIN_OF_ELEMENT * so_far;
-                (is_part || self.lessens(&a.fit, &extended, net(a)))
+                (a.extends.is_some() || self.lessens(&a.fit, &extended, net(a)))
                     && (net(a) < MARGIN || improves_heldout(&predicted))
             };
             let able: Vec<(usize, &Alternative)> = tried.iter().enumerate().filter(|(_, a)| believed(a)).collect();
@@ -257,11 +256,8 @@ const LEAST_SHARE: f64 = 0.04;
 /// unless it explains this part of the squared residual that they leave.
 const LARGE_PART: f64 = 0.4;
 
-/// What is named explains at least this part of the squared residual. Noise of an angle leaves less, and looks like inertia, damping or slip.
+/// What is named explains at least this part of the squared residual, a further element of a kind less. Noise of an angle leaves less, and looks like inertia, damping or slip.
 const LEAST_PART: f64 = 0.05;
-
-/// Or it is a further element, as another order of a ripple, that gains this part of what has been gained so far.
-const LARGE_GAIN_OF_ELEMENT: f64 = 0.25;
 
 /// Or it gains so much a row, which takes two fifths of the variance of what the noise brings anew.
 const CLEAR_GAIN_A_ROW: f64 = 0.5;
