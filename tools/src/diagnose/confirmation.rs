@@ -170,6 +170,6 @@ impl Elements {
         let columns: Vec<&[f64]> = kept.iter().map(|at| self.fit.columns[*at].as_slice()).collect();
         let profile = dataset.layout().best_profile(&columns, &left, &self.fit.noise);
         let gain = profile.minus_two_log_likelihood - self.minus_two_log_likelihood;
-        (gain - dataset.penalty(own.len()) - MARGIN, (left, kept, profile.minus_two_log_likelihood))
+        (gain - dataset.penalty(own.len()), (left, kept, profile.minus_two_log_likelihood))
     }
 }
