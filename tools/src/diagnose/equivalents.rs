@@ -35,17 +35,17 @@ const FIRST_STEPS: usize = 2;
 const LAST_STEPS: usize = 4;
 
 /// A named kind, and the fit without it.
-struct Place<'f> {
-    kind: &'f str,
-    term: usize,
-    own: &'f Fitted,
-    rest: &'f Fitted,
+pub(super) struct Place<'f> {
+    pub(super) kind: &'f str,
+    pub(super) term: usize,
+    pub(super) own: &'f Fitted,
+    pub(super) rest: &'f Fitted,
 }
 
 /// A fit with another kind in the place of a named one, its last term.
-struct Rival {
+pub(super) struct Rival {
     kind: &'static str,
-    fit: Fitted,
+    pub(super) fit: Fitted,
     /// By how much it lowers −2 ln L, net of what its further numbers gain from noise.
     net: f64,
 }
@@ -63,6 +63,10 @@ impl Dataset<'_> {
         // Made where it is first needed, and again for a model in which a name was replaced.
         let mut fitted = None;
         self.drop_traces(verdict, &mut fitted, search)?;
+        let fit = self.against_coloured_noise(&mut fitted, &verdict.extended.model, search)?;
+        if self.one_of_two(verdict, fit, search)? {
+            fitted = None;
+        }
         for at in 0..verdict.effects.len() {
             let (effect, model) = (&verdict.effects[at], &verdict.extended.model);
             let Some(term) = effect.term.filter(|_| effect.name != UNKNOWN) else { continue };
@@ -172,7 +176,7 @@ impl Dataset<'_> {
     }
 
     /// A fit against coloured noise with and without a term; `None` where the term is far above the noise.
-    fn with_and_without(
+    pub(super) fn with_and_without(
         &self,
         with: &Fitted,
         term: usize,
@@ -205,7 +209,7 @@ impl Dataset<'_> {
     }
 
     /// The best fit of each of some kinds in a place, and the kinds of which no fit ends as a term of its kind.
-    fn rivals(
+    pub(super) fn rivals(
         &self,
         place: &Place<'_>,
         search: Search<'_>,

@@ -48,6 +48,7 @@ mod locked_input;
 pub mod naming;
 pub mod next_experiment;
 pub mod nonparametric;
+mod one_of_two;
 mod one_speed;
 mod other_shapes;
 pub(crate) mod past;
