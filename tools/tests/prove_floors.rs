@@ -112,6 +112,44 @@ fn a_stiffness_that_follows_a_noisy_temperature_is_named() {
     assert!(case.exact, "{case:?}");
 }
 
+/// Coulomb friction, in three cases, over an output angle that hardly turns: friction of the position gains as much within what noise adds by its two further numbers.
+#[test]
+fn coulomb_friction_is_named_where_friction_of_the_position_explains_as_much() {
+    for case in scores("single 0.05", 10035, &[452, 582]).iter().chain(&scores("single 0.15", 10035, &[581])) {
+        assert!(names_just(case, 1) && case.named == ["coulomb_friction"], "{case:?}");
+    }
+}
+
+/// Coulomb friction whose sign is limited and not a hyperbolic tangent: static friction that decays within the smoothing follows the corner, and is no dip.
+#[test]
+fn a_corner_of_friction_is_no_dip() {
+    let case = score("single 0.05", 10033, 428);
+    assert!(case.exact, "{case:?}");
+}
+
+/// Creep of several time constants: the second takes two percent of the squared residual and lowers −2 ln L by 237.
+#[test]
+fn further_time_constants_of_creep_are_found() {
+    let case = score("single 0.15", 10035, 516);
+    assert!(case.exact && case.unseen_error_nm.is_some_and(|left_nm| left_nm < 0.01), "{case:?}");
+}
+
+/// A torque ripple of one order in noise of a correlation of 0.975 from row to row: with orders that this noise has by chance a kinematic error predicts as much.
+#[test]
+fn a_ripple_of_one_order_takes_no_orders_of_the_noise() {
+    let case = score("single 0.05", 10035, 552);
+    assert_eq!(case.named, ["torque_ripple"], "{case:?}");
+}
+
+/// Friction over the output angle is also Coulomb friction and friction of another order; Stribeck friction is also Coulomb friction and static friction alone.
+#[test]
+fn one_kind_is_named_where_it_explains_as_much_as_two() {
+    let case = score("single 0.15", 10033, 114);
+    assert!(case.exact, "{case:?}");
+    let case = score("single 0.15", 10035, 426);
+    assert!(case.exact, "{case:?}");
+}
+
 /// A kinematic error on a gear of slip elements, whose base has Coulomb friction without smoothing: a block of the recording does not determine the linearised base, and its held-out
 /// error there, thousands of times that of the fit, is no measure of what anything is worth.
 #[test]

@@ -64,7 +64,7 @@ impl Dataset<'_> {
         let mut fitted = None;
         self.drop_traces(verdict, &mut fitted, search)?;
         let fit = self.against_coloured_noise(&mut fitted, &verdict.extended.model, search)?;
-        if self.one_of_two(verdict, fit, search)? {
+        if self.without_included(verdict, fit, search)? {
             fitted = None;
         }
         for at in 0..verdict.effects.len() {
@@ -116,12 +116,7 @@ impl Dataset<'_> {
                 let mut model = best.fit.model.clone();
                 let other = model.terms.pop();
                 model.terms.splice(term..term, other);
-                let free = self.parameters(&model, search);
-                verdict.extended = if verdict.extended.plain {
-                    self.plain_fit(&model, &free, LAST_STEPS)?
-                } else {
-                    self.or_plain(self.fit(&model, &free, Some(&best.fit.noise), LAST_STEPS)?)?
-                };
+                verdict.extended = self.refitted_with(&verdict.extended, &model, &best.fit, search)?;
                 fitted = None;
             }
             let effect = &mut verdict.effects[at];
@@ -133,6 +128,22 @@ impl Dataset<'_> {
             }
         }
         Ok(())
+    }
+
+    /// An extended model of other terms, fitted as it was before: by plain least squares, or against coloured noise from that of the fit that the terms come from.
+    pub(super) fn refitted_with(
+        &self,
+        before: &Fitted,
+        model: &Model,
+        of_terms: &Fitted,
+        search: Search<'_>,
+    ) -> Result<Fitted, DiagnoseError> {
+        let free = self.parameters(model, search);
+        Ok(if before.plain {
+            self.plain_fit(model, &free, LAST_STEPS)?
+        } else {
+            self.or_plain(self.fit(model, &free, Some(&of_terms.noise), LAST_STEPS)?)?
+        })
     }
 
     /// Takes out the names of small further effects that likelihood does not see beside the others; their terms stay in the model.

@@ -10,6 +10,7 @@
 //! | [`experiment`] | the bench tests that show a kind |
 //! | [`measures`], [`draft`] | how `gmhm simulate --hide` draws an effect of a kind |
 //! | `elements` | the elements of a term's lists |
+//! | `relations` | which kinds can stand for which others |
 //! | `lawful` | what the numbers of a term have to be for it to be of its kind |
 //! | `friction_shapes` | frictions whose refitted shape is that of another friction |
 //! | `build` | terms, waves and drafts as several kinds make them |
@@ -37,6 +38,7 @@ mod load_dependent_memory;
 mod nonlocal_memory;
 mod position_dependent_friction;
 mod presliding_friction;
+mod relations;
 mod ripple_resonance;
 mod sensor_drift;
 mod soft_windup;
@@ -71,6 +73,7 @@ pub use friction_shapes::{WithoutCoulomb, has_inner_exponent, is_smoothed_apart,
 pub use lawful::{exceeds_refined, is_reversed, is_within_limits, may_be_reversed, positive_where_needed};
 use measures::Measures;
 use ranges::{Extent, Ranges};
+pub use relations::{contains, imitates, includes};
 
 /// The name of structure that no kind explains.
 pub const UNKNOWN: &str = "unknown";
@@ -367,21 +370,6 @@ pub fn shifts_time(kind: &dyn Kind) -> bool {
 /// Whether almost every machine has a kind, see [`Kind::is_common`].
 pub fn is_common(name: &str) -> bool {
     of(name).is_some_and(Kind::is_common)
-}
-
-/// Whether one kind contains another as a special case.
-pub fn contains(kind: &str, special: &str) -> bool {
-    of(kind).is_some_and(|kind| kind.contains().contains(&special))
-}
-
-/// Whether one kind imitates another, see [`Kind::imitates`].
-pub fn imitates(kind: &str, other: &str) -> bool {
-    of(kind).is_some_and(|kind| kind.imitates().contains(&other))
-}
-
-/// Whether what one kind describes can be another alone: a special case of it, or a kind that it imitates.
-pub fn includes(kind: &str, simpler: &str) -> bool {
-    contains(kind, simpler) || imitates(kind, simpler)
 }
 
 /// The key of the velocity over which the sign of a friction is smoothed.

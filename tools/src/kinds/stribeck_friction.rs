@@ -150,4 +150,13 @@ mod tests {
         assert!(of(2.5).is_none());
         assert_eq!(of(157.0), Some(coulomb_friction(0.4, 0.1)));
     }
+    #[test]
+    fn static_friction_that_decays_within_the_smoothing_is_no_dip() {
+        let of = |velocity: f64| {
+            let values = [(COULOMB, 0.07), (STATIC, 0.13), (VELOCITY, velocity), (SMOOTHING, 4.5e-4)];
+            term(StribeckFriction.name(), &values.map(|(key, value)| (key, number(value))))
+        };
+        assert!(StribeckFriction.exceeds_what_it_contains(&of(1e-3)));
+        assert!(!StribeckFriction.exceeds_what_it_contains(&of(3.5e-4)));
+    }
 }
