@@ -120,13 +120,6 @@ fn coulomb_friction_is_named_where_friction_of_the_position_explains_as_much() {
     }
 }
 
-/// Coulomb friction whose sign is limited and not a hyperbolic tangent: static friction that decays within the smoothing follows the corner, and is no dip.
-#[test]
-fn a_corner_of_friction_is_no_dip() {
-    let case = score("single 0.05", 10033, 428);
-    assert!(case.exact, "{case:?}");
-}
-
 /// Creep of several time constants: the second takes two percent of the squared residual and lowers −2 ln L by 237.
 #[test]
 fn further_time_constants_of_creep_are_found() {

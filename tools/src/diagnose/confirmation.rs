@@ -8,7 +8,7 @@ use crate::diagnose::search::MARGIN;
 use crate::diagnose::selection::{Selected, Selection};
 use crate::kinds;
 use crate::model::{Model, Term};
-use crate::numerics::vector::axpy;
+use crate::numerics::vector::{axpy, dot};
 use crate::regression::dataset::Dataset;
 use crate::regression::fit::Fitted;
 use crate::regression::parameters::{self, FreeParameter};
@@ -76,14 +76,40 @@ impl Dataset<'_> {
                 selection.selected.retain(|s| s.kind != kind);
             }
         }
-        let kept = self.with_confirmed_elements(kept, whole, search)?;
-        if kept != model {
-            let fit = self.plain_fit(&kept, &free(&kept), STEPS)?;
-            // Orders close to each other cancel on the way recorded, and add up on another: without the other kinds they may grow beyond the torque.
-            let (fit, lost) = self.without_unlawful(&base.model, fit, search)?;
+        // Orders close to each other cancel on the way recorded, and add up on another: without other kinds and orders they may grow beyond the torque.
+        let refitted = |model: &Model| -> Result<(Fitted, Vec<String>), DiagnoseError> {
+            self.without_unlawful(&base.model, self.plain_fit(model, &free(model), STEPS)?, search)
+        };
+        let fewer = self.with_confirmed_elements(kept.clone(), whole, search)?;
+        let of_fewer = if fewer == kept { None } else { Some(refitted(&fewer)?) };
+        let of_fewer = of_fewer.filter(|(fit, _)| !self.has_cancelling_elements(fit, base, search));
+        let fitted = match of_fewer {
+            None if kept != model => Some(refitted(&kept)?),
+            of_fewer => of_fewer,
+        };
+        if let Some((fit, lost)) = fitted {
             self.left_without(base, &mut selection, &lost, fit, search)?;
         }
         Ok(selection)
+    }
+
+    /// Whether an element of a fit, as an order of a ripple, is larger than all that the base leaves: it cancels another.
+    fn has_cancelling_elements(&self, fit: &Fitted, base: &Fitted, search: Search<'_>) -> bool {
+        let squares = |line: &[f64]| {
+            let counted = self.layout().masked(line);
+            dot(&counted, &counted)
+        };
+        let left = squares(&base.residual);
+        let found = fit.model.terms.iter().enumerate().skip(search.base_terms);
+        let mut elements =
+            found.filter(|(_, term)| kinds::of_term(term).is_some_and(|kind| kind.elements_are_effects()));
+        elements.any(|(at, term)| {
+            (0..kinds::elements(term)).any(|element| {
+                let mut torque = vec![0.0; self.len()];
+                add_element(fit, at, element, &mut torque);
+                squares(&torque) > left
+            })
+        })
     }
 
     /// A model without elements, as orders of a ripple, that likelihood does not see beside the others: coloured noise has many lines. `whole` is a fit of it, or of a model with further terms, against coloured
@@ -121,6 +147,19 @@ fn has_elements(term: &Term) -> bool {
     !kinds::without_an_element(term).is_empty()
 }
 
+/// Whether a number is one of an element of a term.
+fn is_of_element(parameter: &FreeParameter, of: usize, element: usize) -> bool {
+    matches!(parameter, FreeParameter::Term { term, index, .. } if *term == of && *index == Some(element))
+}
+
+/// Adds the torque of an element of a term to `line`: its linear numbers times their columns.
+fn add_element(fit: &Fitted, term: usize, element: usize, line: &mut [f64]) {
+    let numbers = fit.parameters.iter().zip(&fit.columns);
+    for (parameter, column) in numbers.filter(|(p, _)| p.is_linear_of(term) && is_of_element(p, term, element)) {
+        axpy(parameters::value(&fit.model, *parameter), column, line);
+    }
+}
+
 /// A fit from which elements of terms are taken.
 struct Elements {
     fit: Fitted,
@@ -154,19 +193,12 @@ impl Elements {
         confirmed
     }
 
-    /// What is gained by an element beyond what its numbers cost, and what is left without it. Its linear numbers times their columns are its torque; all other numbers are estimated anew along
-    /// their columns.
+    /// What is gained by an element beyond what its numbers cost, and what is left without it, all other numbers estimated anew along their columns.
     fn without(&self, dataset: &Dataset<'_>, term: usize, element: usize) -> (f64, (Vec<f64>, Vec<usize>, f64)) {
-        let is_own = |at: &usize| match self.fit.parameters[*at] {
-            FreeParameter::Term { term: own, index, .. } => own == term && index == Some(element),
-            _ => false,
-        };
-        let (own, kept): (Vec<usize>, Vec<usize>) = self.kept.iter().partition(|at| is_own(at));
+        let (own, kept): (Vec<usize>, Vec<usize>) =
+            self.kept.iter().partition(|at| is_of_element(&self.fit.parameters[**at], term, element));
         let mut left = self.left.clone();
-        for &at in own.iter().filter(|at| self.fit.parameters[**at].is_linear_of(term)) {
-            let value = parameters::value(&self.fit.model, self.fit.parameters[at]);
-            axpy(value, &self.fit.columns[at], &mut left);
-        }
+        add_element(&self.fit, term, element, &mut left);
         let columns: Vec<&[f64]> = kept.iter().map(|at| self.fit.columns[*at].as_slice()).collect();
         let profile = dataset.layout().best_profile(&columns, &left, &self.fit.noise);
         let gain = profile.minus_two_log_likelihood - self.minus_two_log_likelihood;

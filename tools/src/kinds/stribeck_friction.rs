@@ -16,7 +16,6 @@ use gmhm::terms::KeyInfo;
 
 const COULOMB: &str = "coulomb_nm";
 const STATIC: &str = "static_nm";
-const VELOCITY: &str = "stribeck_velocity_rad_per_s";
 const DAMPING: &str = "damping_nms_per_rad";
 
 /// Static over Coulomb friction, at least, for the dip to be named.
@@ -107,7 +106,7 @@ impl Kind for StribeckFriction {
     }
 
     fn degenerates_to(&self, term: &Term, fastest_rad_per_s: f64) -> Option<Term> {
-        let is_unseen = number_of(term, VELOCITY) > BEYOND_SPEEDS * fastest_rad_per_s;
+        let is_unseen = number_of(term, "stribeck_velocity_rad_per_s") > BEYOND_SPEEDS * fastest_rad_per_s;
         let is_all = number_of(term, COULOMB) == 0.0 && number_of(term, DAMPING) == 0.0;
         (is_unseen && is_all).then(|| coulomb_friction(number_of(term, STATIC), number_of(term, SMOOTHING)))
     }
@@ -117,9 +116,7 @@ impl Kind for StribeckFriction {
     }
 
     fn exceeds_what_it_contains(&self, term: &Term) -> bool {
-        // Static friction that has decayed before the sign of the velocity is whole is a shape of the sign.
-        let is_dip = number_of(term, VELOCITY) > number_of(term, SMOOTHING);
-        is_dip && number_of(term, STATIC) > SMALLEST_STATIC_RATIO * number_of(term, COULOMB)
+        number_of(term, STATIC) > SMALLEST_STATIC_RATIO * number_of(term, COULOMB)
     }
 
     fn special_cases(&self, own: &Term) -> Vec<Vec<Term>> {
@@ -149,14 +146,5 @@ mod tests {
         };
         assert!(of(2.5).is_none());
         assert_eq!(of(157.0), Some(coulomb_friction(0.4, 0.1)));
-    }
-    #[test]
-    fn static_friction_that_decays_within_the_smoothing_is_no_dip() {
-        let of = |velocity: f64| {
-            let values = [(COULOMB, 0.07), (STATIC, 0.13), (VELOCITY, velocity), (SMOOTHING, 4.5e-4)];
-            term(StribeckFriction.name(), &values.map(|(key, value)| (key, number(value))))
-        };
-        assert!(StribeckFriction.exceeds_what_it_contains(&of(1e-3)));
-        assert!(!StribeckFriction.exceeds_what_it_contains(&of(3.5e-4)));
     }
 }
