@@ -63,10 +63,7 @@ impl Dataset<'_> {
         // Made where it is first needed, and again for a model in which a name was replaced.
         let mut fitted = None;
         self.drop_traces(verdict, &mut fitted, search)?;
-        let fit = self.against_coloured_noise(&mut fitted, &verdict.extended.model, search)?;
-        if self.without_included(verdict, fit, search)? {
-            fitted = None;
-        }
+        self.drop_included(verdict, &mut fitted, search)?;
         for at in 0..verdict.effects.len() {
             let (effect, model) = (&verdict.effects[at], &verdict.extended.model);
             let Some(term) = effect.term.filter(|_| effect.name != UNKNOWN) else { continue };
@@ -174,7 +171,7 @@ impl Dataset<'_> {
     }
 
     /// The fit of a model against coloured noise, made once.
-    fn against_coloured_noise<'f>(
+    pub(super) fn against_coloured_noise<'f>(
         &self,
         fitted: &'f mut Option<Fitted>,
         model: &Model,

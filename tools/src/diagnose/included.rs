@@ -31,34 +31,36 @@ struct Pair {
 
 impl Dataset<'_> {
     /// Takes a named effect out of the model if a kind beside it that includes its kind explains as much alone, by likelihood against coloured noise. The name of both is then that of the richer
-    /// kind. `fit` is the extended model against coloured noise. Returns whether the model is another now.
-    pub(super) fn without_included(
+    /// kind. `fitted` is the extended model against coloured noise, once that is made.
+    pub(super) fn drop_included(
         &self,
         verdict: &mut DiagnosisVerdict,
-        fit: &Fitted,
+        fitted: &mut Option<Fitted>,
         search: Search<'_>,
-    ) -> Result<bool, DiagnoseError> {
-        let Some(pair) = pair(verdict, search) else { return Ok(false) };
-        let Some((both, without)) = self.with_and_without(fit, pair.plain, search)? else { return Ok(false) };
+    ) -> Result<(), DiagnoseError> {
+        let Some(pair) = pair(verdict, search) else { return Ok(()) };
+        let fit = self.against_coloured_noise(fitted, &verdict.extended.model, search)?;
+        let Some((both, without)) = self.with_and_without(fit, pair.plain, search)? else { return Ok(()) };
         let mut model = without.model.clone();
         model.terms.remove(pair.rich - usize::from(pair.rich > pair.plain));
         let rest = self.fit(&model, &self.parameters(&model, search), Some(&both.noise), STEPS)?;
         let place = Place { kind: &verdict.effects[pair.effect].name, term: pair.plain, own: &both, rest: &rest };
         let (found, _) = self.rivals(&place, search, &[pair.name])?;
-        let Some(alone) = found.into_iter().next().map(|rival| rival.fit) else { return Ok(false) };
+        let Some(alone) = found.into_iter().next().map(|rival| rival.fit) else { return Ok(()) };
         let numbers = |fit: &Fitted, term: usize| parameters::of_term(&fit.model, term).len();
         let last = alone.model.terms.len() - 1;
         let of_both = numbers(&both, pair.plain) + numbers(&both, pair.rich);
         let lost = alone.minus_two_log_likelihood - both.minus_two_log_likelihood;
         if lost > self.penalty(of_both.saturating_sub(numbers(&alone, last))) + MARGIN {
-            return Ok(false);
+            return Ok(());
         }
         let mut model = verdict.extended.model.clone();
         model.terms[pair.rich] = alone.model.terms[last].clone();
         model.terms.remove(pair.plain);
         verdict.extended = self.refitted_with(&verdict.extended, &model, &alone, search)?;
         unite(&mut verdict.effects, &pair);
-        Ok(true)
+        *fitted = None;
+        Ok(())
     }
 }
 
