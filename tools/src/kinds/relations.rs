@@ -7,7 +7,7 @@ pub fn contains(kind: &str, special: &str) -> bool {
     of(kind).is_some_and(|kind| kind.contains().contains(&special))
 }
 
-/// Whether one kind imitates another, see [`Kind::imitates`].
+/// Whether one kind imitates another, see [`Kind::imitates`](super::Kind::imitates).
 pub fn imitates(kind: &str, other: &str) -> bool {
     of(kind).is_some_and(|kind| kind.imitates().contains(&other))
 }
