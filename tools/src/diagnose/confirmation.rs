@@ -8,7 +8,7 @@ use crate::diagnose::search::MARGIN;
 use crate::diagnose::selection::{Selected, Selection};
 use crate::kinds;
 use crate::model::{Model, Term};
-use crate::numerics::vector::{axpy, dot};
+use crate::numerics::vector::axpy;
 use crate::regression::dataset::Dataset;
 use crate::regression::fit::Fitted;
 use crate::regression::parameters::{self, FreeParameter};
@@ -81,39 +81,34 @@ impl Dataset<'_> {
             self.without_unlawful(&base.model, self.plain_fit(model, &free(model), STEPS)?, search)
         };
         let fewer = self.with_confirmed_elements(kept.clone(), whole, search)?;
-        let of_fewer = if fewer == kept { None } else { Some(refitted(&fewer)?) };
-        let of_fewer = of_fewer.filter(|(fit, _)| !self.has_cancelling_elements(fit, base, search));
-        let fitted = match of_fewer {
-            None if kept != model => Some(refitted(&kept)?),
-            of_fewer => of_fewer,
-        };
-        if let Some((fit, lost)) = fitted {
+        let mut smaller = None;
+        if fewer != kept {
+            smaller = Some(refitted(&fewer)?).filter(|(fit, _)| !self.has_cancelling_elements(fit, base, search));
+        }
+        if smaller.is_none() && kept != model {
+            smaller = Some(refitted(&kept)?);
+        }
+        if let Some((fit, lost)) = smaller {
             self.left_without(base, &mut selection, &lost, fit, search)?;
         }
         Ok(selection)
     }
 
-    /// Whether an element of a fit, as an order of a ripple, is larger than all that the base leaves: it cancels another.
+    /// Whether an element of a fit, as an order of a ripple, is larger than everything that the base leaves, rms: such an element cancels another.
     fn has_cancelling_elements(&self, fit: &Fitted, base: &Fitted, search: Search<'_>) -> bool {
-        let squares = |line: &[f64]| {
-            let counted = self.layout().masked(line);
-            dot(&counted, &counted)
-        };
-        let left = squares(&base.residual);
+        let left = self.rms(&base.residual);
         let found = fit.model.terms.iter().enumerate().skip(search.base_terms);
-        let mut elements =
-            found.filter(|(_, term)| kinds::of_term(term).is_some_and(|kind| kind.elements_are_effects()));
-        elements.any(|(at, term)| {
+        found.filter(|(_, term)| kinds::elements_are_effects(term)).any(|(at, term)| {
             (0..kinds::elements(term)).any(|element| {
                 let mut torque = vec![0.0; self.len()];
                 add_element(fit, at, element, &mut torque);
-                squares(&torque) > left
+                self.rms(&torque) > left
             })
         })
     }
 
-    /// A model without elements, as orders of a ripple, that likelihood does not see beside the others: coloured noise has many lines. `whole` is a fit of it, or of a model with further terms, against coloured
-    /// noise.
+    /// A model without the elements, as orders of a ripple, that likelihood does not see beside the others: the spectrum of coloured noise has many lines. `whole` is a fit against coloured noise, of
+    /// this model or of one with further terms.
     fn with_confirmed_elements(
         &self,
         mut model: Model,
@@ -144,7 +139,7 @@ impl Dataset<'_> {
 
 /// Whether a term has several elements that are effects each.
 fn has_elements(term: &Term) -> bool {
-    !kinds::without_an_element(term).is_empty()
+    kinds::elements(term) > 1 && kinds::elements_are_effects(term)
 }
 
 /// Whether a number is one of an element of a term.
@@ -160,12 +155,12 @@ fn add_element(fit: &Fitted, term: usize, element: usize, line: &mut [f64]) {
     }
 }
 
-/// A fit from which elements of terms are taken.
+/// A fit from which elements of terms are removed one after another.
 struct Elements {
     fit: Fitted,
-    /// What it leaves without the elements that were taken.
+    /// The residual of the fit, and the torque of the elements removed so far.
     left: Vec<f64>,
-    /// Its numbers without theirs, by their places.
+    /// The places of the parameters of the fit that are still in use.
     kept: Vec<usize>,
     minus_two_log_likelihood: f64,
 }
@@ -180,7 +175,7 @@ impl Elements {
         }
     }
 
-    /// The elements of a term that are left when the one that likelihood misses least was taken again and again, until it misses each by more than its numbers cost; one at least.
+    /// Removes elements of a term, at each step the one that gains least, until each gains more than its parameters cost. Returns those that remain, one at least.
     fn confirmed(&mut self, dataset: &Dataset<'_>, term: usize, elements: usize) -> Vec<usize> {
         let mut confirmed: Vec<usize> = (0..elements).collect();
         while confirmed.len() > 1 {
@@ -193,7 +188,7 @@ impl Elements {
         confirmed
     }
 
-    /// What is gained by an element beyond what its numbers cost, and what is left without it, all other numbers estimated anew along their columns.
+    /// By how much an element lowers −2 ln L beyond what its parameters cost, and what is left without it; all other parameters are estimated again along their columns.
     fn without(&self, dataset: &Dataset<'_>, term: usize, element: usize) -> (f64, (Vec<f64>, Vec<usize>, f64)) {
         let (own, kept): (Vec<usize>, Vec<usize>) =
             self.kept.iter().partition(|at| is_of_element(&self.fit.parameters[**at], term, element));

@@ -67,10 +67,10 @@ impl Dataset<'_> {
         for at in 0..verdict.effects.len() {
             let (effect, model) = (&verdict.effects[at], &verdict.extended.model);
             let Some(term) = effect.term.filter(|_| effect.name != UNKNOWN) else { continue };
+            let is_single = kinds::elements(&model.terms[term]) == 1;
             let is_rival = |kind: &&str| {
                 let is_listed = || effect.equivalents.iter().any(|e| e == kind);
                 // One element of several explains less than all of them.
-                let is_single = kinds::elements(&model.terms[term]) == 1;
                 let is_whole =
                     kinds::of(kind).is_some_and(|kind| !kind.extends() || is_single && kind.elements_are_effects());
                 let is_new = search.allows(kind) && !model.has_term(kind);
@@ -127,7 +127,7 @@ impl Dataset<'_> {
         Ok(())
     }
 
-    /// An extended model of other terms, fitted as it was before: by plain least squares, or against coloured noise from that of the fit that the terms come from.
+    /// An extended model in which terms were replaced by those of another fit: fitted by plain least squares if it was so before, else against coloured noise, which starts from the noise of that fit.
     pub(super) fn refitted_with(
         &self,
         before: &Fitted,

@@ -30,7 +30,7 @@ struct Pair {
 }
 
 impl Dataset<'_> {
-    /// Takes a named effect out of the model if a kind beside it that includes its kind explains as much alone, by likelihood against coloured noise. The name of both is then that of the richer
+    /// Removes the first named effect beside a term of a kind that includes its kind, if that kind explains as much alone, by likelihood against coloured noise. Both are then one effect of the richer
     /// kind. `fitted` is the extended model against coloured noise, once that is made.
     pub(super) fn drop_included(
         &self,
@@ -88,13 +88,12 @@ fn unite(effects: &mut Vec<EffectVerdict>, pair: &Pair) {
 fn pair(verdict: &DiagnosisVerdict, search: Search<'_>) -> Option<Pair> {
     let terms = &verdict.extended.model.terms;
     let is_only = |term: &Term| kinds::elements(term) == 1 && terms.iter().filter(|t| t.kind == term.kind).count() == 1;
-    let named = verdict.effects.iter().enumerate().filter(|(_, effect)| effect.name != UNKNOWN);
-    let mut pairs = named.filter_map(|(effect, found)| {
+    let mut named = verdict.effects.iter().enumerate().filter(|(_, effect)| effect.name != UNKNOWN);
+    named.find_map(|(effect, found)| {
         let plain = found.term.filter(|term| *term >= search.base_terms)?;
         let includes =
             |term: &Term| kinds::includes(&term.kind, &found.name) && is_only(term) && search.allows(&term.kind);
         let rich = (search.base_terms..terms.len()).find(|at| includes(&terms[*at]))?;
         Some(Pair { effect, plain, rich, name: kinds::of(&terms[rich].kind)?.name() })
-    });
-    pairs.next()
+    })
 }

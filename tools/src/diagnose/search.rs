@@ -256,7 +256,8 @@ const LEAST_SHARE: f64 = 0.04;
 /// unless it explains this part of the squared residual that they leave.
 const LARGE_PART: f64 = 0.4;
 
-/// What is named explains at least this part of the squared residual, a further element of a kind less. Noise of an angle leaves less, and looks like inertia, damping or slip.
+/// A kind explains at least this part of the squared residual: the noise of an angle looks like inertia, damping or slip, and explains less. This is not asked of a further element of a kind that was
+/// found, as another order of a ripple.
 const LEAST_PART: f64 = 0.05;
 
 /// Or it gains so much a row, which takes two fifths of the variance of what the noise brings anew.

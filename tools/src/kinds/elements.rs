@@ -17,10 +17,15 @@ pub fn most_elements(term: &Term) -> Option<usize> {
     keys.filter_map(|key| if let Form::List { most } = key.form { Some(most) } else { None }).min()
 }
 
+/// Whether each element of a term is an effect, as an order of a ripple.
+pub fn elements_are_effects(term: &Term) -> bool {
+    of_term(term).is_some_and(|kind| kind.elements_are_effects())
+}
+
 /// A term without one of several elements that are effects each, in every way.
 pub fn without_an_element(term: &Term) -> Vec<Term> {
     let count = elements(term);
-    if count < 2 || !of_term(term).is_some_and(|kind| kind.elements_are_effects()) {
+    if count < 2 || !elements_are_effects(term) {
         return Vec::new();
     }
     let without = |at: usize| {

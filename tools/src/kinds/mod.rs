@@ -11,6 +11,7 @@
 //! | [`measures`], [`draft`] | how `gmhm simulate --hide` draws an effect of a kind |
 //! | `elements` | the elements of a term's lists |
 //! | `relations` | which kinds can stand for which others |
+//! | `smoothing` | the smoothing of the sign of a friction |
 //! | `lawful` | what the numbers of a term have to be for it to be of its kind |
 //! | `friction_shapes` | frictions whose refitted shape is that of another friction |
 //! | `build` | terms, waves and drafts as several kinds make them |
@@ -41,6 +42,7 @@ mod presliding_friction;
 mod relations;
 mod ripple_resonance;
 mod sensor_drift;
+mod smoothing;
 mod soft_windup;
 mod stiffness_asymmetry;
 mod stribeck_friction;
@@ -64,8 +66,8 @@ pub use build::number_of;
 pub use coulomb_friction::coulomb_friction;
 use draft::Draft;
 pub use elements::{
-    elements, is_of_slip_elements, most_elements, with_elements, with_slip_elements, without_an_element,
-    without_negative_elements,
+    elements, elements_are_effects, is_of_slip_elements, most_elements, with_elements, with_slip_elements,
+    without_an_element, without_negative_elements,
 };
 use experiment::Experiment;
 use free_coordinate::FreeCoordinate;
@@ -74,6 +76,9 @@ pub use lawful::{exceeds_refined, is_reversed, is_within_limits, may_be_reversed
 use measures::Measures;
 use ranges::{Extent, Ranges};
 pub use relations::{contains, imitates, includes};
+pub use smoothing::{
+    LARGEST_BASE_SMOOTHING, LARGEST_SMOOTHING, SMOOTHING, WIDER_THAN_SPEEDS, highest_base_smoothing, saturates,
+};
 
 /// The name of structure that no kind explains.
 pub const UNKNOWN: &str = "unknown";
@@ -370,26 +375,6 @@ pub fn shifts_time(kind: &dyn Kind) -> bool {
 /// Whether almost every machine has a kind, see [`Kind::is_common`].
 pub fn is_common(name: &str) -> bool {
     of(name).is_some_and(Kind::is_common)
-}
-
-/// The key of the velocity over which the sign of a friction is smoothed.
-pub const SMOOTHING: &str = "smoothing_rad_per_s";
-/// The smoothing of a friction's sign is at most this share of the largest velocity.
-pub const LARGEST_SMOOTHING: f64 = 0.25;
-/// In the base model of a diagnosis it is at most this share where less is given. Friction of a wider smoothing is viscous over much of the speed and hides
-/// that viscous friction is missing: with 0.25 the refitted bases of EMPS and KUKA logs without viscous friction are named `unknown`, from 0.05 to 0.1 `viscous_friction`.
-pub const LARGEST_BASE_SMOOTHING: f64 = 0.05;
-/// Friction whose smoothing exceeds this share of the largest velocity does not come near its torque: within the recordings it is viscous.
-pub const WIDER_THAN_SPEEDS: f64 = 0.75;
-
-/// The highest smoothing of a friction of a base model, rad/s.
-pub fn highest_base_smoothing(term: &Term, fastest_rad_per_s: f64) -> f64 {
-    number_of(term, SMOOTHING).max(LARGEST_BASE_SMOOTHING * fastest_rad_per_s)
-}
-
-/// Whether friction saturates within the speeds recorded; true for what is none.
-pub fn saturates(term: &Term, fastest_rad_per_s: f64) -> bool {
-    number_of(term, SMOOTHING) <= LARGEST_SMOOTHING * fastest_rad_per_s
 }
 
 /// Whether the model file accepts positive numbers only.
