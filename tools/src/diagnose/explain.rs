@@ -9,7 +9,6 @@ use crate::diagnose::candidates::Proposal;
 use crate::model::{Model, Term, TermValue};
 use crate::numerics::autoregression::Noise;
 use crate::numerics::basis::Basis;
-use crate::numerics::vector::dot;
 use crate::regression::dataset::Dataset;
 use crate::regression::fit::Fitted;
 use crate::regression::likelihood::Profile;
@@ -139,7 +138,8 @@ impl Dataset<'_> {
             let steps = if near { 6 } else { 1 };
             let polished = self.fit_beside(&start, &free, Some(&tried.noise), steps, Some(fit)).ok()?;
             // What only trades structure for slow noise explains nothing.
-            let worse = dot(&polished.residual, &polished.residual) > DEARER * dot(&fit.residual, &fit.residual);
+            let squares = |fit: &Fitted| self.layout().squares(&fit.residual);
+            let worse = squares(&polished) > DEARER * squares(fit);
             if worse || !proposal.accepts_fitted(&polished.model) {
                 return None;
             }
@@ -198,8 +198,7 @@ impl Dataset<'_> {
         let Some([now, late, early]) = self.about_delay(&fit.model, at) else { return Ok(false) };
         let squares = |torque: &dyn Fn(usize) -> f64| {
             let left: Vec<f64> = (0..late.len()).map(|i| fit.residual[i] + late[i] - torque(i)).collect();
-            let left = self.layout().masked(&left);
-            dot(&left, &left)
+            self.layout().squares(&left)
         };
         let without = squares(&|i| now[i]);
         let smoothed = without - squares(&|i| 0.5 * (late[i] + early[i]));

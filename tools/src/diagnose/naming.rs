@@ -8,7 +8,7 @@ use crate::diagnose::diagnosis::{Naming, UNKNOWN};
 use crate::diagnose::explain::{Alternative, Search};
 use crate::diagnose::nonparametric;
 use crate::diagnose::nonparametric::{Coordinates, Explained as Curve, LEAST_PART};
-use crate::diagnose::search::{Outcome, part};
+use crate::diagnose::search::Outcome;
 use crate::kinds;
 use crate::model::Model;
 use crate::numerics::vector::dot;
@@ -127,10 +127,7 @@ impl Dataset<'_> {
     /// A model that cannot be evaluated.
     pub fn verdict(&self, outcome: Outcome, search: Search<'_>) -> Result<DiagnosisVerdict, DiagnoseError> {
         let Outcome { base, mut extended, effects, rejected, .. } = outcome;
-        let power = |residual: &[f64]| {
-            let masked = self.layout().masked(residual);
-            masked.iter().map(|r| r * r).sum::<f64>()
-        };
+        let power = |residual: &[f64]| self.layout().squares(residual);
         let (base_power, left_power) = (power(&base.residual), power(&extended.residual));
         let structured = (base_power - left_power).max(1e-12 * base_power);
         let mut verdicts = Vec::new();
@@ -138,7 +135,7 @@ impl Dataset<'_> {
         for effect in effects {
             let kind = extended.model.terms[effect.term].kind.clone();
             let rest = effect.rest;
-            let own_part = part(&extended, &rest);
+            let own_part = self.part(&extended, &rest);
             saved_in_place.push(((power(&rest.residual) - left_power) / structured).clamp(0.0, 1.0));
             let curves = self.curves_beside(&rest, LEAST_SHARED_PART * own_part)?;
             let mut tried = effect.alternatives;
@@ -147,7 +144,7 @@ impl Dataset<'_> {
             let own = tried.iter().filter(|a| a.kind == kind).map(|a| a.gain).fold(effect.gain, f64::max);
             let (own_parameters, n) = (effect.parameters, (self.counted() as f64).ln());
             let equivalent = |a: &&Alternative| {
-                let shows = part(&a.fit, &rest) > LEAST_SHARED_PART * own_part;
+                let shows = self.part(&a.fit, &rest) > LEAST_SHARED_PART * own_part;
                 let extra = a.parameters as f64 - own_parameters as f64;
                 let richer = extra > 1.0;
                 let more = a.gain - own;

@@ -8,7 +8,6 @@ use crate::diagnose::tones::tones;
 use crate::numerics::autoregression::Noise;
 use crate::numerics::extremes::{largest, width};
 use crate::numerics::spectrum;
-use crate::numerics::vector::dot;
 use crate::physics::Evaluation;
 use crate::regression::dataset::Dataset;
 use crate::regression::fit::Fitted;
@@ -366,14 +365,14 @@ impl Dataset<'_> {
     pub fn locate(&self, fit: &Fitted, curves: &[Curve], least_part: f64) -> Vec<Explained> {
         let layout = self.layout();
         let base = fit.parameter_columns();
-        let power = dot(&fit.residual, &fit.residual);
+        let power = layout.squares(&fit.residual);
         let columns: Vec<Vec<&[f64]>> = curves
             .iter()
             .map(|curve| base.iter().copied().chain(curve.columns.iter().map(Vec::as_slice)).collect())
             .collect();
         let plain: Vec<Profile> =
             columns.par_iter().map(|columns| layout.plain_profile(columns, &fit.residual)).collect();
-        let part = |profile: &Profile| 1.0 - dot(&profile.residual, &profile.residual) / power;
+        let part = |profile: &Profile| 1.0 - layout.squares(&profile.residual) / power;
         let explain = |((curve, columns), plain): ((&Curve, &Vec<&[f64]>), Profile)| {
             let profile = if curve.coherent || part(&plain) < least_part {
                 plain

@@ -5,10 +5,9 @@ use gmhm::terms::KINDS;
 use crate::diagnose::DiagnoseError;
 use crate::diagnose::explain::{Alternative, Search};
 use crate::kinds;
-use crate::numerics::vector::dot;
 use crate::regression::dataset::Dataset;
 use crate::regression::fit::Fitted;
-use crate::regression::heldout_rows::improves_heldout;
+use crate::regression::heldout_rows::{PREDICTS, improves_heldout_by};
 
 /// An effect that was found, and what else could stand in its place.
 pub struct Explained {
@@ -62,6 +61,21 @@ const MOST_EFFECTS: usize = 4;
 /// What a kind must gain beyond what its numbers cost. Set by proof on nulls; see `docs/discovery.md`.
 pub const MARGIN: f64 = 12.0;
 
+/// What a kind must gain to be believed.
+struct Least {
+    /// Of −2 ln L, beyond what its numbers cost.
+    net: f64,
+    /// Of the squares of blocks held out, in squares of the noise, the best and the worst block left out.
+    predicted: f64,
+}
+
+impl Least {
+    /// Of the first effect, which must explain [`LEAST_PART`] of the squares, too: no kind that gains and predicts so much did in 300 nulls. A further effect may be what a shape of the first does not follow.
+    fn of_effect(count: usize) -> Self {
+        if count > 1 { Self { net: MARGIN, predicted: PREDICTS } } else { Self { net: 7.0, predicted: 25.0 } }
+    }
+}
+
 impl Dataset<'_> {
     /// What `parameters` further numbers have to gain of −2 ln L before they are believed: the Bayesian information criterion, and the
     /// choice among the kinds twice (extended criterion; Chen, Chen 2008).
@@ -84,9 +98,14 @@ impl Dataset<'_> {
         Ok(if gain > best + SWAP { (zeroed, free) } else { (base, search) })
     }
 
+    /// Which part of the squares that one fit leaves another does not.
+    pub(super) fn part(&self, better: &Fitted, worse: &Fitted) -> f64 {
+        1.0 - self.layout().squares(&better.residual) / self.layout().squares(&worse.residual)
+    }
+
     /// Whether a fit that gains so much lessens the squared residual enough to be believed.
     fn lessens(&self, better: &Fitted, worse: &Fitted, net: f64) -> bool {
-        part(better, worse) > if net > CLEAR_GAIN_A_ROW * self.counted() as f64 { 0.0 } else { LEAST_PART }
+        self.part(better, worse) > if net > CLEAR_GAIN_A_ROW * self.counted() as f64 { 0.0 } else { LEAST_PART }
     }
 
     /// An alternative, all its numbers refitted together and its shapes searched by the swarm.
@@ -107,14 +126,15 @@ impl Dataset<'_> {
         loop {
             let found = extended.model.terms.len() - search.base_terms;
             let so_far = base.minus_two_log_likelihood - extended.minus_two_log_likelihood;
-            let asked = MARGIN.max(LEAST_SHARE * so_far);
+            let least = Least::of_effect(found + 1);
+            let asked = least.net.max(LEAST_SHARE * so_far);
             let proposals = self.proposals(&extended, search)?;
             let tried = self.explain_by(&extended, &proposals, search, asked + self.penalty(1));
             let net = |a: &Alternative| a.gain - self.penalty(a.parameters);
             let believed = |a: &Alternative| {
                 let predicted = self.gain_of_blocks(&a.fit, &extended, &a.fit.noise);
                 (a.extends.is_some() || self.lessens(&a.fit, &extended, net(a)))
-                    && (net(a) < MARGIN || improves_heldout(&predicted))
+                    && (net(a) < least.net || improves_heldout_by(least.predicted, &predicted))
             };
             let able: Vec<(usize, &Alternative)> = tried.iter().enumerate().filter(|(_, a)| believed(a)).collect();
             let able = || able.iter().copied();
@@ -131,7 +151,7 @@ impl Dataset<'_> {
             });
             let is_enough = |(_, alternative): &(usize, &Alternative)| {
                 let grows = alternative.extends.is_some();
-                let asked = if part(&alternative.fit, &extended) > LARGE_PART { MARGIN } else { asked };
+                let asked = if self.part(&alternative.fit, &extended) > LARGE_PART { least.net } else { asked };
                 net(alternative) >= asked && (found < MOST_EFFECTS || grows)
             };
             if let Some((best, _)) = simplest.or(best).filter(is_enough) {
@@ -139,7 +159,7 @@ impl Dataset<'_> {
                 continue;
             }
             let pair = if found == 0 { self.with_hidden_pair(&extended, &proposals, search)? } else { None };
-            let pair = pair.filter(|pair| part(pair, &extended) > LEAST_PART);
+            let pair = pair.filter(|pair| self.part(pair, &extended) > LEAST_PART);
             match pair {
                 Some(pair) => extended = pair,
                 None => {
@@ -234,9 +254,10 @@ impl Dataset<'_> {
             let parameters = crate::regression::parameters::of_term(&extended.model, term).len();
             let net = gain - self.penalty(parameters);
             let held_out = self.gain_of_blocks(&extended, &rest, &extended.noise);
-            let enough = net > MARGIN && self.lessens(&extended, &rest, net);
+            let least = Least::of_effect(extended.model.terms.len() - search.base_terms);
+            let enough = net > least.net && self.lessens(&extended, &rest, net);
             let last = extended.model.terms.len() == search.base_terms + 1;
-            if improves_heldout(&held_out) && (enough || last) {
+            if improves_heldout_by(least.predicted, &held_out) && (enough || last) {
                 needed.push(Needed { term, gain, parameters, rest, net, held_out });
                 term += 1;
             } else {
@@ -265,11 +286,6 @@ const CLEAR_GAIN_A_ROW: f64 = 0.5;
 
 /// Of kinds whose gains differ by less than this factor the one that predicts held-out blocks best is taken: noise of an angle favours what follows it.
 const LEAST_OF_BEST: f64 = 0.75;
-
-/// Which part of what one fit leaves another does not.
-pub fn part(better: &Fitted, worse: &Fitted) -> f64 {
-    1.0 - dot(&better.residual, &better.residual) / dot(&worse.residual, &worse.residual)
-}
 
 /// A kind has to explain at least this share more than the special case of it: following a shape to the last makes no other physics.
 const SHAPE: f64 = 0.02;

@@ -59,7 +59,7 @@ impl Dataset<'_> {
         let named = Named::of(effects);
         let squares_added_by = |term| -> Result<f64, DiagnoseError> {
             let added = self.added_by(&fit.model, &see.torque, term)?;
-            Ok(dot(&added, &added))
+            Ok(self.layout().squares(&added))
         };
         let squares = effects.iter().map(|effect| effect.term.map_or(Ok(0.0), squares_added_by));
         let squares: Vec<f64> = squares.collect::<Result<_, DiagnoseError>>()?;
@@ -181,7 +181,7 @@ impl ModelWithChanges<'_, '_> {
     /// The same of one effect; `None` also where its changes are small beside it.
     fn change_of(&self, effect: &TestedEffect) -> Option<Change> {
         let changes = effect.others.par_iter().filter_map(|coordinate| self.change_with(&effect.units, coordinate));
-        let noise = dot(&self.fit.residual, &self.fit.residual) / self.fit.residual.len().max(1) as f64;
+        let noise = self.dataset.layout().squares(&self.fit.residual) / self.dataset.counted().max(1) as f64;
         let least = LEAST_CHANGE.powi(2) * effect.squares;
         changes.max_by(|a, b| a.gain.total_cmp(&b.gain)).filter(|change| change.gain * noise > least)
     }

@@ -5,7 +5,7 @@ use crate::diagnose::DiagnoseError;
 use crate::diagnose::explain::Search;
 use crate::model::Model;
 use crate::numerics::block_gram::{BLOCKS, BlockGram, Chosen, t_of_blocks};
-use crate::numerics::vector::{axpy, dot};
+use crate::numerics::vector::axpy;
 use crate::regression::dataset::Dataset;
 use crate::regression::fit::Fitted;
 use crate::regression::parameters::{self, FreeParameter};
@@ -87,7 +87,7 @@ impl Dataset<'_> {
             self.fit(&start, &free, Some(&extended.noise), STEPS)?
         };
         // Blocks are refitted with every free number; the model itself may be left far off by a likelihood that takes the difference for slow noise.
-        let squares = |fit: &Fitted| dot(&fit.residual, &fit.residual);
+        let squares = |fit: &Fitted| self.layout().squares(&fit.residual);
         let worse = squares(&unchanged) > LEFT_AS_WELL * squares(&extended);
         if worse || self.mean_square_of_blocks(&unchanged) > AS_WELL * self.mean_square_of_blocks(&extended) {
             return Ok(extended);

@@ -54,7 +54,6 @@ use crate::fit::refine::Weighted;
 use crate::fit::select::Candidate;
 use crate::model::{GearSection, Model};
 use crate::numerics::autoregression::Noise;
-use crate::numerics::mark::Mark;
 use crate::numerics::particle_swarm::Stop;
 use crate::recording::{Recording, RecordingError};
 use crate::regression::polish::Polished;
@@ -321,11 +320,10 @@ fn named_model(
 fn left(problem: &Problem<'_>, result: &Polished) -> (Vec<Vec<f64>>, f64, usize) {
     let rows = problem.rows;
     let residuals = problem.residuals(&result.nonlinear, &result.linear);
-    let counted = |mark: &Mark| matches!(mark, Mark::Used | Mark::First);
     let mut sum = 0.0;
     let mut count = 0;
     for (rows, residual) in rows.iter().zip(&residuals) {
-        for (r, _) in residual.iter().zip(&rows.marks).filter(|(_, m)| counted(m)) {
+        for (r, _) in residual.iter().zip(&rows.marks).filter(|(_, mark)| mark.counts()) {
             sum += r * r;
             count += 1;
         }

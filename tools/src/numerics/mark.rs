@@ -14,3 +14,10 @@ pub enum Mark {
     /// Its torque is an outlier and does not count.
     Outlier,
 }
+
+impl Mark {
+    /// Whether the torque of the row counts.
+    pub fn counts(self) -> bool {
+        matches!(self, Mark::Used | Mark::First)
+    }
+}

@@ -34,7 +34,7 @@ impl Filter {
                 Mark::Outlier => (self.clean, self.exact_start) = (0, self.clean < order && self.exact_start),
                 Mark::Used => {}
             }
-            let usable = matches!(mark, Mark::Used | Mark::First);
+            let usable = mark.counts();
             if usable && self.clean == order {
                 continue;
             }

@@ -179,7 +179,7 @@ impl<'a> Dataset<'a> {
         let mut bridged = residual.to_vec();
         for (span, marks) in self.spans.iter().zip(&self.marks) {
             let own = &mut bridged[span.clone()];
-            let counts = |row: &usize| matches!(marks[*row], Mark::Used | Mark::First);
+            let counts = |row: &usize| marks[*row].counts();
             let mut last: Option<usize> = None;
             for next in (0..own.len()).filter(counts) {
                 let (from, start) = last.map_or((own[next], 0), |l| (own[l], l + 1));
@@ -213,7 +213,7 @@ impl<'a> Dataset<'a> {
 
     /// Rows that count.
     pub fn counted(&self) -> usize {
-        self.marks.iter().flatten().filter(|m| matches!(m, Mark::Used | Mark::First)).count()
+        self.marks.iter().flatten().filter(|mark| mark.counts()).count()
     }
 
     /// A model on every recording.
@@ -321,7 +321,7 @@ impl<'a> Dataset<'a> {
     /// Whether a row is one of those that a fit explains.
     pub fn counts(&self, row: usize) -> bool {
         let index = self.spans.partition_point(|span| span.end <= row);
-        matches!(self.marks[index][row - self.spans[index].start], Mark::Used | Mark::First)
+        self.marks[index][row - self.spans[index].start].counts()
     }
 
     /// [`counts`](Self::counts) of every row.

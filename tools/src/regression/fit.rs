@@ -5,7 +5,6 @@
 use crate::model::Model;
 use crate::numerics::autoregression::Noise;
 use crate::numerics::levenberg_marquardt::descend;
-use crate::numerics::vector::dot;
 use crate::physics::PredictError;
 use crate::physics::columns::Evaluation;
 use crate::regression::dataset::Dataset;
@@ -158,7 +157,8 @@ impl Dataset<'_> {
         let direct = self.descend(from.clone(), free, Some(noise), most_steps, beside)?;
         let white = self.fit_from_white(from, free, most_steps, beside)?;
         let better = white.minus_two_log_likelihood < direct.minus_two_log_likelihood;
-        let drifted = dot(&direct.residual, &direct.residual) > ASTRAY * dot(&white.residual, &white.residual);
+        let squares = |fit: &Fitted| self.layout().squares(&fit.residual);
+        let drifted = squares(&direct) > ASTRAY * squares(&white);
         // Either is a point of the same model, so the better likelihood is the model's.
         let least = direct.minus_two_log_likelihood.min(white.minus_two_log_likelihood);
         let chosen = if better || drifted { white } else { direct };

@@ -14,7 +14,7 @@ use crate::regression::heldout::FOLDS;
 const STUDENT: f64 = 1.216;
 
 /// What is believed predicts blocks better by so many squares of the noise, the best and the worst of them left out.
-const PREDICTS: f64 = 40.0;
+pub const PREDICTS: f64 = 40.0;
 
 /// A block that gains or loses less does not speak.
 const SHOWS: f64 = 10.0;
@@ -27,8 +27,13 @@ pub fn trimmed_sum(gains: &[f64]) -> f64 {
 
 /// Whether the gains of blocks are those of something that was there in most of those in which it shows at all.
 pub fn improves_heldout(gains: &[f64]) -> bool {
+    improves_heldout_by(PREDICTS, gains)
+}
+
+/// [`improves_heldout`] by so many squares of the noise, the best and the worst block left out.
+pub fn improves_heldout_by(least: f64, gains: &[f64]) -> bool {
     let shows = |sign: f64| gains.iter().filter(|g| sign * **g > SHOWS).count();
-    shows(1.0) > shows(-1.0) && shows(1.0) > 1 && trimmed_sum(gains) > PREDICTS
+    shows(1.0) > shows(-1.0) && shows(1.0) > 1 && trimmed_sum(gains) > least
 }
 
 impl Dataset<'_> {
@@ -50,8 +55,7 @@ impl Dataset<'_> {
     /// Root mean square of blocks, each predicted by a fit to the others.
     pub fn rms_of_blocks(&self, fit: &Fitted) -> f64 {
         let (left, _) = self.left_of_blocks(&fit.parameter_columns(), &fit.residual, &self.weights(fit));
-        let left = self.layout().masked(&left);
-        (dot(&left, &left) / self.counted().max(1) as f64).sqrt()
+        (self.layout().squares(&left) / self.counted().max(1) as f64).sqrt()
     }
 
     /// Mean square of [`rms_of_blocks`](Self::rms_of_blocks).

@@ -69,6 +69,15 @@ impl Layout<'_> {
         self.whiten(&self.white(), column)
     }
 
+    /// The squares of the rows of a column that count.
+    pub fn squares(&self, column: &[f64]) -> f64 {
+        let of = |(span, marks): (&Range<usize>, &Vec<Mark>)| -> f64 {
+            let own = column[span.clone()].iter().zip(marks);
+            own.filter(|(_, mark)| mark.counts()).map(|(x, _)| x * x).sum()
+        };
+        self.spans.iter().zip(self.marks).map(of).sum()
+    }
+
     /// White noise of standard deviation 1.
     pub fn white(&self) -> Vec<Noise> {
         self.spans.iter().map(|_| Noise::unit()).collect()
@@ -85,7 +94,7 @@ impl Layout<'_> {
 
     /// Rows that count, recording by recording.
     pub fn counted(&self) -> Vec<usize> {
-        let counts = |marks: &Vec<Mark>| marks.iter().filter(|m| matches!(m, Mark::Used | Mark::First)).count();
+        let counts = |marks: &Vec<Mark>| marks.iter().filter(|mark| mark.counts()).count();
         self.marks.iter().map(counts).collect()
     }
 
@@ -144,8 +153,8 @@ impl Layout<'_> {
     pub fn better_profile(&self, plain: Profile, columns: &[&[f64]], y: &[f64], from: &[Noise]) -> Profile {
         let fresh = self.profile(columns, y, &plain.noise, 2);
         let direct = self.profile(columns, y, from, 3);
-        let most = TRADED * dot(y, y);
-        let sound = [direct, fresh].into_iter().filter(|p| dot(&p.residual, &p.residual) <= most);
+        let most = TRADED * self.squares(y);
+        let sound = [direct, fresh].into_iter().filter(|p| self.squares(&p.residual) <= most);
         sound.fold(plain, |a, b| if b.minus_two_log_likelihood < a.minus_two_log_likelihood { b } else { a })
     }
 

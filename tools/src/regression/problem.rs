@@ -389,7 +389,7 @@ fn stretches(range: Range<usize>) -> impl Iterator<Item = Range<usize>> {
 
 /// Clears the rows that do not count; returns how many do.
 fn choose_rows(block: &mut Block, marks: &[Mark], first: usize, stride: usize, weight: f64) -> usize {
-    let counts = |i: usize| matches!(marks[i], Mark::Used | Mark::First) && (first + i).is_multiple_of(stride);
+    let counts = |i: usize| marks[i].counts() && (first + i).is_multiple_of(stride);
     let kept: Vec<usize> = (0..marks.len()).filter(|&i| counts(i)).collect();
     if kept.len() < marks.len() || weight != 1.0 {
         for j in 0..block.columns() {

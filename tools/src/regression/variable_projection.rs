@@ -91,7 +91,8 @@ impl<'w, 's> VariableProjection<'w, 's> {
     ) -> Self {
         let Iterate { model, residual, .. } = from;
         // Structure must not pass for slow noise on the way, and the parameters drift with it.
-        let allowed = beside.map_or(0.0, |fit| dot(&fit.residual, &fit.residual)).max(dot(residual, residual));
+        let squares = |residual: &[f64]| dataset.layout().squares(residual);
+        let allowed = beside.map_or(0.0, |fit| squares(&fit.residual)).max(squares(residual));
         let (noise, white) = match weights {
             Weights::Coloured(noise) => (noise, false),
             Weights::White => (dataset.layout().white(), true),
