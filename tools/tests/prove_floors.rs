@@ -120,6 +120,36 @@ fn coulomb_friction_is_named_where_friction_of_the_position_explains_as_much() {
     }
 }
 
+/// Joints whose velocity is noisy: near standstill its noise turns the sign of the base's Coulomb friction, and these rows held up to half of the squares.
+#[test]
+fn rows_near_standstill_hide_no_effect_of_a_joint() {
+    for case in scores("single 0.05", 10037, &[32, 57, 242, 417, 548]) {
+        assert!(names_just(&case, 1), "{case:?}");
+    }
+}
+
+/// A wear and an eccentricity of 0.05 N·m in noise of 0.09 N·m, beside which −2 ln L falls by 35 and 41.
+#[test]
+fn an_effect_that_is_all_there_is_may_be_small() {
+    for case in scores("single 0.05", 10037, &[72, 237]) {
+        assert!(names_just(&case, 1), "{case:?}");
+    }
+}
+
+/// A kinematic error of orders 2 and 4, the latter as small as the noise: alone, a torque ripple explains it as well.
+#[test]
+fn a_wave_that_may_be_of_another_kind_is_an_order_of_it() {
+    let case = score("single 0.05", 10037, 259);
+    assert_eq!(case.named, ["kinematic_error"], "{case:?}");
+}
+
+/// Viscous friction along an output whose input is locked: the deflection has less noise, so damping explains it better, and is the same.
+#[test]
+fn viscous_friction_along_the_output_of_a_locked_gear_is_damping() {
+    let case = score("single 0.15", 10037, 396);
+    assert!(names_just(&case, 1), "{case:?}");
+}
+
 /// Creep of several time constants: the second takes two percent of the squared residual and lowers −2 ln L by 237.
 #[test]
 fn further_time_constants_of_creep_are_found() {

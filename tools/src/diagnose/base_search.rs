@@ -11,7 +11,6 @@ use crate::diagnose::selection::Selection;
 use crate::diagnose::suggestion::Suggestion;
 use crate::model::Model;
 use crate::numerics::autoregression::mark_outliers;
-use crate::numerics::vector::dot;
 use crate::progress::Progress;
 use crate::recording::Recording;
 use crate::regression::assembly::from_cycle;
@@ -44,6 +43,8 @@ pub(super) struct BaseSearch<'a, 'r> {
     pub found: Searched<'r>,
     /// Whether the base had to be held as it was given.
     pub base_held: bool,
+    /// Rows near standstill that are not used.
+    pub skipped: usize,
 }
 
 impl<'a, 'r> BaseSearch<'a, 'r> {
@@ -62,6 +63,10 @@ impl<'a, 'r> BaseSearch<'a, 'r> {
         let mut plain = dataset.fit(model, &dataset.parameters(model, search), None, 2)?;
         dataset.mark_outliers(&plain);
         if dataset.allow_any_past(&plain)? {
+            plain = dataset.fit(model, &dataset.parameters(model, search), None, 2)?;
+        }
+        let skipped = dataset.skip_disturbed(recordings, &plain, search.seed)?;
+        if skipped > 0 {
             plain = dataset.fit(model, &dataset.parameters(model, search), None, 2)?;
         }
         check(progress)?;
@@ -92,7 +97,7 @@ impl<'a, 'r> BaseSearch<'a, 'r> {
                 (dataset, thin, found, base_held) = (past.dataset, past.thin, again, false);
             }
         }
-        Ok(Self { dataset, thin, found, base_held })
+        Ok(Self { dataset, thin, found, base_held, skipped })
     }
 
     /// The rms error of the extended model on held-out blocks, N·m.
@@ -167,7 +172,7 @@ impl Dataset<'_> {
         progress.report("searching", 0.35);
         let (mut verdict, search) = self.decided(&plain.model, base, &selection, search)?;
         self.settle_classes(&mut verdict, search)?;
-        self.unite_with_memory(&mut verdict, search)?;
+        self.unite_at_locked_input(&mut verdict, search)?;
         self.withhold_similar_kinds(&mut verdict, search)?;
         self.withdraw_unestablished(&mut verdict, search)?;
         self.with_friction_of_one_speed(&mut verdict, search)?;
@@ -198,8 +203,7 @@ impl Dataset<'_> {
 
     /// Root mean square of the rows that count.
     pub(super) fn rms(&self, residual: &[f64]) -> f64 {
-        let masked = self.layout().masked(residual);
-        (dot(&masked, &masked) / self.counted().max(1) as f64).sqrt()
+        (self.layout().squares(residual) / self.counted().max(1) as f64).sqrt()
     }
 
     /// Marks isolated rows that stand out of a fit's residual.

@@ -15,7 +15,6 @@ use crate::diagnose::search::MARGIN;
 use crate::kinds;
 use crate::model::Model;
 use crate::numerics::autoregression::Noise;
-use crate::numerics::vector::dot;
 use crate::regression::dataset::Dataset;
 use crate::regression::fit::Fitted;
 use crate::regression::heldout_rows::trimmed_sum;
@@ -124,7 +123,7 @@ impl Dataset<'_> {
                 effect.gain += best.net;
             }
         }
-        Ok(())
+        self.unite_waves(verdict, search)
     }
 
     /// An extended model in which terms were replaced by those of another fit: fitted by plain least squares if it was so before, else against coloured noise, which starts from the noise of that fit.
@@ -191,7 +190,7 @@ impl Dataset<'_> {
         search: Search<'_>,
     ) -> Result<Option<(Fitted, Fitted)>, DiagnoseError> {
         let added = self.added_by(&with.model, &self.total(&with.model)?, term)?;
-        if dot(&added, &added) > TOO_LOUD_TO_REFINE * dot(&with.residual, &with.residual) {
+        if self.layout().squares(&added) > TOO_LOUD_TO_REFINE * self.layout().squares(&with.residual) {
             return Ok(None);
         }
         let mut without = with.model.clone();

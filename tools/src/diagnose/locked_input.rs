@@ -1,8 +1,8 @@
-//! Friction of the output where the input is locked: the output turns by the deflection alone, so friction that builds up with its travel is a memory of the deflection, too.
+//! Friction of the output where the input is locked: the output turns by the deflection alone, so friction that builds up with its travel is a memory of the deflection, too, and viscous friction is damping.
 
 use crate::diagnose::DiagnoseError;
 use crate::diagnose::explain::Search;
-use crate::diagnose::naming::DiagnosisVerdict;
+use crate::diagnose::naming::{DiagnosisVerdict, EffectVerdict};
 use crate::diagnose::nonparametric::Coordinates;
 use crate::kinds;
 use crate::regression::dataset::Dataset;
@@ -12,32 +12,44 @@ use crate::signal::plausible::correlation;
 const LEFT_OF_LOCKED: f64 = 0.02;
 
 impl Dataset<'_> {
-    /// Where the input is locked: a friction that is a memory of the deflection there becomes a part of such a memory where both are named, and has it as an equivalent where it is named alone.
-    pub(super) fn unite_with_memory(
+    /// Where the input is locked: an effect of the output that is one of the deflection there, and the reverse, becomes a part of that where both are named, and has it as an equivalent where it is named alone.
+    ///
+    /// # Errors
+    /// A model that cannot be evaluated.
+    pub(super) fn unite_at_locked_input(
         &self,
         verdict: &mut DiagnosisVerdict,
         search: Search<'_>,
     ) -> Result<(), DiagnoseError> {
-        let memory_of = |name: &str| kinds::of(name)?.at_locked_input().filter(|memory: &&str| search.allows(memory));
-        let mut frictions = verdict.effects.iter().enumerate();
-        let Some((at, memory)) = frictions.find_map(|(at, effect)| Some((at, memory_of(&effect.name)?))) else {
-            return Ok(());
+        let terms = &verdict.extended.model.terms;
+        let other_name = |effect: &EffectVerdict| {
+            let term = &terms[effect.term?];
+            let other = kinds::of(&effect.name)?.at_locked_input(term)?;
+            search.allows(other).then_some(other)
         };
-        if !self.has_locked_input(verdict)? {
+        if verdict.effects.iter().all(|effect| other_name(effect).is_none()) || !self.has_locked_input(verdict)? {
             return Ok(());
         }
-        let takes_in = |name: &str| kinds::of(name).is_some_and(|kind| kind.takes_in().contains(&memory));
-        let is_memory = |name: &str| name == memory || takes_in(name);
-        if let Some(whole) = verdict.effects.iter().position(|effect| is_memory(&effect.name)) {
-            let share = verdict.effects[at].share;
-            let whole = &mut verdict.effects[whole];
-            whole.share = (whole.share + share).min(1.0);
-            verdict.effects.remove(at);
-        } else {
-            let class = &mut verdict.effects[at].equivalents;
-            class.push(memory.to_owned());
-            class.sort();
-            class.dedup();
+        let mut at = 0;
+        while at < verdict.effects.len() {
+            let Some(other) = other_name(&verdict.effects[at]) else {
+                at += 1;
+                continue;
+            };
+            let takes_in = |name: &str| kinds::of(name).is_some_and(|kind| kind.takes_in().contains(&other));
+            let is_other = |name: &str| name == other || takes_in(name);
+            if let Some(whole) = verdict.effects.iter().position(|effect| is_other(&effect.name)) {
+                let share = verdict.effects[at].share;
+                let whole = &mut verdict.effects[whole];
+                whole.share = (whole.share + share).min(1.0);
+                verdict.effects.remove(at);
+            } else {
+                let class = &mut verdict.effects[at].equivalents;
+                class.push(other.to_owned());
+                class.sort();
+                class.dedup();
+                at += 1;
+            }
         }
         Ok(())
     }

@@ -28,6 +28,7 @@
 //! | [`next_experiment`] | what could not have been seen, and the experiment that would show it |
 //! | [`report_data`] | what a report shows |
 
+mod alike_waves;
 mod base_search;
 pub mod candidates;
 mod confirmation;
@@ -35,6 +36,7 @@ mod curve_term;
 mod curves_in_place;
 mod decision;
 pub mod diagnosis;
+mod disturbed_rows;
 mod doubt;
 mod equivalents;
 mod established;

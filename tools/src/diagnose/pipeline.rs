@@ -98,6 +98,9 @@ pub fn diagnose(
     if begun.base_held {
         remarks.push(Remark::BaseHeld);
     }
+    if begun.skipped > 0 {
+        remarks.push(Remark::NearStandstill { rows: begun.skipped, of: begun.dataset.len() });
+    }
     let BaseSearch { dataset, thin, found, .. } = begun;
     let Searched { mut verdict, selection, search, mut suggestions } = found;
     progress.report("judging", 0.6);

@@ -237,8 +237,8 @@ pub trait Kind: Sync {
         &[]
     }
 
-    /// The kind that its effect is, too, where the input is locked and the output turns by the deflection alone.
-    fn at_locked_input(&self) -> Option<&'static str> {
+    /// The kind that the effect of a term is, too, where the input is locked and the output turns by the deflection alone.
+    fn at_locked_input(&self, _term: &Term) -> Option<&'static str> {
         None
     }
 

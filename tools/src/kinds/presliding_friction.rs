@@ -49,7 +49,7 @@ impl Kind for PreslidingFriction {
         &["coulomb_friction"]
     }
 
-    fn at_locked_input(&self) -> Option<&'static str> {
+    fn at_locked_input(&self, _term: &Term) -> Option<&'static str> {
         Some("nonlocal_memory")
     }
 

@@ -34,6 +34,10 @@ impl Kind for ViscousDamping {
         0.005
     }
 
+    fn at_locked_input(&self, _term: &Term) -> Option<&'static str> {
+        Some("viscous_friction")
+    }
+
     fn draft(&self, _shape: &str, measures: &Measures, _random: &mut ChaCha8Rng) -> Draft {
         Draft::new(self.name()).number("damping_nms_per_rad", 1.0 / measures.deflection_rate)
     }

@@ -11,6 +11,8 @@ use super::ranges::Ranges;
 use super::{Family, Kind};
 use crate::model::{Model, Term};
 
+const EXPONENT: &str = "exponent";
+
 /// Coulomb friction in the place of viscous friction begins to be fitted with a sign smoothed over this part of the speed.
 const SHARP: f64 = 0.1;
 
@@ -50,21 +52,25 @@ impl Kind for ViscousFriction {
     fn joint_candidates(&self, ranges: &Ranges, model: &Model) -> Vec<Term> {
         let mut terms = self.candidates(ranges, model);
         if !terms.is_empty() {
-            terms.extend([0.7, 0.85, 1.2].map(|p| term(self.name(), &[("exponent", number(p))])));
+            terms.extend([0.7, 0.85, 1.2].map(|p| term(self.name(), &[(EXPONENT, number(p))])));
         }
         terms
     }
 
     fn shape_price(&self, term: &Term) -> f64 {
-        if term.values.contains_key("exponent") { 0.002 } else { 0.0 }
+        if term.values.contains_key(EXPONENT) { 0.002 } else { 0.0 }
     }
 
     fn shape_refines(&self, term: &Term) -> Option<&'static str> {
-        term.values.contains_key("exponent").then_some("coulomb_friction")
+        term.values.contains_key(EXPONENT).then_some("coulomb_friction")
     }
 
     fn at_one_speed(&self, torque_nm: f64, speed_rad_per_s: f64) -> Option<Term> {
         Some(coulomb_friction(torque_nm, SHARP * speed_rad_per_s))
+    }
+
+    fn at_locked_input(&self, term: &Term) -> Option<&'static str> {
+        (!term.values.contains_key(EXPONENT)).then_some("viscous_damping")
     }
 
     fn draft(&self, _shape: &str, measures: &Measures, _random: &mut ChaCha8Rng) -> Draft {

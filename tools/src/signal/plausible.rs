@@ -168,6 +168,13 @@ pub enum Remark {
     },
     /// The base model is not refitted.
     BaseHeld,
+    /// Rows near standstill are not used.
+    NearStandstill {
+        /// Rows that are not used.
+        rows: usize,
+        /// Rows of all recordings.
+        of: usize,
+    },
     /// Of a long recording some stretches are read.
     Stretches {
         /// The recording.
@@ -216,6 +223,10 @@ impl fmt::Display for Remark {
             ),
             Remark::BaseHeld => f.write_str(
                 "the numbers of the base model are kept as given: refitted together with what was found, the model predicts held-out parts of these recordings worse than the base model as given",
+            ),
+            Remark::NearStandstill { rows, of } => write!(
+                f,
+                "{rows} of {of} rows near standstill are not used: the noise of the motion alone changes the friction of the base model there by about as much as the residual"
             ),
             Remark::Stretches { file, stretches, rows, of } => write!(
                 f,

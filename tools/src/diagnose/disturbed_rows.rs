@@ -1,0 +1,158 @@
+//! Rows whose torque says little beside a base model: near standstill the noise of the velocity alone turns the sign of a friction, and what the model leaves there is that noise times the slope of the friction.
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+use crate::diagnose::DiagnoseError;
+use crate::kinds::SMOOTHING;
+use crate::model::Model;
+use crate::numerics::mark::Mark;
+use crate::recording::{Recording, Samples};
+use crate::regression::dataset::Dataset;
+use crate::regression::fit::Fitted;
+use crate::signal::denoise::channel_sd;
+
+/// A row is disturbed where the noise of the motion changes the torque of the base by more than this part of the residual's standard deviation.
+const DISTURBED: f64 = 0.7;
+/// At least this part of a recording's rows stays.
+const LEAST_LEFT: f64 = 0.5;
+/// The noise of the motion in disturbed rows is at least this part of the residual's squares: less hides nothing.
+const LEAST_PART: f64 = 0.01;
+/// Where disturbed rows leave more than so many times what the noise explains, rms, it is physics that shows there. Of synthetic joints they left 0.8 to 2.3 times as much, of a sliding table with stiction 10 to 16
+/// times.
+const PHYSICS: f64 = 5.0;
+/// Copies of the recordings with fresh noise.
+const COPIES: usize = 4;
+/// Neighbours on either side whose variance is averaged with that of a row, which copies alone give with few degrees of freedom.
+const NEIGHBOURS: usize = 2;
+/// The standard deviation of normal noise over its median absolute value.
+const OF_MEDIAN: f64 = 1.4826;
+
+impl Dataset<'_> {
+    /// Skips the rows in which the noise of the measured motion changes the torque of a fitted base by more than [`DISTURBED`] of the residual; returns how many. Beside a friction
+    /// with a sign these are the rows near standstill. In a recording whose disturbed rows are more than half of all, or leave more than that noise explains, all are kept.
+    ///
+    /// The change is the scatter of the base's torque along copies of the recordings: their smoothed motion and fresh white noise of each channel's standard
+    /// deviation, smoothed again.
+    ///
+    /// # Errors
+    /// A model that cannot be evaluated.
+    pub(super) fn skip_disturbed(
+        &mut self,
+        recordings: &[Recording],
+        fit: &Fitted,
+        seed: u64,
+    ) -> Result<usize, DiagnoseError> {
+        if !fit.model.terms.iter().any(|term| term.values.contains_key(SMOOTHING)) {
+            return Ok(0);
+        }
+        let Some(variances) = self.variances_of_motion(recordings, &fit.model, seed)? else { return Ok(0) };
+        let mut skipped = 0;
+        for (marks, span) in self.marks.iter_mut().zip(&self.spans) {
+            let rows = disturbed(&fit.residual[span.clone()], &variances[span.clone()], marks);
+            skipped += rows.len();
+            rows.into_iter().for_each(|row| marks[row] = Mark::Skipped);
+        }
+        Ok(skipped)
+    }
+
+    /// The variance of a model's torque in each row that comes from the noise of the motion, N²·m² or A²; `None` where no channel has noise.
+    fn variances_of_motion(
+        &self,
+        recordings: &[Recording],
+        model: &Model,
+        seed: u64,
+    ) -> Result<Option<Vec<f64>>, DiagnoseError> {
+        let noise: Vec<[f64; 3]> = recordings
+            .iter()
+            .map(|recorded| motions(recorded).map(|channel| channel.as_deref().map_or(0.0, channel_sd)))
+            .collect();
+        if noise.iter().flatten().all(|sd| *sd <= 0.0) {
+            return Ok(None);
+        }
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let (mut sums, mut squares) = (vec![0.0; self.len()], vec![0.0; self.len()]);
+        for _ in 0..COPIES {
+            let copies = self.recordings.iter().zip(&noise).map(|(clean, sds)| noisy(clean, sds, &mut random));
+            let copies: Vec<Recording> = copies.collect();
+            let total = Dataset::new(&copies, model)?.total(model)?;
+            for ((sum, square), torque) in sums.iter_mut().zip(&mut squares).zip(total) {
+                *sum += torque;
+                *square += torque * torque;
+            }
+        }
+        let count = COPIES as f64;
+        let variances =
+            sums.iter().zip(&squares).map(|(sum, square)| ((square - sum * sum / count) / (count - 1.0)).max(0.0));
+        let variances: Vec<f64> = variances.collect();
+        let about = |row: usize| {
+            let near = &variances[row.saturating_sub(NEIGHBOURS)..(row + NEIGHBOURS + 1).min(variances.len())];
+            near.iter().sum::<f64>() / near.len() as f64
+        };
+        Ok(Some((0..variances.len()).map(about).collect()))
+    }
+}
+
+/// The rows of a recording that count and are disturbed.
+fn disturbed(residual: &[f64], variances: &[f64], marks: &[Mark]) -> Vec<usize> {
+    let counted: Vec<usize> = (0..marks.len()).filter(|row| marks[*row].counts()).collect();
+    let mut sizes: Vec<f64> = counted.iter().map(|row| residual[*row].abs()).collect();
+    if sizes.is_empty() {
+        return Vec::new();
+    }
+    let middle = sizes.len() / 2;
+    let sd = OF_MEDIAN * *sizes.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let limit = (DISTURBED * sd).powi(2);
+    let rows: Vec<usize> = counted.iter().copied().filter(|row| variances[*row] > limit).collect();
+    let squares = |rows: &[usize]| rows.iter().map(|row| residual[*row].powi(2)).sum::<f64>();
+    let noise: f64 = rows.iter().map(|row| variances[*row]).sum();
+    let are_few = rows.len() as f64 <= (1.0 - LEAST_LEFT) * counted.len() as f64;
+    let are_noise = noise > LEAST_PART * squares(&counted) && squares(&rows) < PHYSICS.powi(2) * noise;
+    if are_few && are_noise { rows } else { Vec::new() }
+}
+
+/// The channels that a friction follows.
+fn motions(recording: &Recording) -> [&Option<Samples>; 3] {
+    [&recording.theta_in_rad, &recording.theta_out_rad, &recording.velocity_out_rad_per_s]
+}
+
+/// A smoothed recording with fresh noise of these standard deviations on its motions.
+fn noisy(clean: &Recording, sds: &[f64; 3], random: &mut ChaCha8Rng) -> Recording {
+    let mut copy = clean.clone();
+    let channels = [&mut copy.theta_in_rad, &mut copy.theta_out_rad, &mut copy.velocity_out_rad_per_s];
+    for (channel, sd) in channels.into_iter().zip(sds).filter(|(_, sd)| **sd > 0.0) {
+        let Some(values) = channel else { continue };
+        let with_noise = |value: &f64| {
+            let normal: f64 = StandardNormal.sample(random);
+            value + sd * normal
+        };
+        *channel = Some(values.iter().map(with_noise).collect::<Vec<f64>>().into());
+    }
+    copy
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// How many of a thousand rows are disturbed, if the motion's noise changes the torque of one row in `every` by `sd`, and the residual there is `left` times as large; elsewhere it is 1.
+    fn found(every: usize, sd: f64, left: f64) -> usize {
+        let mut random = ChaCha8Rng::seed_from_u64(1);
+        let is_disturbed = |row: usize| row.is_multiple_of(every);
+        let size = |row: usize| if is_disturbed(row) { left * sd } else { 1.0 };
+        let residual: Vec<f64> =
+            (0..1000).map(|row| size(row) * Distribution::<f64>::sample(&StandardNormal, &mut random)).collect();
+        let variances: Vec<f64> = (0..1000).map(|row| if is_disturbed(row) { sd * sd } else { 0.01 }).collect();
+        disturbed(&residual, &variances, &[Mark::Used; 1000]).len()
+    }
+
+    #[test]
+    fn rows_are_skipped_where_the_noise_of_the_motion_explains_what_is_left() {
+        assert_eq!(found(10, 3.0, 1.0), 100, "one row in ten");
+        assert_eq!(found(10, 3.0, 10.0), 0, "ten times what the noise explains");
+        assert_eq!(found(10, 0.3, 1.0), 0, "less than the residual elsewhere");
+        assert_eq!(found(500, 1.5, 1.0), 0, "two rows, less than a hundredth of all squares");
+        assert_eq!(found(1, 3.0, 1.0), 0, "all rows");
+    }
+}
