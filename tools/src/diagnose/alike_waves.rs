@@ -1,4 +1,4 @@
-//! Two named waves, as a kinematic error and a torque ripple, of which the recordings do not tell the kind of one: it is a further order of the other.
+//! Two named waves, such as a kinematic error and a torque ripple, where the recordings cannot distinguish the kind of the smaller one: it becomes a further order of the larger one.
 
 use crate::diagnose::DiagnoseError;
 use crate::diagnose::candidates::has_room;
@@ -21,7 +21,7 @@ struct Waves {
 }
 
 impl Dataset<'_> {
-    /// Makes one effect of the first two waves of different kinds of which the smaller may be of the larger one's kind, if its orders beside those of the larger one explain as much.
+    /// Unites the first two waves of different kinds if the smaller one may be of the larger one's kind, and one term with the orders of both explains as much.
     ///
     /// # Errors
     /// A model that cannot be evaluated.

@@ -1,4 +1,4 @@
-//! Rows whose torque says little beside a base model: near standstill the noise of the velocity alone turns the sign of a friction, and what the model leaves there is that noise times the slope of the friction.
+//! Rows near standstill that show only the noise of the velocity. This noise changes the sign of the friction in a base model, and the residual is the noise times the slope of the friction.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -17,21 +17,21 @@ use crate::signal::denoise::channel_sd;
 const DISTURBED: f64 = 0.7;
 /// At least this part of a recording's rows stays.
 const LEAST_LEFT: f64 = 0.5;
-/// The noise of the motion in disturbed rows is at least this part of the residual's squares: less hides nothing.
+/// All rows are kept if the variances of the disturbed rows add up to less than this part of the squared residual.
 const LEAST_PART: f64 = 0.01;
-/// Where disturbed rows leave more than so many times what the noise explains, rms, it is physics that shows there. Of synthetic joints they left 0.8 to 2.3 times as much, of a sliding table with stiction 10 to 16
-/// times.
+/// All rows are kept if the residual of the disturbed rows is more than so many times what the noise explains, rms: it is then physics. It was 0.8 to 2.3 times as much for synthetic joints, and 10 to 16 times for a
+/// sliding table with stiction.
 const PHYSICS: f64 = 5.0;
 /// Copies of the recordings with fresh noise.
 const COPIES: usize = 4;
-/// Neighbours on either side whose variance is averaged with that of a row, which copies alone give with few degrees of freedom.
+/// The variance of a row is averaged with that of so many neighbours on either side: few copies give it few degrees of freedom.
 const NEIGHBOURS: usize = 2;
 /// The standard deviation of normal noise over its median absolute value.
 const OF_MEDIAN: f64 = 1.4826;
 
 impl Dataset<'_> {
-    /// Skips the rows in which the noise of the measured motion changes the torque of a fitted base by more than [`DISTURBED`] of the residual; returns how many. Beside a friction
-    /// with a sign these are the rows near standstill. In a recording whose disturbed rows are more than half of all, or leave more than that noise explains, all are kept.
+    /// Skips the rows in which the noise of the measured motion changes the torque of a fitted base by more than [`DISTURBED`] of the residual; returns how many. With a friction that changes its
+    /// sign these are the rows near standstill. All rows of a recording are kept if more than half would be skipped, or if their residual is larger than the noise explains.
     ///
     /// The change is the scatter of the base's torque along copies of the recordings: their smoothed motion and fresh white noise of each channel's standard
     /// deviation, smoothed again.

@@ -12,7 +12,7 @@ use crate::signal::plausible::correlation;
 const LEFT_OF_LOCKED: f64 = 0.02;
 
 impl Dataset<'_> {
-    /// Where the input is locked: an effect of the output that is one of the deflection there, and the reverse, becomes a part of that where both are named, and has it as an equivalent where it is named alone.
+    /// With the input locked, an effect of the output and one of the deflection can be the same. If both are named, they become one effect; if one is named, the other becomes its equivalent.
     ///
     /// # Errors
     /// A model that cannot be evaluated.
