@@ -4,7 +4,7 @@ use crate::diagnose::DiagnoseError;
 use crate::diagnose::candidates::has_room;
 use crate::diagnose::diagnosis::UNKNOWN;
 use crate::diagnose::explain::Search;
-use crate::diagnose::naming::{CLASS, DiagnosisVerdict};
+use crate::diagnose::naming::{CLASS, DiagnosisVerdict, unite, without_term};
 use crate::kinds;
 use crate::model::{Term, TermValue};
 use crate::regression::dataset::Dataset;
@@ -39,13 +39,8 @@ impl Dataset<'_> {
             return Ok(());
         }
         verdict.extended = self.refitted_with(before, &one.model, &one, search)?;
-        let share = verdict.effects[second].share;
-        let whole = &mut verdict.effects[first];
-        whole.share = (whole.share + share).min(1.0);
-        verdict.effects.remove(second);
-        for term in verdict.effects.iter_mut().filter_map(|effect| effect.term.as_mut()) {
-            *term -= usize::from(*term > gone);
-        }
+        unite(&mut verdict.effects, first, second);
+        without_term(&mut verdict.effects, gone);
         Ok(())
     }
 }

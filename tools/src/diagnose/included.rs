@@ -6,7 +6,7 @@ use crate::diagnose::DiagnoseError;
 use crate::diagnose::diagnosis::UNKNOWN;
 use crate::diagnose::equivalents::Place;
 use crate::diagnose::explain::Search;
-use crate::diagnose::naming::{DiagnosisVerdict, EffectVerdict};
+use crate::diagnose::naming::{DiagnosisVerdict, EffectVerdict, unite, without_term};
 use crate::diagnose::search::MARGIN;
 use crate::kinds;
 use crate::model::Term;
@@ -58,20 +58,16 @@ impl Dataset<'_> {
         model.terms[pair.rich] = alone.model.terms[last].clone();
         model.terms.remove(pair.plain);
         verdict.extended = self.refitted_with(&verdict.extended, &model, &alone, search)?;
-        unite(&mut verdict.effects, &pair);
+        unite_pair(&mut verdict.effects, &pair);
         *fitted = None;
         Ok(())
     }
 }
 
 /// Makes one effect of a pair whose plain term is gone.
-fn unite(effects: &mut Vec<EffectVerdict>, pair: &Pair) {
-    let share = effects[pair.effect].share;
-    match effects.iter_mut().find(|effect| effect.term == Some(pair.rich)) {
-        Some(rich) => {
-            rich.share = (rich.share + share).min(1.0);
-            effects.remove(pair.effect);
-        }
+fn unite_pair(effects: &mut Vec<EffectVerdict>, pair: &Pair) {
+    match effects.iter().position(|effect| effect.term == Some(pair.rich)) {
+        Some(rich) => unite(effects, rich, pair.effect),
         None => {
             let effect = &mut effects[pair.effect];
             effect.name = pair.name.to_owned();
@@ -79,9 +75,7 @@ fn unite(effects: &mut Vec<EffectVerdict>, pair: &Pair) {
             effect.equivalents.retain(|kind| kind != pair.name);
         }
     }
-    for term in effects.iter_mut().filter_map(|effect| effect.term.as_mut()) {
-        *term -= usize::from(*term > pair.plain);
-    }
+    without_term(effects, pair.plain);
 }
 
 /// The first pair among the terms found, the richer kind with one term of one element.

@@ -2,7 +2,7 @@
 
 use crate::diagnose::DiagnoseError;
 use crate::diagnose::explain::Search;
-use crate::diagnose::naming::{DiagnosisVerdict, EffectVerdict};
+use crate::diagnose::naming::{DiagnosisVerdict, EffectVerdict, unite};
 use crate::diagnose::nonparametric::Coordinates;
 use crate::kinds;
 use crate::regression::dataset::Dataset;
@@ -39,10 +39,7 @@ impl Dataset<'_> {
             let takes_in = |name: &str| kinds::of(name).is_some_and(|kind| kind.takes_in().contains(&other));
             let is_other = |name: &str| name == other || takes_in(name);
             if let Some(whole) = verdict.effects.iter().position(|effect| is_other(&effect.name)) {
-                let share = verdict.effects[at].share;
-                let whole = &mut verdict.effects[whole];
-                whole.share = (whole.share + share).min(1.0);
-                verdict.effects.remove(at);
+                unite(&mut verdict.effects, whole, at);
             } else {
                 let class = &mut verdict.effects[at].equivalents;
                 class.push(other.to_owned());

@@ -53,6 +53,21 @@ impl EffectVerdict {
     }
 }
 
+/// Makes one effect of two: `part` becomes a part of `whole`.
+pub(super) fn unite(effects: &mut Vec<EffectVerdict>, whole: usize, part: usize) {
+    let share = effects[part].share;
+    let whole = &mut effects[whole];
+    whole.share = (whole.share + share).min(1.0);
+    effects.remove(part);
+}
+
+/// Renumbers the terms of effects after one of the model's terms was removed.
+pub(super) fn without_term(effects: &mut [EffectVerdict], removed: usize) {
+    for term in effects.iter_mut().filter_map(|effect| effect.term.as_mut()) {
+        *term -= usize::from(*term > removed);
+    }
+}
+
 /// What was found.
 pub struct DiagnosisVerdict {
     /// Is there structure beyond noise?
