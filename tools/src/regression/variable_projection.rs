@@ -20,7 +20,6 @@ use crate::numerics::autoregression::Noise;
 use crate::numerics::bounded::damped_step;
 use crate::numerics::levenberg_marquardt::{Descend, Linearisation, Schedule};
 use crate::numerics::qr::Triangle;
-use crate::numerics::vector::dot;
 use crate::physics::{Evaluation, PredictError};
 use crate::regression::dataset::Dataset;
 use crate::regression::fit::Fitted;
@@ -196,7 +195,7 @@ impl<'w, 's> VariableProjection<'w, 's> {
 
     /// Whether so much may be left.
     fn keeps(&self, residual: &[f64]) -> bool {
-        self.white || dot(residual, residual) < DRIFTED * self.allowed
+        self.white || self.dataset.layout().squares(residual) < DRIFTED * self.allowed
     }
 
     /// Whether a column stays what it was when something moved.
