@@ -6,6 +6,8 @@
 //! *Time Series Analysis*, chapter 7). The first rows of a run use the predictors of lower order from the Levinson recursion, which is the exact
 //! likelihood. Outliers are isolated rows that Hampel's identifier finds in the residual (Hampel 1974; Pearson 2002); they do not count.
 
+use std::ops::Range;
+
 use crate::numerics::extremes::largest;
 use crate::numerics::mark::Mark;
 use crate::numerics::vector::{dot, lattice};
@@ -76,7 +78,7 @@ impl Noise {
     /// The noise model of a residual. `used_columns` is what the fit took from it in degrees of freedom.
     pub fn of_residual(residual: &[f64], marks: &[Mark], used_columns: usize) -> Self {
         let clean = bridge_outliers(residual, marks);
-        let runs = runs(marks);
+        let runs: Vec<_> = runs(marks).into_iter().flat_map(|run| without_long_gaps(run, marks)).collect();
         let counted: Vec<f64> = runs.iter().flat_map(|r| &clean[r.clone()]).copied().collect();
         let count = counted.len().max(1) as f64;
         let variance = counted.iter().map(|r| r * r).sum::<f64>() / count;
@@ -91,7 +93,7 @@ impl Noise {
         noise
     }
 
-    fn choose_order(&mut self, residual: &[f64], runs: &[std::ops::Range<usize>], variance: f64, highest: usize) {
+    fn choose_order(&mut self, residual: &[f64], runs: &[Range<usize>], variance: f64, highest: usize) {
         let steps = burg(residual, runs, variance, highest);
         let count: usize = runs.iter().map(ExactSizeIterator::len).sum();
         let penalty = 2.0 * (count as f64).ln();
@@ -146,7 +148,7 @@ const HIGHEST_ORDER: usize = 20;
 const COLOUR_ROWS: usize = 200_000;
 
 /// Contiguous ranges of counted rows (outliers inside are bridged).
-pub(crate) fn runs(marks: &[Mark]) -> Vec<std::ops::Range<usize>> {
+pub(crate) fn runs(marks: &[Mark]) -> Vec<Range<usize>> {
     let mut runs = Vec::new();
     let mut start = None;
     for (row, mark) in marks.iter().enumerate() {
@@ -168,6 +170,26 @@ pub(crate) fn runs(marks: &[Mark]) -> Vec<std::ops::Range<usize>> {
     runs
 }
 
+/// Outliers in a row that are bridged at most.
+const LONGEST_BRIDGE: usize = 8;
+
+/// The parts of a run between stretches of outliers that are too long to be bridged.
+fn without_long_gaps(run: Range<usize>, marks: &[Mark]) -> Vec<Range<usize>> {
+    let is_outlier = |mark: &Mark| *mark == Mark::Outlier;
+    let (mut from, mut to) = (run.start, run.start);
+    let mut parts = Vec::new();
+    for stretch in marks[run].chunk_by(|a, b| is_outlier(a) == is_outlier(b)) {
+        if is_outlier(&stretch[0]) && stretch.len() > LONGEST_BRIDGE {
+            parts.push(from..to);
+            from = to + stretch.len();
+        }
+        to += stretch.len();
+    }
+    parts.push(from..to);
+    parts.retain(|part| !part.is_empty());
+    parts
+}
+
 /// The residual with each outlier replaced by the mean of its good neighbours.
 fn bridge_outliers(residual: &[f64], marks: &[Mark]) -> Vec<f64> {
     let mut bridged = residual.to_vec();
@@ -177,7 +199,8 @@ fn bridge_outliers(residual: &[f64], marks: &[Mark]) -> Vec<f64> {
             last_good = Some(row);
             continue;
         }
-        let next = (row + 1..marks.len().min(row + 8)).find(|&r| marks[r] != Mark::Outlier).map(|r| residual[r]);
+        let mut near = row + 1..marks.len().min(row + 1 + LONGEST_BRIDGE);
+        let next = near.find(|&r| marks[r] != Mark::Outlier).map(|r| residual[r]);
         let before = last_good.map(|r: usize| residual[r]);
         bridged[row] = match (before, next) {
             (Some(a), Some(b)) => 0.5 * (a + b),
@@ -196,10 +219,10 @@ fn of_order((forward, backward): &mut (Vec<f64>, Vec<f64>), order: usize) -> (&m
 }
 
 /// Reflection coefficient and error variance of the orders 1 … highest, by Burg's recursion over several runs.
-fn burg(residual: &[f64], runs: &[std::ops::Range<usize>], variance: f64, highest: usize) -> Vec<(f64, f64)> {
+fn burg(residual: &[f64], runs: &[Range<usize>], variance: f64, highest: usize) -> Vec<(f64, f64)> {
     // A colour does not need more rows than this.
     let mut left = COLOUR_ROWS;
-    let mut take = |run: &std::ops::Range<usize>| {
+    let mut take = |run: &Range<usize>| {
         let count = run.len().min(left);
         left -= count;
         residual[run.start..run.start + count].to_vec()
@@ -321,6 +344,16 @@ mod tests {
         assert!((noise.innovation_sd - 1.0).abs() < 0.02);
         let orders = (0..200).map(|seed| Noise::of_residual(&coloured(64, &[], seed), &[Mark::Used; 64], 0).order());
         assert!(orders.filter(|o| *o > 0).count() <= 1);
+    }
+
+    #[test]
+    fn long_gaps_do_not_colour_the_noise() {
+        let series = coloured(4000, &[0.7, -0.5, 0.7], 5);
+        let mark = |row: usize| if row % 100 < 20 { Mark::Outlier } else { Mark::Used };
+        let marks: Vec<Mark> = (0..series.len()).map(mark).collect();
+        let noise = Noise::of_residual(&series, &marks, 0);
+        assert_eq!(noise.order(), 3, "{noise:?}");
+        assert!((noise.innovation_sd - 1.0).abs() < 0.03, "{noise:?}");
     }
 
     #[test]

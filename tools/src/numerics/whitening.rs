@@ -68,6 +68,12 @@ impl Noise {
         }
     }
 
+    /// How many rows that count are 0 in a filtered column: those behind an outlier.
+    pub(crate) fn unfiltered(&self, marks: &[Mark]) -> usize {
+        let exceptions = Filter::start().exceptions(self.order(), marks);
+        exceptions.iter().filter(|(row, start)| start.is_none() && marks[*row].counts()).count()
+    }
+
     /// A whole column, filtered.
     pub fn whiten(&self, marks: &[Mark], column: &[f64], out: &mut Vec<f64>) {
         let exceptions = Filter::start().exceptions(self.order(), marks);

@@ -134,6 +134,7 @@ impl<'a> Dataset<'a> {
             from..end
         });
         let spans = spans.collect();
+        // The noise goes on through rows that are skipped: one that begins anew behind each gap fits slow structure with a level of its own.
         let whole = |part: &[Mark]| {
             let lost = part.iter().filter(|m| matches!(m, Mark::Skipped | Mark::Outlier)).count();
             match part {

@@ -98,13 +98,15 @@ impl Layout<'_> {
         self.marks.iter().map(counts).collect()
     }
 
-    /// −2 ln L of a residual whose noise is as given, without constants.
+    /// −2 ln L of a residual whose noise is as given, without constants. Rows behind an outlier, of which the filter needs as many as the noise has orders, count with the square that they are
+    /// expected to have: 1.
     pub fn minus_two_log_likelihood(&self, noise: &[Noise], residual: &[f64]) -> f64 {
         let white = self.whiten(noise, residual);
         let mut sum = dot(&white, &white);
         for ((noise, marks), counted) in noise.iter().zip(self.marks).zip(self.counted()) {
-            sum +=
-                2.0 * counted as f64 * noise.innovation_sd.max(1e-12).ln() + noise.log_determinant(runs(marks).len());
+            sum += 2.0 * counted as f64 * noise.innovation_sd.max(1e-12).ln()
+                + noise.log_determinant(runs(marks).len())
+                + noise.unfiltered(marks) as f64;
         }
         sum
     }
@@ -225,5 +227,30 @@ impl Layout<'_> {
             })
             .collect();
         work(&Problem { rows: &rows, corrections: Vec::new(), contributions: vec![&ready] })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::SeedableRng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    #[test]
+    fn noise_of_another_order_gains_nothing_by_the_rows_behind_outliers() {
+        let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(1);
+        let residual: Vec<f64> = (0..4000).map(|_| StandardNormal.sample(&mut random)).collect();
+        let mark = |row: usize| if row.is_multiple_of(40) { Mark::Outlier } else { Mark::Used };
+        let marks = [(0..4000).map(mark).collect()];
+        let layout = Layout { recordings: &[], spans: std::slice::from_ref(&(0..4000)), marks: &marks, nuisances: &[] };
+        let of_order = |order: usize| Noise {
+            coefficients: vec![0.0; order],
+            reflections: vec![0.0; order],
+            starts: (0..order).map(|k| (vec![0.0; k], 1.0)).collect(),
+            ..Noise::unit()
+        };
+        let [white, fifth] = [0, 5].map(|order| layout.minus_two_log_likelihood(&[of_order(order)], &residual));
+        // 500 rows, whose squares have a standard deviation of √2.
+        assert!((white - fifth).abs() < 100.0, "{white} and {fifth}");
     }
 }
