@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use super::{AdaptReplayError, coefficients, units, with_params};
 use crate::model::Model;
+use crate::numerics::robust;
 use crate::progress::{Progress, at_row};
 use crate::recording::{Recording, TorqueUnit};
 use crate::signal::recorded::predict_under;
@@ -164,8 +165,7 @@ impl Joint {
 /// The middle one of the steps of time.
 fn period_s(time_s: &[f64]) -> f64 {
     let mut steps: Vec<f64> = time_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    let middle = steps.len() / 2;
-    *steps.select_nth_unstable_by(middle, f64::total_cmp).1
+    robust::median(&mut steps)
 }
 
 /// Replays a recording. Terms of the model are taken off the torque; each row is predicted before it is learnt from. The rated deflection is the one asked for, else the model's.

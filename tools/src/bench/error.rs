@@ -52,10 +52,7 @@ pub enum BenchError {
         needed_hz: f64,
     },
     /// Hardly any rows, or too many.
-    #[error(
-        "these options make {} rows, between 8 and {} are possible: change --duration, --rate or --sample-rate",
-        trimmed(*rows, 6), trimmed(*most, 6)
-    )]
+    #[error("these options make {rows:.0} rows, 8 to {most:.0} are possible: change --duration, --rate or --sample-rate")]
     Rows {
         /// Rows asked for.
         rows: f64,

@@ -11,6 +11,7 @@ use crate::diagnose::selection::Selection;
 use crate::diagnose::suggestion::Suggestion;
 use crate::model::Model;
 use crate::numerics::autoregression::mark_outliers;
+use crate::numerics::robust;
 use crate::progress::Progress;
 use crate::recording::Recording;
 use crate::regression::assembly::from_cycle;
@@ -225,8 +226,7 @@ impl Dataset<'_> {
 fn turns(x: &[f64]) -> Vec<usize> {
     let bend = |w: &[f64]| (w[2 * LAG] - 2.0 * w[LAG] + w[0]).abs();
     let mut bends: Vec<f64> = x.windows(2 * LAG + 1).map(bend).collect();
-    let middle = bends.len() / 2;
-    let median = bends.select_nth_unstable_by(middle, f64::total_cmp).1.max(f64::MIN_POSITIVE);
+    let median = robust::median(&mut bends).max(f64::MIN_POSITIVE);
     let turned = |w: &[f64]| (w[2 * LAG] - w[LAG]) * (w[LAG] - w[0]) <= 0.0 || bend(w) > 8.0 * median;
     let rows: Vec<usize> =
         x.windows(2 * LAG + 1).enumerate().filter(|(_, w)| turned(w)).map(|(row, _)| row + LAG).collect();

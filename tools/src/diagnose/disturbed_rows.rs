@@ -8,6 +8,7 @@ use crate::diagnose::DiagnoseError;
 use crate::kinds::SMOOTHING;
 use crate::model::Model;
 use crate::numerics::mark::Mark;
+use crate::numerics::robust;
 use crate::recording::{Recording, Samples};
 use crate::regression::dataset::Dataset;
 use crate::regression::fit::Fitted;
@@ -26,8 +27,6 @@ const PHYSICS: f64 = 5.0;
 const COPIES: usize = 4;
 /// The variance of a row is averaged with that of so many neighbours on either side: few copies give it few degrees of freedom.
 const NEIGHBOURS: usize = 2;
-/// The standard deviation of normal noise over its median absolute value.
-const OF_MEDIAN: f64 = 1.4826;
 
 impl Dataset<'_> {
     /// Skips the rows in which the noise of the measured motion changes the torque of a fitted base by more than [`DISTURBED`] of the residual; returns how many. With a friction that changes its
@@ -98,12 +97,7 @@ impl Dataset<'_> {
 fn disturbed(residual: &[f64], variances: &[f64], marks: &[Mark]) -> Vec<usize> {
     let counted: Vec<usize> = (0..marks.len()).filter(|row| marks[*row].counts()).collect();
     let mut sizes: Vec<f64> = counted.iter().map(|row| residual[*row].abs()).collect();
-    if sizes.is_empty() {
-        return Vec::new();
-    }
-    let middle = sizes.len() / 2;
-    let sd = OF_MEDIAN * *sizes.select_nth_unstable_by(middle, f64::total_cmp).1;
-    let limit = (DISTURBED * sd).powi(2);
+    let limit = (DISTURBED * robust::standard_deviation(&mut sizes)).powi(2);
     let rows: Vec<usize> = counted.iter().copied().filter(|row| variances[*row] > limit).collect();
     let squares = |rows: &[usize]| rows.iter().map(|row| residual[*row].powi(2)).sum::<f64>();
     let noise: f64 = rows.iter().map(|row| variances[*row]).sum();

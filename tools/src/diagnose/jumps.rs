@@ -1,5 +1,6 @@
 //! Jumps: rows from which on the torque is another by a constant. An autoregression follows a jump at the price of one row, which stands out of what it brings anew.
 
+use crate::numerics::robust;
 use crate::numerics::vector::dot;
 use crate::regression::dataset::Dataset;
 use crate::regression::fit::Fitted;
@@ -21,8 +22,7 @@ pub fn steps(dataset: &Dataset<'_>, fit: &Fitted) -> Vec<Vec<f64>> {
     if sizes.len() < 32 {
         return Vec::new();
     }
-    let middle = sizes.len() / 2;
-    let sd = *sizes.select_nth_unstable_by(middle, f64::total_cmp).1 / 0.6745;
+    let sd = robust::standard_deviation(&mut sizes);
     let mut found = Vec::new();
     for span in &dataset.spans {
         let mut rows: Vec<usize> = span.clone().skip(2).filter(|row| white[*row].abs() > STANDS_OUT * sd).collect();

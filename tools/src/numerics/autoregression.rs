@@ -10,6 +10,7 @@ use std::ops::Range;
 
 use crate::numerics::extremes::largest;
 use crate::numerics::mark::Mark;
+use crate::numerics::robust;
 use crate::numerics::vector::{dot, lattice};
 
 /// An autoregressive noise model of one recording.
@@ -285,9 +286,8 @@ pub fn mark_outliers(residual: &[f64], marks: &mut [Mark]) -> usize {
     if sorted.len() < 16 {
         return 0;
     }
-    let middle = sorted.len() / 2;
     // The middle one of five is its own median, so zeros are left out; for white normal noise the rest has this median in units of sd.
-    let scale = *sorted.select_nth_unstable_by(middle, f64::total_cmp).1 / 0.745;
+    let scale = robust::median(&mut sorted) / 0.745;
     let limit = ((2.0 * (n as f64).ln()).sqrt() + 3.0) * scale;
     let found: Vec<usize> = (0..n).filter(counted).filter(|&t| off[t] > limit).collect();
     // Three and more in a row are something that happened, not a fault of a sample.

@@ -8,6 +8,7 @@
 //! | [`bounded`] | least squares with bounds |
 //! | [`levenberg_marquardt`], [`particle_swarm`] | local and global search |
 //! | [`autoregression`], `whitening` | coloured noise and its filter |
+//! | [`robust`] | median, standard deviation from it |
 //! | `smoothing`, [`spectrum`] | graduation; lines over orders of a turn |
 
 pub mod autoregression;
@@ -19,6 +20,7 @@ pub mod levenberg_marquardt;
 pub mod mark;
 pub mod particle_swarm;
 pub mod qr;
+pub mod robust;
 pub(crate) mod smoothing;
 pub mod spectrum;
 pub mod svd;

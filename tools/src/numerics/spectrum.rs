@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use realfft::RealFftPlanner;
 
 use crate::numerics::extremes::range;
+use crate::numerics::robust;
 
 /// Bins of a turn.
 const BINS: usize = 64;
@@ -102,9 +103,7 @@ pub fn high_orders(angle: &[f64], residual: &[f64], highest: f64) -> Vec<f64> {
         }
         let around = i.saturating_sub(12 * lobe)..(i + 12 * lobe + 1).min(power.len());
         let mut near: Vec<f64> = power[around].to_vec();
-        let middle = near.len() / 2;
-        let median = *near.select_nth_unstable_by(middle, f64::total_cmp).1;
-        if power[i] > 8.0 * median {
+        if power[i] > 8.0 * robust::median(&mut near) {
             lines.push((power[i], order));
         }
     }

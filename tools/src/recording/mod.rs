@@ -34,6 +34,8 @@ mod write;
 use std::borrow::Cow;
 use std::sync::Arc;
 
+use crate::numerics::robust;
+
 pub use columns::Columns;
 pub use error::{ColumnPlace, Mistake, RecordingError, RecordingProblem, shell_word};
 pub use files::{file, files_and_listed, paths_and_listed};
@@ -262,12 +264,8 @@ fn mean(values: &[f64]) -> f64 {
 /// The mean of what lies within eight median deviations of the median.
 fn mean_without_outliers(values: &[f64]) -> f64 {
     const FARTHEST: f64 = 8.0;
-    let median = |of: &mut Vec<f64>| {
-        let middle = of.len() / 2;
-        *of.select_nth_unstable_by(middle, f64::total_cmp).1
-    };
-    let centre = median(&mut values.to_vec());
-    let deviation = median(&mut values.iter().map(|x| (x - centre).abs()).collect());
+    let centre = robust::median(&mut values.to_vec());
+    let deviation = robust::median(&mut values.iter().map(|x| (x - centre).abs()).collect::<Vec<f64>>());
     let near: Vec<f64> = values.iter().copied().filter(|x| (x - centre).abs() <= FARTHEST * deviation).collect();
     mean(&near)
 }

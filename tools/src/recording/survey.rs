@@ -10,6 +10,8 @@ use super::read::Reading;
 use super::samples::Samples;
 use super::table::Location;
 
+use crate::numerics::robust;
+
 /// What is in a file.
 #[derive(Debug, Clone)]
 pub struct Survey {
@@ -132,8 +134,7 @@ impl Timing {
         let mut steps: Vec<f64> = time.windows(2).map(|pair| pair[1] - pair[0]).collect();
         let backward = steps.iter().filter(|step| **step <= 0.0).count();
         let longest = steps.iter().copied().zip(time.iter().copied()).max_by(|a, b| a.0.total_cmp(&b.0))?;
-        let middle = steps.len() / 2;
-        let median = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
+        let median = robust::median(&mut steps);
         let gaps = steps.iter().filter(|step| **step > GAP * median).count();
         let (first_s, last_s) = (*time.first()?, *time.last()?);
         Some(Timing { first_s, last_s, rate_hz: 1.0 / median, gaps, longest, backward })

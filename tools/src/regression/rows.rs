@@ -5,6 +5,7 @@ use std::borrow::Cow;
 use crate::model::GearSection;
 use crate::numerics::extremes::range;
 use crate::numerics::mark::Mark;
+use crate::numerics::robust;
 use crate::recording::Recording;
 use crate::regression::error::EstimateError;
 use crate::signal::counts::Counts;
@@ -68,8 +69,7 @@ impl Rows<'_> {
 /// All rows count; where time jumps, a new run of noise begins.
 pub fn gaps(time_s: &[f64]) -> Vec<Mark> {
     let mut periods: Vec<f64> = time_s.windows(2).take(10_001).map(|w| w[1] - w[0]).collect();
-    let middle = periods.len() / 2;
-    let median = if periods.is_empty() { 0.0 } else { *periods.select_nth_unstable_by(middle, f64::total_cmp).1 };
+    let median = robust::median(&mut periods);
     let mut marks = vec![Mark::Used; time_s.len()];
     for (mark, pair) in marks.iter_mut().skip(1).zip(time_s.windows(2)) {
         if pair[1] - pair[0] > 4.0 * median {

@@ -8,6 +8,7 @@ use std::borrow::Cow;
 use std::ops::Range;
 
 use crate::numerics::autoregression::quantisation_step;
+use crate::numerics::robust;
 use crate::numerics::smoothing::{Graduation, noise_taken_by, unround};
 use crate::physics::signals::rate;
 use crate::recording::{Recording, Samples};
@@ -98,11 +99,9 @@ fn sd_by(order: usize, x: &[f64]) -> f64 {
     if differences.len() < 32 {
         return 0.0;
     }
-    let middle = differences.len() / 2;
-    let median = *differences.select_nth_unstable_by(middle, f64::total_cmp).1;
     let moving = differences.len() as f64 / x.len() as f64;
-    // The variance of a difference is σ² times the sum of its squared weights; the median of abs(N(0, 1)) is 0.6745.
-    moving * median / (0.6745 * gain.sqrt())
+    // The variance of a difference is σ² times the sum of its squared weights.
+    moving * robust::standard_deviation(&mut differences) / gain.sqrt()
 }
 
 /// The standard deviation of a channel's noise, that of its resolution included.
@@ -226,8 +225,7 @@ pub fn uncounted(recording: &Recording) -> Cow<'_, Recording> {
 /// The rows between gaps in time.
 pub(crate) fn pieces(time_s: &[f64]) -> Vec<Range<usize>> {
     let mut periods: Vec<f64> = time_s.windows(2).map(|w| w[1] - w[0]).collect();
-    let middle = periods.len() / 2;
-    let median = *periods.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let median = robust::median(&mut periods);
     let gaps = (1..time_s.len()).filter(|&k| time_s[k] - time_s[k - 1] > 2.5 * median);
     let ends: Vec<usize> = gaps.chain([time_s.len()]).collect();
     let starts = [0].into_iter().chain(ends.iter().copied());

@@ -4,6 +4,7 @@
 
 use std::fmt;
 
+use crate::numerics::robust;
 use crate::recording::Recording;
 
 /// What was bridged in a channel. A deflection that the torque follows is a motion, and is kept.
@@ -81,8 +82,7 @@ fn dropouts(angle: &[f64], torque: Option<&[f64]>) -> Vec<(usize, usize)> {
     if steps.len() < 8 {
         return Vec::new();
     }
-    let middle = steps.len() / 2;
-    let median = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let median = robust::median(&mut steps);
     let stiffness = torque.map(|torque| spread(torque) / spread(angle));
     let is_one = |first: usize, count: usize| {
         let (before, after) = (angle[first - 1], angle[first + count]);
