@@ -52,7 +52,9 @@ pub enum BenchError {
         needed_hz: f64,
     },
     /// Hardly any rows, or too many.
-    #[error("these options make {rows:.0} rows, 8 to {most:.0} are possible: change --duration, --rate or --sample-rate")]
+    #[error(
+        "these options make {rows:.0} rows, 8 to {most:.0} are possible: change --duration, --rate or --sample-rate"
+    )]
     Rows {
         /// Rows asked for.
         rows: f64,
