@@ -120,8 +120,8 @@ fn coulomb_friction_is_named_where_friction_of_the_position_explains_as_much() {
     }
 }
 
-/// Joints whose velocity is noisy: near standstill its noise turns the sign of the base's Coulomb friction, and these rows held up to half of the squares. A drift (548 of seed 10037) and a friction
-/// of the temperature (10036) were slow noise, as the noise was taken from lines drawn through the gaps as well.
+/// Joints whose velocity is noisy: near standstill its noise turns the sign of the base's Coulomb friction, and these rows held up to half of the squares. A drift (548 of seed 10037) is taken for
+/// slow noise if the colour of the noise comes from lines drawn through the gaps as well.
 #[test]
 fn rows_near_standstill_hide_no_effect_of_a_joint() {
     let joints = [(10037, vec![32, 242, 417, 548]), (10036, vec![162, 548])];
