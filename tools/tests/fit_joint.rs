@@ -112,6 +112,45 @@ fn noise_of_the_angle_or_the_velocity_makes_inertia_no_smaller() {
     }
 }
 
+/// Friction of 0.8 A over a velocity whose noise is a fifth of its smoothing: rows near standstill are left with many times the noise of the current.
+#[test]
+fn noise_of_the_velocity_near_standstill_is_neither_smoothing_nor_physics() {
+    for seed in 1..=8 {
+        let mut recording = joint(60.0, 0.01, seed, to_and_fro);
+        blurred(&mut recording.velocity_out_rad_per_s, 0.006, 100 + seed);
+        let fit = found(&recording);
+        assert!((100..1500).contains(&fit.rows_near_standstill), "{}", fit.rows_near_standstill);
+        assert!(fit.rms < 0.025 && !fit.leaves_physics(), "{} A left", fit.rms);
+        for (name, value) in TRUTH {
+            let parameter = fit.parameter(name).unwrap();
+            let sd = parameter.sd.unwrap();
+            println!("{seed} {name}: {} ± {sd}, {value}", parameter.value);
+            assert!((parameter.value - value).abs() < 4.0 * sd, "{name}: {} ± {sd}, not {value}", parameter.value);
+        }
+    }
+}
+
+#[test]
+fn a_torque_on_the_other_side_of_the_gear_is_said() {
+    let recording = Recording { torque_unit: TorqueUnit::NewtonMetre, ..joint(60.0, 0.05, 8, to_and_fro) };
+    let assessed = |recording: &Recording, side: TorqueSide| {
+        let options = FitOptions { torque_side: Some(side), ..FitOptions::default() };
+        let fit = fit(std::slice::from_ref(recording), &options, &()).unwrap();
+        let assessment = Assessment::of(&fit, std::slice::from_ref(recording), &()).unwrap();
+        (assessment.better_side.map(|better| better.torque_side), assessment.verdict.grade)
+    };
+    assert_eq!(assessed(&recording, TorqueSide::Motor), (None, Grade::Good));
+    assert_eq!(assessed(&recording, TorqueSide::Output), (Some(TorqueSide::Motor), Grade::Bad));
+    // Without friction it is held at zero on either side, and inertia on the wrong one.
+    let mut smooth = recording;
+    let [.., coulomb, viscous, smoothing] = TRUTH.map(|(_, value)| value);
+    for (torque, v) in smooth.torque.iter_mut().flatten().zip(smooth.velocity_out_rad_per_s.iter().flatten()) {
+        *torque -= coulomb * (v / smoothing).tanh() + viscous * v;
+    }
+    assert_eq!(assessed(&smooth, TorqueSide::Motor), (None, Grade::Caution));
+    assert_eq!(assessed(&smooth, TorqueSide::Output), (Some(TorqueSide::Motor), Grade::Bad));
+}
+
 #[test]
 fn one_speed_one_way_tells_neither_friction_nor_inertia() {
     let fit = found(&joint(20.0, 0.05, 2, |t| [0.05 * t, 0.05, 0.0]));

@@ -10,6 +10,7 @@ use crate::recording::TorqueUnit;
 use crate::regression::uncertainty::Estimated;
 use crate::report::fit_words::held_invertible;
 use crate::report::note_words::notes;
+use crate::signal::plausible::Remark;
 use crate::text_table::Head::{Numbers, Words};
 use crate::text_table::text_table as table;
 
@@ -106,6 +107,10 @@ pub(super) fn fit(fit: &Fit) -> String {
         0 => String::new(),
         rows => format!(" ({rows} before the loop has settled are not used)"),
     };
+    if fit.rows_near_standstill > 0 {
+        let of = fit.residuals.iter().map(Vec::len).sum();
+        lines.push(Remark::NearStandstill { rows: fit.rows_near_standstill, of }.to_string());
+    }
     lines.push(format!(
         "Residual: {} {unit} rms over {} rows{left_out}; {} on blocks held out. ± is one standard deviation.",
         four(fit.rms),

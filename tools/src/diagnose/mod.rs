@@ -36,7 +36,6 @@ mod curve_term;
 mod curves_in_place;
 mod decision;
 pub mod diagnosis;
-mod disturbed_rows;
 mod doubt;
 mod equivalents;
 mod established;

@@ -7,7 +7,7 @@
 //! | `optimum`, `refine` | structure, outliers, zeros, colour in turn |
 //! | `invertible` | the parameters held where feed-forward has an inverse |
 //! | [`with_terms`] | models with terms, and joint logs: gravity, inertia, friction |
-//! | [`coverage`], [`rated`], [`verdict`] | what the recordings exercise, whether the rated deflection is theirs, and whether the fit is good enough for the drive |
+//! | [`coverage`], [`rated`], [`torque_side`], [`verdict`] | what the recordings exercise, whether rated deflection and side of the torque are theirs, and whether the fit is good enough for the drive |
 //! | [`thresholds`] | what decides, in one place |
 //! | [`units`] | quantities that no gear reaches |
 //! | [`pso`] | the paper's own identification |
@@ -32,6 +32,7 @@ pub(crate) mod refine;
 pub mod select;
 pub(crate) mod start;
 pub mod thresholds;
+pub mod torque_side;
 pub mod units;
 pub mod verdict;
 pub mod with_terms;
@@ -104,6 +105,8 @@ pub struct Fit {
     pub known_start: Vec<bool>,
     /// For each recording, rows left out before its loop had settled.
     pub unsettled_rows: Vec<usize>,
+    /// Rows near standstill left out: the noise of the motion alone changes the friction there by about as much as the residual.
+    pub rows_near_standstill: usize,
     /// Noise of each recording.
     pub noise: Vec<Noise>,
     /// Whether the rows were weighted against that noise; if not, the fit is plain least squares.
@@ -289,6 +292,7 @@ fn finished(
         deflection_zeros: Vec::new(),
         known_start: vec![true; recordings.len()],
         unsettled_rows: vec![0; recordings.len()],
+        rows_near_standstill: 0,
         noise,
         prewhitened,
         held_invertible: false,

@@ -12,6 +12,7 @@ use crate::fit::coverage::{Coverage, JointCoverage};
 use crate::fit::options::FitOptions;
 use crate::fit::rated::BetterRated;
 use crate::fit::thresholds::THRESHOLDS;
+use crate::fit::torque_side::BetterSide;
 use crate::fit::units::{DoubtfulUnit, doubtful};
 use crate::numerics::extremes::range;
 use crate::numerics::particle_swarm::Stop;
@@ -71,6 +72,8 @@ pub enum Cause {
     TorqueFalls,
     /// Another rated deflection predicts better.
     BetterRated(BetterRated),
+    /// Friction and inertia have the other sign.
+    BetterSide(BetterSide),
     /// A quantity that no gear reaches.
     DoubtfulUnit(DoubtfulUnit),
     /// A sensor was driven beyond its range.
@@ -143,6 +146,8 @@ pub struct Assessment {
     pub doubtful_units: Vec<DoubtfulUnit>,
     /// A rated deflection that suits the recordings better than the one given.
     pub better_rated: Option<BetterRated>,
+    /// The other side of the gear, where it suits the recordings of a joint better.
+    pub better_side: Option<BetterSide>,
 }
 
 /// Why a fit could not be assessed.
@@ -216,6 +221,7 @@ impl Assessment {
             clipped: recordings.iter().filter_map(|r| clipped(r, r.deflection_rad.as_deref()?)).collect(),
             doubtful_units: if fit.started_from_model { Vec::new() } else { doubtful(recordings) },
             better_rated: None,
+            better_side: if compares { BetterSide::of(fit, recordings, &options, progress)? } else { None },
             torque_peak: recordings.iter().map(size).fold(0.0, f64::max),
             predictions,
             residuals,
@@ -254,6 +260,9 @@ fn decide(fit: &Fit, evidence: &Assessment) -> FitVerdict {
     }
     if let Some(better) = evidence.better_rated {
         add(Grade::Caution, Cause::BetterRated(better));
+    }
+    if let Some(better) = evidence.better_side {
+        add(Grade::Bad, Cause::BetterSide(better));
     }
     evidence.doubtful_units.iter().for_each(|doubtful| add(doubtful.grade, Cause::DoubtfulUnit(*doubtful)));
     evidence.clipped.iter().for_each(|clipped| add(Grade::Bad, Cause::Clipped(clipped.clone())));

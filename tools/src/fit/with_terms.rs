@@ -3,6 +3,8 @@
 //! Kinds, shapes and the law stay as given; every number is refitted. The zero of the deflection is refitted where that clearly explains more. A joint log knows an angle and a
 //! torque (or current) and no deflection: its base model is gravity, inertia, Coulomb and viscous friction.
 
+use std::borrow::Cow;
+
 use gmhm::terms::{Role, kind};
 
 use crate::fit::options::FitOptions;
@@ -12,12 +14,13 @@ use crate::kinds::{JOINT_BASE, SMOOTHING};
 use crate::model::{Model, Term, TermValue};
 use crate::numerics::autoregression;
 use crate::numerics::extremes::largest;
-use crate::physics::Signals;
+use crate::physics::{PredictError, Signals};
 use crate::progress::Progress;
 use crate::recording::Recording;
 use crate::regression::columns::{Column, Contribution, Offset};
 use crate::regression::dataset;
 use crate::regression::deflection_zeros::DEFLECTION_ZERO;
+use crate::regression::disturbed_rows::{self, MotionNoise};
 use crate::regression::error::EstimateError;
 use crate::regression::heldout::heldout;
 use crate::regression::model_part::ModelPart;
@@ -28,6 +31,8 @@ use crate::regression::problem::{Problem, Sweep};
 use crate::regression::ready::Ready;
 use crate::regression::rows::{self, Rows};
 use crate::regression::uncertainty;
+use crate::signal::denoise::denoised;
+use crate::signal::recorded;
 
 /// Rows of a gear that are fitted at most. Of longer recordings means of rows are taken, of the motion as of the torque.
 const MOST_ROWS: usize = 250_000;
@@ -65,7 +70,12 @@ pub fn fit(recordings: &[Recording], options: &FitOptions, progress: &dyn Progre
     let past = own.iter().map(|recording| dataset::past(recording, &model)).collect::<Result<Vec<_>, _>>()?;
     let past: Option<Vec<_>> = past.into_iter().collect();
     let past = past.as_deref().map(of_past);
-    let beside = |model: &Model, zero: bool| ModelPart::new(model, &own, &parameters::free(model, zero));
+    // Friction that changes its sign with the noise of a velocity is no column to fit.
+    let clean: Vec<Cow<'_, Recording>> = own.iter().map(|r| without_noise(r, &model)).collect();
+    let beside = |model: &Model, zero: bool| {
+        let signals = own.iter().zip(&clean).map(|(recorded, clean)| signals(recorded, clean, model));
+        ModelPart::along(model, signals.collect(), &parameters::free(model, zero))
+    };
     progress.report("refitting gear and terms", 0.0);
     let mut part = beside(&model, false)?;
     let (mut from, searched) = match given {
@@ -86,6 +96,12 @@ pub fn fit(recordings: &[Recording], options: &FitOptions, progress: &dyn Progre
         }
     }
     let mut plain = polish(&problem(&rows, past.as_ref(), &part), &from, Sweep::PLAIN, progress);
+    let refitted = part.model(&plain.nonlinear, &plain.linear);
+    let residuals = problem(&rows, past.as_ref(), &part).residuals(&plain.nonlinear, &plain.linear);
+    let rows_near_standstill = skip_disturbed(&mut rows, (&own, &clean), &refitted, &residuals, options.seed)?;
+    if rows_near_standstill > 0 {
+        plain = polish(&problem(&rows, past.as_ref(), &part), &plain.nonlinear, Sweep::PLAIN, progress);
+    }
     if progress.cancelled() {
         return Err(EstimateError::Cancelled);
     }
@@ -102,16 +118,16 @@ pub fn fit(recordings: &[Recording], options: &FitOptions, progress: &dyn Progre
             (part, plain) = (with_zero, found);
         }
     }
-    let problem = problem(&rows, past.as_ref(), &part);
-    let heldout_rms = heldout(&problem, &plain.nonlinear, None).rms;
-    let weighted = refine::against_noise(&problem, plain, heldout_rms, progress)?;
+    let beside_rows = problem(&rows, past.as_ref(), &part);
+    let heldout_rms = heldout(&beside_rows, &plain.nonlinear, None).rms;
+    let mut weighted = refine::against_noise(&beside_rows, plain, heldout_rms, progress)?;
     if progress.cancelled() {
         return Err(EstimateError::Cancelled);
     }
     let found = &weighted.polished;
     let weights = weighted.prewhitened.then_some(&weighted.noise[..]);
     let remedy = given.is_none().then_some(Remedy::JointMotion);
-    let mut known = uncertainty::of_columns(&problem, &found.nonlinear, &found.linear, weights, remedy);
+    let mut known = uncertainty::of_columns(&beside_rows, &found.nonlinear, &found.linear, weights, remedy);
     let mut refitted = part.model(&found.nonlinear, &found.linear);
     if given.is_some() {
         // In the order of the file.
@@ -126,9 +142,52 @@ pub fn fit(recordings: &[Recording], options: &FitOptions, progress: &dyn Progre
     let zero = refitted.gear.deflection_zero_rad;
     let zeros = recordings.iter().filter(|_| refitted.has_gear());
     let zeros = zeros.map(|r| DeflectionZero { recording: r.name.clone(), rad: zero, sd_rad: zero_sd }).collect();
-    let fit = finished(recordings, options, &problem, weighted, refitted, known);
+    let fit = if clean.iter().any(|clean| matches!(clean, Cow::Owned(_))) {
+        // Errors are those of a prediction from the motion as recorded.
+        let as_recorded = ModelPart::new(&refitted, &own, &parameters::free(&refitted, false))?;
+        let as_recorded = problem(&rows, past.as_ref(), &as_recorded);
+        weighted.heldout_rms = heldout(&as_recorded, &weighted.polished.nonlinear, weights).rms;
+        finished(recordings, options, &as_recorded, weighted, refitted, known)
+    } else {
+        finished(recordings, options, &beside_rows, weighted, refitted, known)
+    };
     let evaluations = fit.evaluations + searched;
-    Ok(Fit { rated_is_largest_seen, deflection_zeros: zeros, evaluations, ..fit })
+    Ok(Fit { rated_is_largest_seen, deflection_zeros: zeros, rows_near_standstill, evaluations, ..fit })
+}
+
+/// The motion of a joint freed of its noise. That of a gear stays as recorded: where its deflection turns is what its memory starts from.
+fn without_noise<'r>(recording: &'r Recording, model: &Model) -> Cow<'r, Recording> {
+    if model.has_gear() { Cow::Borrowed(recording) } else { denoised(recording, model.gear.ratio) }
+}
+
+/// What a model sees of a recording.
+fn signals<'r>(recorded: &'r Recording, clean: &'r Cow<'r, Recording>, model: &Model) -> (&'r Recording, Signals<'r>) {
+    match clean {
+        Cow::Borrowed(_) => (recorded, recorded::signals(recorded, &model.gear)),
+        Cow::Owned(clean) => (clean, recorded::clean_signals(recorded, clean, &model.gear)),
+    }
+}
+
+/// Skips rows near standstill that show only the noise of the velocity; returns how many. What is left there would look like physics.
+fn skip_disturbed(
+    rows: &mut [Rows<'_>],
+    (recordings, clean): (&[Recording], &[Cow<'_, Recording>]),
+    model: &Model,
+    residuals: &[Vec<f64>],
+    seed: u64,
+) -> Result<usize, EstimateError> {
+    let Some(noise) = MotionNoise::new(recordings, clean, model) else { return Ok(0) };
+    let variances = noise.variances(seed, |copies| {
+        let totals = copies.iter().map(|copy| Ok(recorded::evaluate(model, copy)?.total().to_vec()));
+        Ok::<_, PredictError>(totals.collect::<Result<Vec<_>, PredictError>>()?.concat())
+    })?;
+    let mut from = 0;
+    let mut skipped = 0;
+    for (rows, residual) in rows.iter_mut().zip(residuals) {
+        skipped += disturbed_rows::skip(residual, &variances[from..from + residual.len()], &mut rows.marks);
+        from += residual.len();
+    }
+    Ok(skipped)
 }
 
 /// Recordings beside a model, their offsets and what the gear may remember.

@@ -31,7 +31,8 @@ use std::collections::BTreeMap;
 use crate::recording::TorqueUnit;
 
 /// The side of the gear on which the torque is taken, MODEL.md's σ.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, clap::ValueEnum)]
+#[serde(rename_all = "lowercase")]
 pub enum TorqueSide {
     /// At the motor, such as a motor current: σ = +1 in the equations.
     Motor,
@@ -41,6 +42,14 @@ pub enum TorqueSide {
 }
 
 impl TorqueSide {
+    /// Its name in model files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Motor => "motor",
+            Self::Output => "output",
+        }
+    }
+
     /// The other side of the gear.
     #[must_use]
     pub fn other(self) -> Self {

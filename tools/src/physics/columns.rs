@@ -1,5 +1,6 @@
 //! What a term would add to a model: columns for the estimator and for the search for missing physics.
 
+use std::borrow::Cow;
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex};
 
@@ -85,6 +86,9 @@ pub struct Evaluation<'a> {
     side: TorqueSide,
     parts: Option<&'a Parts>,
 }
+
+/// The key of a series of waves: the list of their orders.
+const ORDERS: &str = "orders";
 
 /// Linear keys of deflection terms are moved by this share of their plausible range to take a derivative.
 const DEFLECTION_STEP: f64 = 1e-3;
@@ -260,7 +264,8 @@ impl<'a> Evaluation<'a> {
 
     /// What a term that depends on the recorded motion only adds before any delay, from the store where it is known.
     fn stored(&self, term: &Term, parts: &Parts) -> Result<Arc<Vec<f64>>, PredictError> {
-        parts.get(self.key_of(term), || self.alone(term))
+        let term = with_active_waves_only(term);
+        parts.get(self.key_of(&term), || self.alone(&term))
     }
 
     /// A term, and all of the model that changes what it adds before any delay.
@@ -338,6 +343,30 @@ fn linear_places(info: &KindInfo, term: &mut Term) -> Vec<(&'static KeyInfo, Opt
         }
     }
     places
+}
+
+/// A series of waves without those whose coefficients are zero: a wave is then the same part whatever the orders beside it. Any other term as it is.
+fn with_active_waves_only(term: &Term) -> Cow<'_, Term> {
+    let (Some(info), Some(TermValue::List(orders))) = (term.info(), term.values.get(ORDERS)) else {
+        return Cow::Borrowed(term);
+    };
+    let mut is_active = vec![false; orders.len()];
+    for key in info.keys.iter().filter(|key| key.role == Role::Linear) {
+        let Some(TermValue::List(coefficients)) = term.values.get(key.name) else { continue };
+        is_active.iter_mut().zip(coefficients).for_each(|(active, coefficient)| *active |= *coefficient != 0.0);
+    }
+    // A list is not empty.
+    if !is_active.contains(&false) || !is_active.contains(&true) {
+        return Cow::Borrowed(term);
+    }
+    let mut active = term.clone();
+    for value in active.values.values_mut() {
+        if let TermValue::List(list) = value {
+            let mut wave = is_active.iter();
+            list.retain(|_| wave.next().is_none_or(|active| *active));
+        }
+    }
+    Cow::Owned(active)
 }
 
 /// A number of a term; what it is when left out where there is none.

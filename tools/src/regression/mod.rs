@@ -6,6 +6,7 @@
 //! | [`problem`], [`factors`], [`polish`] | one pass over the recordings, its triangular factors, the descent |
 //! | [`likelihood`], [`heldout`], `heldout_rows` | likelihood and held-out error |
 //! | [`uncertainty`], [`note`], `spread`, `changes` | standard deviations, and what the recordings cannot determine |
+//! | `disturbed_rows` | rows near standstill that show only the noise of the velocity |
 //! | [`dataset`], [`parameters`], [`variable_projection`], [`fit`] | models with terms: recordings, free parameters, descent, fit |
 
 pub mod assembly;
@@ -15,6 +16,7 @@ pub mod columns;
 pub(crate) mod count_errors;
 pub mod dataset;
 pub mod deflection_zeros;
+pub(crate) mod disturbed_rows;
 pub mod error;
 pub mod factors;
 pub mod fit;

@@ -45,7 +45,18 @@ impl<'a> ModelPart<'a> {
     /// A model that cannot be evaluated on them.
     pub fn new(model: &Model, recordings: &'a [Recording], free: &[FreeParameter]) -> Result<Self, PredictError> {
         let signals = |recording: &'a Recording| (recording, recorded::signals(recording, &model.gear));
-        let recordings: Vec<_> = recordings.iter().map(signals).collect();
+        Self::along(model, recordings.iter().map(signals).collect(), free)
+    }
+
+    /// The same along given signals of each recording.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn along(
+        model: &Model,
+        recordings: Vec<(&'a Recording, Signals<'a>)>,
+        free: &[FreeParameter],
+    ) -> Result<Self, PredictError> {
         let speeds = recordings.iter().filter_map(|(_, signals)| signals.velocity_rad_per_s.as_deref());
         let fastest = speeds.map(largest).fold(0.0, f64::max);
         let together = linear_together(model, free);

@@ -7,7 +7,6 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use crate::diagnose::diagnosis::EmpiricalCurve;
 use crate::diagnose::evidence::{Evidence, NextExperiment, Sight};
 use crate::diagnose::suggestion::Suggestion;
-use crate::model::TorqueSide;
 use crate::number::percent;
 use crate::report::diagnosis::words;
 
@@ -65,8 +64,7 @@ impl fmt::Display for Suggestion {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::TorqueSide(side) => {
-                let side = if *side == TorqueSide::Motor { "motor" } else { "output" };
-                write!(f, "torque_side = \"{side}\": friction has the other sign")
+                write!(f, "torque_side = \"{}\": friction has the other sign", side.name())
             }
             Self::Ratio { ratio, order } => {
                 write!(f, "ratio = {ratio:.0}: a line at {order:.1} a turn of the output")

@@ -1,6 +1,7 @@
 //! The verdict on a fit in words.
 
 use crate::fit::rated::BetterRated;
+use crate::fit::torque_side::BetterSide;
 use crate::fit::units::DoubtfulUnit;
 use crate::fit::verdict::{Cause, FitVerdict, Grade, Reason};
 use crate::model::refusal;
@@ -81,6 +82,11 @@ pub fn clause(cause: &Cause, torque_unit: TorqueUnit) -> String {
             number(*given_heldout_rms, 2),
             rounded_up(*seen)
         ),
+        Cause::BetterSide(BetterSide { torque_side, heldout_rms, given_heldout_rms }) => {
+            let [of_other, of_given] = [heldout_rms, given_heldout_rms].map(|rms| number(*rms, 2));
+            let side = torque_side.name();
+            format!("friction and inertia have the other sign: with the torque taken at the {side} the error of rows held out is {of_other} instead of {of_given} {unit}; add --torque-side {side}, or set torque_side in the model's [gear]")
+        }
         Cause::DoubtfulUnit(DoubtfulUnit { column, size, limit, unit, .. }) if size < limit => format!(
             "{column} reaches ±{} {unit}, strain wave gears under load at least about {} {unit}: check its unit, --map {column}=COLUMN*1e3 scales it",
             number(*size, 4),

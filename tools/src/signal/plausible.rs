@@ -226,7 +226,7 @@ impl fmt::Display for Remark {
             ),
             Remark::NearStandstill { rows, of } => write!(
                 f,
-                "{rows} of {of} rows near standstill are not used: the noise of the motion alone changes the friction of the base model there by about as much as the residual"
+                "{rows} of {of} rows near standstill are not used: the noise of the motion alone changes the friction of the model there by about as much as the residual"
             ),
             Remark::Stretches { file, stretches, rows, of } => write!(
                 f,

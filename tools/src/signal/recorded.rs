@@ -29,6 +29,12 @@ pub fn signals<'a>(recording: &'a Recording, gear: &GearSection) -> Signals<'a> 
     signals
 }
 
+/// The signals of a recording freed of its noise, as `gmhm diagnose` sees them. The acceleration is that of [`signals`]: it knows the noise of the motion as it was recorded.
+pub fn clean_signals<'a>(recording: &Recording, clean: &'a Recording, gear: &GearSection) -> Signals<'a> {
+    let acceleration_rad_per_s2 = acceleration(recording, &uncounted(recording), gear);
+    Signals { acceleration_rad_per_s2, ..Signals::new(clean, gear) }
+}
+
 /// Smoothed where a term of the model needs a derivative of the motion.
 fn seen<'a>(model: &Model, recording: &'a Recording) -> Signals<'a> {
     const DERIVATIVES: [Need; 4] = [Need::Velocity, Need::MotorVelocity, Need::OutputVelocity, Need::Acceleration];

@@ -169,6 +169,16 @@ class BetterRated(Result):
 
 
 @dataclasses.dataclass(frozen=True)
+class BetterSide(Result):
+    """The other side of the gear, where it suits the recordings of a joint better: friction and inertia have the other sign."""
+
+    torque_side: Literal["motor", "output"]
+    #: Error on blocks held out with it, and with the side of the fit, N·m rms.
+    heldout_rms: float
+    given_heldout_rms: float
+
+
+@dataclasses.dataclass(frozen=True)
 class DeflectionZero(Result):
     """Where the deflection of a recording is zero."""
 
@@ -214,6 +224,7 @@ class Fit(Result):
     clipped: tuple[Clipped, ...]
     doubtful_units: tuple[DoubtfulUnit, ...]
     better_rated: BetterRated | None
+    better_side: BetterSide | None
     method: Literal["auto", "pso"]
     seed: int
     #: `"nm"`; `"a"` where a current replaces the torque; all torques here are then in A.
@@ -240,6 +251,8 @@ class Fit(Result):
     #: Of each recording: whether it starts with an empty memory; rows before its loop had settled, which are not used; its noise.
     known_start: tuple[bool, ...]
     unsettled_rows: tuple[int, ...]
+    #: Rows near standstill that are not used: the noise of the motion alone changes the friction there by about as much as the residual.
+    rows_near_standstill: int
     noise: tuple[Noise, ...]
     #: Whether rows were weighted against that noise; otherwise the fit is plain least squares.
     prewhitened: bool

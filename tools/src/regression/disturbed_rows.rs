@@ -1,20 +1,23 @@
-//! Rows near standstill that show only the noise of the velocity. This noise changes the sign of the friction in a base model, and the residual is the noise times the slope of the friction.
+//! Rows near standstill that show only the noise of the velocity. This noise changes the sign of the friction in a model, and the residual is the noise times the slope of the friction.
+
+use std::borrow::Cow;
+use std::ops::Range;
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use crate::diagnose::DiagnoseError;
 use crate::kinds::SMOOTHING;
 use crate::model::Model;
 use crate::numerics::mark::Mark;
 use crate::numerics::robust;
 use crate::recording::{Recording, Samples};
 use crate::regression::dataset::Dataset;
+use crate::regression::error::EstimateError;
 use crate::regression::fit::Fitted;
 use crate::signal::denoise::channel_sd;
 
-/// A row is disturbed where the noise of the motion changes the torque of the base by more than this part of the residual's standard deviation.
+/// A row is disturbed where the noise of the motion changes the torque of the model by more than this part of the residual's standard deviation.
 const DISTURBED: f64 = 0.7;
 /// At least this part of a recording's rows stays.
 const LEAST_LEFT: f64 = 0.5;
@@ -28,55 +31,37 @@ const COPIES: usize = 4;
 /// The variance of a row is averaged with that of so many neighbours on either side: few copies give it few degrees of freedom.
 const NEIGHBOURS: usize = 2;
 
-impl Dataset<'_> {
-    /// Skips the rows in which the noise of the measured motion changes the torque of a fitted base by more than [`DISTURBED`] of the residual; returns how many. With a friction that changes its
-    /// sign these are the rows near standstill. All rows of a recording are kept if more than half would be skipped, or if their residual is larger than the noise explains.
-    ///
-    /// The change is the scatter of the base's torque along copies of the recordings: their smoothed motion and fresh white noise of each channel's standard
-    /// deviation, smoothed again.
-    ///
-    /// # Errors
-    /// A model that cannot be evaluated.
-    pub(super) fn skip_disturbed(
-        &mut self,
-        recordings: &[Recording],
-        fit: &Fitted,
-        seed: u64,
-    ) -> Result<usize, DiagnoseError> {
-        if !fit.model.terms.iter().any(|term| term.values.contains_key(SMOOTHING)) {
-            return Ok(0);
-        }
-        let Some(variances) = self.variances_of_motion(recordings, &fit.model, seed)? else { return Ok(0) };
-        let mut skipped = 0;
-        for (marks, span) in self.marks.iter_mut().zip(&self.spans) {
-            let rows = disturbed(&fit.residual[span.clone()], &variances[span.clone()], marks);
-            skipped += rows.len();
-            rows.into_iter().for_each(|row| marks[row] = Mark::Skipped);
-        }
-        Ok(skipped)
+/// What the noise of the measured motion does to a model's torque.
+pub struct MotionNoise<'a> {
+    /// The motion freed of its noise.
+    clean: &'a [Cow<'a, Recording>],
+    /// The standard deviations of the noise of each recording's motions.
+    sds: Vec<[f64; 3]>,
+}
+
+impl<'a> MotionNoise<'a> {
+    /// The noise of recordings, and the recordings without it; `None` where the model has no friction that changes its sign, or no motion has noise.
+    pub fn new(recorded: &[Recording], clean: &'a [Cow<'a, Recording>], model: &Model) -> Option<Self> {
+        let changes_sign = model.terms.iter().any(|term| term.values.contains_key(SMOOTHING));
+        let of = |recording: &Recording| motions(recording).map(|m| m.as_deref().map_or(0.0, channel_sd));
+        let sds: Vec<[f64; 3]> = if changes_sign { recorded.iter().map(of).collect() } else { Vec::new() };
+        sds.iter().flatten().any(|sd| *sd > 0.0).then_some(Self { clean, sds })
     }
 
-    /// The variance of a model's torque in each row that comes from the noise of the motion, N²·m² or A²; `None` where no channel has noise.
-    fn variances_of_motion(
-        &self,
-        recordings: &[Recording],
-        model: &Model,
-        seed: u64,
-    ) -> Result<Option<Vec<f64>>, DiagnoseError> {
-        let noise: Vec<[f64; 3]> = recordings
-            .iter()
-            .map(|recorded| motions(recorded).map(|channel| channel.as_deref().map_or(0.0, channel_sd)))
-            .collect();
-        if noise.iter().flatten().all(|sd| *sd <= 0.0) {
-            return Ok(None);
-        }
+    /// The variance of a torque in each row that comes from the noise of the motion, N²·m² or A², all recordings in one line: its scatter over copies of the recordings with fresh white noise of each
+    /// motion's standard deviation.
+    ///
+    /// # Errors
+    /// Those of `torque`.
+    pub fn variances<E>(&self, seed: u64, torque: impl Fn(&[Recording]) -> Result<Vec<f64>, E>) -> Result<Vec<f64>, E> {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
-        let (mut sums, mut squares) = (vec![0.0; self.len()], vec![0.0; self.len()]);
+        let (mut sums, mut squares) = (Vec::new(), Vec::new());
         for _ in 0..COPIES {
-            let copies = self.recordings.iter().zip(&noise).map(|(clean, sds)| noisy(clean, sds, &mut random));
-            let copies: Vec<Recording> = copies.collect();
-            let total = Dataset::new(&copies, model)?.total(model)?;
-            for ((sum, square), torque) in sums.iter_mut().zip(&mut squares).zip(total) {
+            let copies = self.clean.iter().zip(&self.sds).map(|(clean, sds)| noisy(clean, sds, &mut random));
+            let torque = torque(&copies.collect::<Vec<_>>())?;
+            sums.resize(torque.len(), 0.0);
+            squares.resize(torque.len(), 0.0);
+            for ((sum, square), torque) in sums.iter_mut().zip(&mut squares).zip(torque) {
                 *sum += torque;
                 *square += torque * torque;
             }
@@ -89,7 +74,32 @@ impl Dataset<'_> {
             let near = &variances[row.saturating_sub(NEIGHBOURS)..(row + NEIGHBOURS + 1).min(variances.len())];
             near.iter().sum::<f64>() / near.len() as f64
         };
-        Ok(Some((0..variances.len()).map(about).collect()))
+        Ok((0..variances.len()).map(about).collect())
+    }
+}
+
+/// Skips the rows of a recording in which the noise of the measured motion changes the torque of a fitted model by more than [`DISTURBED`] of the residual; returns how many. With a friction that
+/// changes its sign these are the rows near standstill. All rows are kept if more than half would be skipped, or if their residual is larger than the noise explains.
+pub fn skip(residual: &[f64], variances: &[f64], marks: &mut [Mark]) -> usize {
+    let rows = disturbed(residual, variances, marks);
+    rows.iter().for_each(|row| marks[*row] = Mark::Skipped);
+    rows.len()
+}
+
+impl Dataset<'_> {
+    /// Skips the rows in which the noise of the motion as recorded changes the torque of a fitted model by as much as the residual; returns how many.
+    ///
+    /// # Errors
+    /// A model that cannot be evaluated.
+    pub fn skip_disturbed(&mut self, recorded: &[Recording], fit: &Fitted, seed: u64) -> Result<usize, EstimateError> {
+        let Some(noise) = MotionNoise::new(recorded, &self.recordings, &fit.model) else { return Ok(0) };
+        let torque =
+            |copies: &[Recording]| Ok::<_, EstimateError>(Dataset::new(copies, &fit.model)?.total(&fit.model)?);
+        let variances = noise.variances(seed, torque)?;
+        let of = |span: &Range<usize>, marks: &mut Vec<Mark>| {
+            skip(&fit.residual[span.clone()], &variances[span.clone()], marks)
+        };
+        Ok(self.spans.iter().zip(&mut self.marks).map(|(span, marks)| of(span, marks)).sum())
     }
 }
 
