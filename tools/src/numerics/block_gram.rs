@@ -5,7 +5,7 @@
 
 use std::ops::Range;
 
-use nalgebra::{Cholesky, DMatrix, DVector};
+use nalgebra::{Cholesky, DMatrix, DVector, DVectorView};
 
 /// Blocks that each recording is cut into.
 pub const BLOCKS: usize = 8;
@@ -81,6 +81,16 @@ impl Targets {
     pub fn count(&self) -> usize {
         self.total.ncols()
     }
+
+    /// The products of the targets with the columns in the rows that predict a block, and in the block.
+    pub(super) fn of_block(&self, block: usize) -> (&DMatrix<f64>, &DMatrix<f64>) {
+        (&self.training[block], &self.held[block])
+    }
+
+    /// The products of the first target with the columns in the rows that predict a block, and in the block; its squares there.
+    pub(super) fn first_of_block(&self, block: usize) -> (DVectorView<'_, f64>, DVectorView<'_, f64>, f64) {
+        (self.training[block].column(0), self.held[block].column(0), self.squares[block][0])
+    }
 }
 
 impl BlockGram {
@@ -106,6 +116,21 @@ impl BlockGram {
     /// Rows that count.
     pub fn rows(&self) -> usize {
         self.rows
+    }
+
+    /// How many columns.
+    pub(super) fn columns(&self) -> usize {
+        self.scale.len()
+    }
+
+    /// The Gram matrices of the rows that predict a block, and of the block.
+    pub(super) fn of_block(&self, block: usize) -> (&DMatrix<f64>, &DMatrix<f64>) {
+        (&self.training[block], &self.held[block])
+    }
+
+    /// What is added to the diagonal for columns fitted as they are.
+    pub(super) fn ridge_of_plain(&self) -> f64 {
+        self.rows as f64 * self.ridge
     }
 
     /// The root mean square of a column.
@@ -193,7 +218,7 @@ impl BlockGram {
 
     fn ridges(&self, chosen: &Chosen) -> Vec<f64> {
         let rows = self.rows as f64;
-        let of = |at: usize| rows * if at < chosen.plain { self.ridge } else { chosen.ridge };
+        let of = |at: usize| if at < chosen.plain { self.ridge_of_plain() } else { rows * chosen.ridge };
         (0..chosen.columns.len()).map(of).collect()
     }
 

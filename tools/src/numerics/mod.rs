@@ -4,7 +4,7 @@
 //! |---|---|
 //! | [`vector`] | sums and updates of long columns |
 //! | [`qr`], [`basis`], [`svd`] | streaming triangular factor, orthonormal basis, singular directions |
-//! | [`block_gram`] | held-out errors of any subset of columns |
+//! | [`block_gram`], `subset_errors`, `further_columns` | held-out errors of any subset of columns; of many at once; what some save beside others |
 //! | [`bounded`] | least squares with bounds |
 //! | [`levenberg_marquardt`], [`particle_swarm`] | local and global search |
 //! | [`autoregression`], `whitening` | coloured noise and its filter |
@@ -16,6 +16,7 @@ pub mod basis;
 pub mod block_gram;
 pub mod bounded;
 pub mod extremes;
+mod further_columns;
 pub mod levenberg_marquardt;
 pub mod mark;
 pub mod particle_swarm;
@@ -23,6 +24,7 @@ pub mod qr;
 pub mod robust;
 pub(crate) mod smoothing;
 pub mod spectrum;
+mod subset_errors;
 pub mod svd;
 pub mod vector;
 pub(crate) mod whitening;

@@ -4,8 +4,6 @@ use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::ops::Range;
 
-use rayon::prelude::*;
-
 use super::dictionary::Dictionary;
 use crate::kinds::{self, FURTHER_ELEMENT_PRICE};
 use crate::numerics::block_gram::{BLOCKS, BlockGram, Chosen, Targets};
@@ -116,8 +114,7 @@ impl Search<'_> {
             let columns: BTreeSet<Vec<usize>> = sets.iter().map(|s| self.columns_of(s)).collect();
             columns.into_iter().filter(|c| !cache.contains_key(c)).collect()
         };
-        let (gram, targets) = (self.gram, self.targets);
-        let found: Vec<[f64; BLOCKS]> = open.par_iter().map(|c| gram.error(targets, &Chosen::plain(c))).collect();
+        let found = self.gram.errors_of_sets(self.targets, &open);
         self.cache.borrow_mut().extend(open.into_iter().zip(found));
         sets.iter().map(|s| self.objective(s)).collect()
     }

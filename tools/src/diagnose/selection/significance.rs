@@ -1,8 +1,6 @@
 //! Whether a kind of a set is there, or only noise gives its gain: it repeats over the blocks, and is more than surrogates of the noise give to any kind.
 
-use rayon::prelude::*;
-
-use super::criterion::{Candidate, Search, Set};
+use super::criterion::{Search, Set};
 use super::surrogates::{SURROGATES, surrogates};
 use crate::kinds::is_common;
 use crate::numerics::block_gram::{BLOCKS, Chosen, t_of_blocks};
@@ -55,27 +53,14 @@ impl Search<'_> {
         let mut rest = set.clone();
         rest.remove(kind);
         let base = self.columns_of(&rest);
-        let of = |columns: &[usize]| -> Vec<f64> {
-            let blocks = self.gram.errors(&targets, &Chosen::plain(columns));
-            (0..SURROGATES).map(|k| blocks.iter().map(|b| b[k]).sum()).collect()
-        };
-        let plain = of(&base);
-        let competitors: Vec<&Candidate> = self
+        let competitors: Vec<&[usize]> = self
             .candidates()
             .iter()
             .filter(|c| !is_common(kind) || is_common(c.kind))
             .filter(|c| !rest.contains_key(c.kind))
+            .map(|c| &c.columns[..])
             .collect();
-        let gains: Vec<Vec<f64>> = competitors
-            .par_iter()
-            .map(|c| {
-                let mut columns = base.clone();
-                columns.extend(&c.columns);
-                columns.sort_unstable();
-                columns.dedup();
-                plain.iter().zip(of(&columns)).map(|(p, w)| p - w).collect()
-            })
-            .collect();
+        let gains = self.gram.savings(&targets, &base, &competitors);
         let mut most: Vec<f64> =
             (0..SURROGATES).map(|k| gains.iter().map(|g: &Vec<f64>| g[k]).fold(0.0, f64::max)).collect();
         most.sort_by(f64::total_cmp);
