@@ -107,9 +107,9 @@ pub(super) fn fit(fit: &Fit) -> String {
         0 => String::new(),
         rows => format!(" ({rows} before the loop has settled are not used)"),
     };
-    if fit.rows_near_standstill > 0 {
-        let of = fit.residuals.iter().map(Vec::len).sum();
-        lines.push(Remark::NearStandstill { rows: fit.rows_near_standstill, of }.to_string());
+    let rows = fit.rows_near_standstill.iter().sum();
+    if rows > 0 {
+        lines.push(Remark::NearStandstill { rows, of: fit.residuals.iter().map(Vec::len).sum() }.to_string());
     }
     lines.push(format!(
         "Residual: {} {unit} rms over {} rows{left_out}; {} on blocks held out. ± is one standard deviation.",

@@ -105,8 +105,8 @@ pub struct Fit {
     pub known_start: Vec<bool>,
     /// For each recording, rows left out before its loop had settled.
     pub unsettled_rows: Vec<usize>,
-    /// Rows near standstill left out: the noise of the motion alone changes the friction there by about as much as the residual.
-    pub rows_near_standstill: usize,
+    /// For each recording, rows near standstill left out: the noise of the motion alone changes the friction there by about as much as the residual.
+    pub rows_near_standstill: Vec<usize>,
     /// Noise of each recording.
     pub noise: Vec<Noise>,
     /// Whether the rows were weighted against that noise; if not, the fit is plain least squares.
@@ -292,7 +292,7 @@ fn finished(
         deflection_zeros: Vec::new(),
         known_start: vec![true; recordings.len()],
         unsettled_rows: vec![0; recordings.len()],
-        rows_near_standstill: 0,
+        rows_near_standstill: vec![0; recordings.len()],
         noise,
         prewhitened,
         held_invertible: false,

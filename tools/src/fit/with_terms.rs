@@ -99,7 +99,7 @@ pub fn fit(recordings: &[Recording], options: &FitOptions, progress: &dyn Progre
     let refitted = part.model(&plain.nonlinear, &plain.linear);
     let residuals = problem(&rows, past.as_ref(), &part).residuals(&plain.nonlinear, &plain.linear);
     let rows_near_standstill = skip_disturbed(&mut rows, (&own, &clean), &refitted, &residuals, options.seed)?;
-    if rows_near_standstill > 0 {
+    if rows_near_standstill.iter().any(|rows| *rows > 0) {
         plain = polish(&problem(&rows, past.as_ref(), &part), &plain.nonlinear, Sweep::PLAIN, progress);
     }
     if progress.cancelled() {
@@ -168,26 +168,26 @@ fn signals<'r>(recorded: &'r Recording, clean: &'r Cow<'r, Recording>, model: &M
     }
 }
 
-/// Skips rows near standstill that show only the noise of the velocity; returns how many. What is left there would look like physics.
+/// Skips rows near standstill that show only the noise of the velocity; returns how many of each recording. What is left there would look like physics.
 fn skip_disturbed(
     rows: &mut [Rows<'_>],
     (recordings, clean): (&[Recording], &[Cow<'_, Recording>]),
     model: &Model,
     residuals: &[Vec<f64>],
     seed: u64,
-) -> Result<usize, EstimateError> {
-    let Some(noise) = MotionNoise::new(recordings, clean, model) else { return Ok(0) };
+) -> Result<Vec<usize>, EstimateError> {
+    let Some(noise) = MotionNoise::new(recordings, clean, model) else { return Ok(vec![0; rows.len()]) };
     let variances = noise.variances(seed, |copies| {
         let totals = copies.iter().map(|copy| Ok(recorded::evaluate(model, copy)?.total().to_vec()));
         Ok::<_, PredictError>(totals.collect::<Result<Vec<_>, PredictError>>()?.concat())
     })?;
     let mut from = 0;
-    let mut skipped = 0;
-    for (rows, residual) in rows.iter_mut().zip(residuals) {
-        skipped += disturbed_rows::skip(residual, &variances[from..from + residual.len()], &mut rows.marks);
-        from += residual.len();
-    }
-    Ok(skipped)
+    let skip = |(rows, residual): (&mut Rows<'_>, &Vec<f64>)| {
+        let own = from..from + residual.len();
+        from = own.end;
+        disturbed_rows::skip(residual, &variances[own], &mut rows.marks)
+    };
+    Ok(rows.iter_mut().zip(residuals).map(skip).collect())
 }
 
 /// Recordings beside a model, their offsets and what the gear may remember.

@@ -223,6 +223,7 @@ fn noise(fit: &Fit, names: &[String], unit: TorqueUnit) -> Table {
     // A joint log knows neither a loop that settles nor a deflection.
     let gear = fit.model.has_gear();
     let apart = fit.zeros_apart_rad().is_some();
+    let near_standstill = fit.rows_near_standstill.iter().any(|rows| *rows > 0);
     let torque_steps = fit.noise.iter().any(|noise| noise.torque_step_nm.is_some());
     let deflection_steps = fit.noise.iter().any(|noise| noise.deflection_step_rad.is_some());
     let rows = fit.noise.iter().enumerate().map(|(index, noise)| {
@@ -239,6 +240,7 @@ fn noise(fit: &Fit, names: &[String], unit: TorqueUnit) -> Table {
         ];
         cells.extend(apart.then(|| number(fit.deflection_zeros[index].rad, 5)));
         cells.extend(gear.then(|| fit.unsettled_rows[index].to_string()));
+        cells.extend(near_standstill.then(|| fit.rows_near_standstill[index].to_string()));
         let steps = [(torque_steps, noise.torque_step_nm), (deflection_steps, noise.deflection_step_rad)];
         let shown = steps.iter().filter(|(shown, _)| *shown);
         cells.extend(shown.map(|(_, step)| step.map_or("–".to_owned(), |s| number(s, 3))));
@@ -253,6 +255,7 @@ fn noise(fit: &Fit, names: &[String], unit: TorqueUnit) -> Table {
     ];
     head.extend(apart.then(|| "zero of its deflection in rad".to_owned()));
     head.extend(gear.then(|| "unsettled start (rows)".to_owned()));
+    head.extend(near_standstill.then(|| "noise near standstill (rows)".to_owned()));
     head.extend(torque_steps.then(|| format!("{} counted in steps of {symbol}", unit.quantity())));
     head.extend(deflection_steps.then(|| "deflection counted in steps of rad".to_owned()));
     Table::of("Each recording: the constant offset, the noise, and rows that are not used", head, rows)

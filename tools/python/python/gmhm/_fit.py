@@ -251,8 +251,8 @@ class Fit(Result):
     #: Of each recording: whether it starts with an empty memory; rows before its loop had settled, which are not used; its noise.
     known_start: tuple[bool, ...]
     unsettled_rows: tuple[int, ...]
-    #: Rows near standstill that are not used: the noise of the motion alone changes the friction there by about as much as the residual.
-    rows_near_standstill: int
+    #: Of each recording, rows near standstill that are not used: the noise of the motion alone changes the friction there by about as much as the residual.
+    rows_near_standstill: tuple[int, ...]
     noise: tuple[Noise, ...]
     #: Whether rows were weighted against that noise; otherwise the fit is plain least squares.
     prewhitened: bool
