@@ -6,6 +6,7 @@ use gmhm_tools::fit::verdict::Assessment;
 use gmhm_tools::fit::{Fit, FitOptions, fit};
 use gmhm_tools::model::{Model, TermValue, parse};
 use gmhm_tools::recording::Recording;
+use gmhm_tools::signal::recorded;
 
 const TERMS: &str = r#"[[term]]
 kind = "kinematic_error"
@@ -68,6 +69,48 @@ fn gear_and_terms_are_refitted_together_with_standard_deviations() {
     assert!(count >= truths.len() && found.uncertainty.correlation.iter().all(|row| row.len() == count));
     let assessment = Assessment::of(&found, &recordings, &()).unwrap();
     assert_eq!(assessment.residuals[0].len(), recordings[0].len());
+}
+
+/// A joint with a curve over the velocity and one over the angle: a constant of either is that of the recording.
+#[test]
+fn curves_are_refitted_with_standard_deviations_but_for_a_constant() {
+    let curve = |coordinate: &str, knots: &str, values: &str| {
+        format!("[[term]]\nkind = \"unknown\"\ncoordinate = \"{coordinate}\"\nknots = {knots}\nvalues_nm = {values}\n")
+    };
+    let joint = |over_velocity: &str, over_angle: &str| {
+        let curves = [
+            curve("output_velocity", "[-0.4, 0.0, 0.4]", over_velocity),
+            curve("output_angle", "[-0.6, 0.2, 0.6]", over_angle),
+        ];
+        parse("joint.toml", &format!("format = 1\n[gear]\ntorque_side = \"motor\"\n{}", curves.concat())).unwrap()
+    };
+    let time_s: Vec<f64> = (0..4000).map(|row| 0.01 * f64::from(row)).collect();
+    let angle = |t: f64| 0.5 * (0.6 * t).sin() + 0.1 * (1.7 * t).sin();
+    let mut recording = Recording {
+        name: "joint".into(),
+        torque: Some(vec![0.0; time_s.len()].into()),
+        theta_out_rad: Some(time_s.iter().map(|t| angle(*t)).collect()),
+        velocity_out_rad_per_s: Some(time_s.iter().map(|t| 0.3 * (0.6 * t).cos() + 0.17 * (1.7 * t).cos()).collect()),
+        time_s: time_s.into(),
+        ..Recording::default()
+    };
+    let truth = joint("[1.0, 0.0, 2.0]", "[0.5, 0.0, -0.7]");
+    let torque = recorded::predict(&truth, None, &recording).unwrap().torque;
+    let noise = |row: usize| 0.05 * ((row * row * 7919) % 1009) as f64 / 1009.0;
+    recording.torque = Some(torque.iter().enumerate().map(|(row, torque)| torque + 3.0 + noise(row)).collect());
+    let start = joint("[0.0, 0.0, 2.0]", "[0.0, 0.0, -0.7]");
+    let found = fit(&[recording], &FitOptions { start: Some(start), ..FitOptions::default() }, &()).unwrap();
+    for (name, truth) in [
+        ("unknown.values_nm[0]", 1.0),
+        ("unknown.values_nm[1]", 0.0),
+        ("unknown_2.values_nm[0]", 0.5),
+        ("unknown_2.values_nm[1]", 0.0),
+    ] {
+        let parameter = found.parameter(name).unwrap();
+        let sd = parameter.sd.unwrap_or_else(|| panic!("{name} has no standard deviation"));
+        assert!((parameter.value - truth).abs() < 4.0 * sd && sd < 0.02, "{name}: {} ± {sd}", parameter.value);
+    }
+    assert!(found.parameter("unknown.values_nm[2]").is_none() && (found.offsets[0] - 3.025).abs() < 0.01);
 }
 
 #[test]

@@ -239,6 +239,10 @@ impl Assessment {
 fn decide(fit: &Fit, evidence: &Assessment) -> FitVerdict {
     let mut reasons = Vec::new();
     let mut add = |grade: Grade, cause: Cause| reasons.push(Reason { grade, cause });
+    // The cause of most that follows.
+    if let Some(better) = evidence.better_side {
+        add(Grade::Bad, Cause::BetterSide(better));
+    }
     let share = fit.heldout_rms / evidence.torque_peak;
     let error = Cause::Error { heldout_rms: fit.heldout_rms, share };
     let [careful, bad] = THRESHOLDS.error_shares;
@@ -260,9 +264,6 @@ fn decide(fit: &Fit, evidence: &Assessment) -> FitVerdict {
     }
     if let Some(better) = evidence.better_rated {
         add(Grade::Caution, Cause::BetterRated(better));
-    }
-    if let Some(better) = evidence.better_side {
-        add(Grade::Bad, Cause::BetterSide(better));
     }
     evidence.doubtful_units.iter().for_each(|doubtful| add(doubtful.grade, Cause::DoubtfulUnit(*doubtful)));
     evidence.clipped.iter().for_each(|clipped| add(Grade::Bad, Cause::Clipped(clipped.clone())));

@@ -10,7 +10,7 @@ use gmhm::terms::{Role, kind};
 use crate::fit::options::FitOptions;
 use crate::fit::thresholds::THRESHOLDS;
 use crate::fit::{DeflectionZero, Fit, finished, refine, select};
-use crate::kinds::{JOINT_BASE, SMOOTHING};
+use crate::kinds::{JOINT_BASE, SMOOTHING, UNKNOWN};
 use crate::model::{Model, Term, TermValue};
 use crate::numerics::autoregression;
 use crate::numerics::extremes::largest;
@@ -25,7 +25,7 @@ use crate::regression::error::EstimateError;
 use crate::regression::heldout::heldout;
 use crate::regression::model_part::ModelPart;
 use crate::regression::note::Remedy;
-use crate::regression::parameters;
+use crate::regression::parameters::{self, FreeParameter};
 use crate::regression::polish::polish;
 use crate::regression::problem::{Problem, Sweep};
 use crate::regression::ready::Ready;
@@ -74,7 +74,7 @@ pub fn fit(recordings: &[Recording], options: &FitOptions, progress: &dyn Progre
     let clean: Vec<Cow<'_, Recording>> = own.iter().map(|r| without_noise(r, &model)).collect();
     let beside = |model: &Model, zero: bool| {
         let signals = own.iter().zip(&clean).map(|(recorded, clean)| signals(recorded, clean, model));
-        ModelPart::along(model, signals.collect(), &parameters::free(model, zero))
+        ModelPart::along(model, signals.collect(), &free(model, zero))
     };
     progress.report("refitting gear and terms", 0.0);
     let mut part = beside(&model, false)?;
@@ -131,7 +131,7 @@ pub fn fit(recordings: &[Recording], options: &FitOptions, progress: &dyn Progre
     let mut refitted = part.model(&found.nonlinear, &found.linear);
     if given.is_some() {
         // In the order of the file.
-        let order = parameters::free(&refitted, true).into_iter().map(|place| parameters::named(&refitted, place).0);
+        let order = free(&refitted, true).into_iter().map(|place| parameters::named(&refitted, place).0);
         let order: Vec<_> = order.collect();
         known.parameters.sort_by_key(|p| order.iter().position(|name| *name == p.name));
     }
@@ -144,7 +144,7 @@ pub fn fit(recordings: &[Recording], options: &FitOptions, progress: &dyn Progre
     let zeros = zeros.map(|r| DeflectionZero { recording: r.name.clone(), rad: zero, sd_rad: zero_sd }).collect();
     let fit = if clean.iter().any(|clean| matches!(clean, Cow::Owned(_))) {
         // Errors are those of a prediction from the motion as recorded.
-        let as_recorded = ModelPart::new(&refitted, &own, &parameters::free(&refitted, false))?;
+        let as_recorded = ModelPart::new(&refitted, &own, &free(&refitted, false))?;
         let as_recorded = problem(&rows, past.as_ref(), &as_recorded);
         weighted.heldout_rms = heldout(&as_recorded, &weighted.polished.nonlinear, weights).rms;
         finished(recordings, options, &as_recorded, weighted, refitted, known)
@@ -153,6 +153,19 @@ pub fn fit(recordings: &[Recording], options: &FitOptions, progress: &dyn Progre
     };
     let evaluations = fit.evaluations + searched;
     Ok(Fit { rated_is_largest_seen, deflection_zeros: zeros, rows_near_standstill, evaluations, ..fit })
+}
+
+/// The free numbers of a model. The last value of each curve stays: a constant added to a curve is the offset of each recording.
+fn free(model: &Model, zero: bool) -> Vec<FreeParameter> {
+    let is_last = |parameter: &FreeParameter| match *parameter {
+        FreeParameter::Term { term, key, index: Some(index) } if model.terms[term].kind == UNKNOWN => {
+            matches!(model.terms[term].values.get(key.name), Some(TermValue::List(list)) if list.len() == index + 1)
+        }
+        _ => false,
+    };
+    let mut free = parameters::free(model, zero);
+    free.retain(|parameter| !is_last(parameter));
+    free
 }
 
 /// The motion of a joint freed of its noise. That of a gear stays as recorded: where its deflection turns is what its memory starts from.

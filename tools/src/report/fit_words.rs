@@ -7,6 +7,7 @@ use crate::fit::verdict::{Cause, FitVerdict, Grade, Reason};
 use crate::model::refusal;
 use crate::number::{number, trimmed};
 use crate::recording::TorqueUnit;
+use crate::report::note_words::enumeration;
 
 /// The verdict as files and reports have it.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -128,7 +129,7 @@ pub fn clause(cause: &Cause, torque_unit: TorqueUnit) -> String {
             let (are, them) = if names.len() == 1 { ("is", "it") } else { ("are", "them") };
             format!(
                 "{} {are} not determined by these recordings: predictions of such motions do not need {them}, but do not extrapolate",
-                names.join(", ")
+                enumeration(&names.iter().map(String::as_str).collect::<Vec<_>>())
             )
         }
         Cause::Unfinished => "the search reached its limit of evaluations before it converged".to_owned(),

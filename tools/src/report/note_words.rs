@@ -74,5 +74,47 @@ pub fn notes<'p>(parameters: &'p [Estimated], name: impl Fn(&'p Estimated) -> &'
             None => notes.push((vec![name(parameter)], note)),
         }
     }
-    notes.into_iter().map(|(names, note)| format!("{}: {note}", names.join(", "))).collect()
+    notes.into_iter().map(|(names, note)| format!("{}: {note}", enumeration(&names))).collect()
+}
+
+/// Names with commas between them; those of three or more consecutive numbers of one list are its first and its last.
+pub fn enumeration(names: &[&str]) -> String {
+    let place = |name: &str| -> Option<(usize, usize)> {
+        let (list, index) = name.strip_suffix(']')?.rsplit_once('[')?;
+        Some((list.len(), index.parse().ok()?))
+    };
+    let follows = |(before, after): (&str, &str)| {
+        let ((list, index), (other, next)) = place(before).zip(place(after))?;
+        (before[..list] == after[..other] && next == index + 1).then_some(())
+    };
+    let mut told = Vec::new();
+    let mut at = 0;
+    while at < names.len() {
+        let last = (at + 1..names.len()).take_while(|k| follows((names[k - 1], names[*k])).is_some()).last();
+        match last.filter(|last| *last >= at + 2) {
+            Some(last) => {
+                let index = names[last].rsplit_once('[').map_or(names[last], |(_, index)| index);
+                told.push(format!("{} to [{index}", names[at]));
+                at = last + 1;
+            }
+            None => {
+                told.push(names[at].to_owned());
+                at += 1;
+            }
+        }
+    }
+    told.join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn consecutive_numbers_of_a_list_are_told_by_the_first_and_the_last() {
+        let names = ["c1", "unknown.values_nm[0]", "unknown.values_nm[1]", "unknown.values_nm[2]", "a.b[3]", "a.b[4]"];
+        assert_eq!(enumeration(&names), "c1, unknown.values_nm[0] to [2], a.b[3], a.b[4]");
+        assert_eq!(enumeration(&["a.b[0]", "a.c[1]", "a.c[3]"]), "a.b[0], a.c[1], a.c[3]");
+        assert_eq!(enumeration(&[]), "");
+    }
 }
