@@ -1,7 +1,8 @@
 //! Models with terms, and joint logs, whose base model is made of terms: gear and terms refitted together.
 //!
 //! Kinds, shapes and the law stay as given; every number is refitted. The zero of the deflection is refitted where that clearly explains more. A joint log knows an angle and a
-//! torque (or current) and no deflection: its base model is gravity, inertia, Coulomb and viscous friction.
+//! torque (or current) and no deflection: its base model is gravity, inertia, Coulomb and viscous friction. It is fitted along the motion freed of its noise, without the rows near standstill that show only this noise; the
+//! errors stated are those along the motion as recorded.
 
 use std::borrow::Cow;
 
@@ -70,7 +71,7 @@ pub fn fit(recordings: &[Recording], options: &FitOptions, progress: &dyn Progre
     let past = own.iter().map(|recording| dataset::past(recording, &model)).collect::<Result<Vec<_>, _>>()?;
     let past: Option<Vec<_>> = past.into_iter().collect();
     let past = past.as_deref().map(of_past);
-    // Friction that changes its sign with the noise of a velocity is no column to fit.
+    // A friction that changes its sign with the noise of the velocity is not the friction of the joint.
     let clean: Vec<Cow<'_, Recording>> = own.iter().map(|r| without_noise(r, &model)).collect();
     let beside = |model: &Model, zero: bool| {
         let signals = own.iter().zip(&clean).map(|(recorded, clean)| signals(recorded, clean, model));
@@ -181,7 +182,7 @@ fn signals<'r>(recorded: &'r Recording, clean: &'r Cow<'r, Recording>, model: &M
     }
 }
 
-/// Skips rows near standstill that show only the noise of the velocity; returns how many of each recording. What is left there would look like physics.
+/// Skips rows of a joint near standstill that show only the noise of the velocity; returns how many of each recording. What is left there would look like physics.
 fn skip_disturbed(
     rows: &mut [Rows<'_>],
     (recordings, clean): (&[Recording], &[Cow<'_, Recording>]),
@@ -189,7 +190,8 @@ fn skip_disturbed(
     residuals: &[Vec<f64>],
     seed: u64,
 ) -> Result<Vec<usize>, EstimateError> {
-    let Some(noise) = MotionNoise::new(recordings, clean, model) else { return Ok(vec![0; rows.len()]) };
+    let noise = MotionNoise::new(recordings, clean, model).filter(|_| !model.has_gear());
+    let Some(noise) = noise else { return Ok(vec![0; rows.len()]) };
     let variances = noise.variances(seed, |copies| {
         let totals = copies.iter().map(|copy| Ok(recorded::evaluate(model, copy)?.total().to_vec()));
         Ok::<_, PredictError>(totals.collect::<Result<Vec<_>, PredictError>>()?.concat())
