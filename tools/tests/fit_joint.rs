@@ -137,6 +137,8 @@ fn a_torque_on_the_other_side_of_the_gear_is_said() {
         let options = FitOptions { torque_side: Some(side), ..FitOptions::default() };
         let fit = fit(std::slice::from_ref(recording), &options, &()).unwrap();
         let assessment = Assessment::of(&fit, std::slice::from_ref(recording), &()).unwrap();
+        let of_fleet = Assessment::of_model_alone(&fit, std::slice::from_ref(recording), &()).unwrap();
+        assert_eq!(of_fleet.better_side, assessment.better_side);
         (assessment.better_side.map(|better| better.torque_side), assessment.verdict.grade)
     };
     assert_eq!(assessed(&recording, TorqueSide::Motor), (None, Grade::Good));

@@ -6,13 +6,11 @@ use crate::diagnose::diagnosis::UNKNOWN;
 use crate::diagnose::explain::Search;
 use crate::diagnose::naming::{CLASS, DiagnosisVerdict, unite, without_term};
 use crate::kinds;
-use crate::model::{Term, TermValue};
+use crate::model::{ORDERS, Term, TermValue};
 use crate::regression::dataset::Dataset;
 
 /// Steps of the fit of one wave.
 const STEPS: usize = 4;
-/// The key of the orders.
-const ORDERS: &str = "orders";
 
 /// The places of two effects and of their terms: the one that keeps its name, and the one that joins it.
 struct Waves {

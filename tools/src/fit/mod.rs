@@ -197,6 +197,19 @@ pub fn fit(recordings: &[Recording], options: &FitOptions, progress: &dyn Progre
     Ok(fit)
 }
 
+/// The held-out error of a fit with other options, N·m or A; infinite where there is none.
+fn heldout_rms_of(
+    recordings: &[Recording],
+    options: &FitOptions,
+    progress: &dyn Progress,
+) -> Result<f64, EstimateError> {
+    match fit(recordings, options, progress) {
+        Ok(other) => Ok(other.heldout_rms),
+        Err(EstimateError::Cancelled) => Err(EstimateError::Cancelled),
+        Err(_) => Ok(f64::INFINITY),
+    }
+}
+
 fn fit_together(recordings: &[Recording], options: &FitOptions, progress: &dyn Progress) -> Result<Fit, EstimateError> {
     if let Some(model) = &options.start {
         let mut model = model.clone();

@@ -1,7 +1,7 @@
 //! Whether the rated deflection given is the one that the recordings are of.
 
 use crate::fit::coverage::Coverage;
-use crate::fit::fit;
+use crate::fit::heldout_rms_of;
 use crate::fit::options::FitOptions;
 use crate::fit::thresholds::THRESHOLDS;
 use crate::progress::Progress;
@@ -36,12 +36,8 @@ impl BetterRated {
         if (seen / coverage.rated_deflection_rad - 1.0).abs() <= THRESHOLDS.rated_off_share {
             return Ok(None);
         }
-        let heldout_rms =
-            match fit(recordings, &FitOptions { rated_deflection_rad: Some(seen), ..options.clone() }, progress) {
-                Ok(other) => other.heldout_rms,
-                Err(EstimateError::Cancelled) => return Err(EstimateError::Cancelled),
-                Err(_) => f64::INFINITY,
-            };
+        let options = FitOptions { rated_deflection_rad: Some(seen), ..options.clone() };
+        let heldout_rms = heldout_rms_of(recordings, &options, progress)?;
         let better = Self { rated_deflection_rad: seen, heldout_rms, given_heldout_rms };
         Ok((heldout_rms < THRESHOLDS.rated_better_share * given_heldout_rms).then_some(better))
     }

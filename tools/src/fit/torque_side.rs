@@ -2,7 +2,7 @@
 
 use crate::fit::options::FitOptions;
 use crate::fit::thresholds::THRESHOLDS;
-use crate::fit::{Fit, fit};
+use crate::fit::{Fit, heldout_rms_of};
 use crate::kinds::JOINT_BASE;
 use crate::model::TorqueSide;
 use crate::progress::Progress;
@@ -39,11 +39,7 @@ impl BetterSide {
         }
         let torque_side = found.model.gear.torque_side.other();
         let options = FitOptions { torque_side: Some(torque_side), ..options.clone() };
-        let heldout_rms = match fit(recordings, &options, progress) {
-            Ok(other) => other.heldout_rms,
-            Err(EstimateError::Cancelled) => return Err(EstimateError::Cancelled),
-            Err(_) => f64::INFINITY,
-        };
+        let heldout_rms = heldout_rms_of(recordings, &options, progress)?;
         let better = Self { torque_side, heldout_rms, given_heldout_rms: found.heldout_rms };
         Ok((heldout_rms < THRESHOLDS.side_better_share * found.heldout_rms).then_some(better))
     }

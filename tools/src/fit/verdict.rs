@@ -174,8 +174,8 @@ impl Assessment {
     ///
     /// # Errors
     /// As of [`of`](Self::of).
-    pub fn of_model_alone(fit: &Fit, recordings: &[Recording]) -> Result<Self, AssessError> {
-        Self::with(fit, recordings, false, &())
+    pub fn of_model_alone(fit: &Fit, recordings: &[Recording], progress: &dyn Progress) -> Result<Self, AssessError> {
+        Self::with(fit, recordings, false, progress)
     }
 
     fn with(fit: &Fit, recordings: &[Recording], compares: bool, progress: &dyn Progress) -> Result<Self, AssessError> {
@@ -221,7 +221,7 @@ impl Assessment {
             clipped: recordings.iter().filter_map(|r| clipped(r, r.deflection_rad.as_deref()?)).collect(),
             doubtful_units: if fit.started_from_model { Vec::new() } else { doubtful(recordings) },
             better_rated: None,
-            better_side: if compares { BetterSide::of(fit, recordings, &options, progress)? } else { None },
+            better_side: BetterSide::of(fit, recordings, &options, progress)?,
             torque_peak: recordings.iter().map(size).fold(0.0, f64::max),
             predictions,
             residuals,

@@ -98,8 +98,13 @@ pub fn fit(recordings: &[Recording], options: &FitOptions, progress: &dyn Progre
     }
     let mut plain = polish(&problem(&rows, past.as_ref(), &part), &from, Sweep::PLAIN, progress);
     let refitted = part.model(&plain.nonlinear, &plain.linear);
-    let residuals = problem(&rows, past.as_ref(), &part).residuals(&plain.nonlinear, &plain.linear);
-    let rows_near_standstill = skip_disturbed(&mut rows, (&own, &clean), &refitted, &residuals, options.seed)?;
+    let rows_near_standstill = match MotionNoise::new(&own, &clean, &refitted).filter(|_| !refitted.has_gear()) {
+        Some(noise) => {
+            let residuals = problem(&rows, past.as_ref(), &part).residuals(&plain.nonlinear, &plain.linear);
+            skip_disturbed(&mut rows, &noise, &refitted, &residuals, options.seed)?
+        }
+        None => vec![0; rows.len()],
+    };
     if rows_near_standstill.iter().any(|rows| *rows > 0) {
         plain = polish(&problem(&rows, past.as_ref(), &part), &plain.nonlinear, Sweep::PLAIN, progress);
     }
@@ -185,13 +190,11 @@ fn signals<'r>(recorded: &'r Recording, clean: &'r Cow<'r, Recording>, model: &M
 /// Skips rows of a joint near standstill that show only the noise of the velocity; returns how many of each recording. What is left there would look like physics.
 fn skip_disturbed(
     rows: &mut [Rows<'_>],
-    (recordings, clean): (&[Recording], &[Cow<'_, Recording>]),
+    noise: &MotionNoise<'_>,
     model: &Model,
     residuals: &[Vec<f64>],
     seed: u64,
 ) -> Result<Vec<usize>, EstimateError> {
-    let noise = MotionNoise::new(recordings, clean, model).filter(|_| !model.has_gear());
-    let Some(noise) = noise else { return Ok(vec![0; rows.len()]) };
     let variances = noise.variances(seed, |copies| {
         let totals = copies.iter().map(|copy| Ok(recorded::evaluate(model, copy)?.total().to_vec()));
         Ok::<_, PredictError>(totals.collect::<Result<Vec<_>, PredictError>>()?.concat())

@@ -45,7 +45,7 @@ pub fn identify(
     fit.align(&mut recordings)?;
     let assessment = match compares {
         true => Assessment::of(&fit, &recordings, progress)?,
-        false => Assessment::of_model_alone(&fit, &recordings)?,
+        false => Assessment::of_model_alone(&fit, &recordings, progress)?,
     };
     Ok(Identified { fit, recordings, assessment })
 }

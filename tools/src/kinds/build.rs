@@ -8,7 +8,7 @@ use rand_chacha::ChaCha8Rng;
 use super::draft::Draft;
 use super::measures::Measures;
 use super::ranges::Ranges;
-use crate::model::{Term, TermValue};
+use crate::model::{ORDERS, Term, TermValue};
 
 /// A term of a kind with some of its values.
 pub fn term(kind: &str, values: &[(&str, TermValue)]) -> Term {
@@ -44,7 +44,7 @@ pub fn waves(kind: &str, orders: &[f64]) -> Vec<Term> {
             unique.push(order);
         }
     }
-    unique.into_iter().map(|order| term(kind, &[("orders", list(order))])).collect()
+    unique.into_iter().map(|order| term(kind, &[(ORDERS, list(order))])).collect()
 }
 
 /// One candidate for each order of the motor's and the output's turn that the residual holds.
@@ -83,7 +83,7 @@ pub fn harmonics(kind: &'static str, unit: &str, orders: &[f64], per_nm: f64, ra
         sin.push(size * phase.sin());
     }
     let (cos_key, sin_key) = if unit == "rad" { ("cos_rad", "sin_rad") } else { ("cos_nm", "sin_nm") };
-    Draft::new(kind).fixed_list("orders", orders.to_vec()).list(cos_key, cos).list(sin_key, sin)
+    Draft::new(kind).fixed_list(ORDERS, orders.to_vec()).list(cos_key, cos).list(sin_key, sin)
 }
 
 /// One period a turn.

@@ -60,7 +60,7 @@ mod wear;
 use gmhm::terms::{Coordinate, Domain, KeyInfo, KindInfo, Range, Role};
 use rand_chacha::ChaCha8Rng;
 
-use crate::model::{Model, Term};
+use crate::model::{Model, ORDERS, Term};
 use crate::physics::columns::{get, set};
 pub use build::number_of;
 pub use coulomb_friction::coulomb_friction;
@@ -384,8 +384,6 @@ fn accepts_positive_only(key: &KeyInfo) -> bool {
 
 /// An order moves by at most this part of itself in a refit.
 const NEAR_ORDER: f64 = 0.1;
-/// The key of the orders of harmonics.
-const ORDERS: &str = "orders";
 
 /// The bounds of a number by its entry in the registry. A shape stays near what gears have, and is at most divided or multiplied by three at a time; an order moves by a tenth of itself.
 fn usual_bounds(term: &Term, key: &KeyInfo, index: Option<usize>) -> (f64, f64) {

@@ -10,7 +10,7 @@ use super::free_coordinate::FreeCoordinate;
 use super::measures::Measures;
 use super::ranges::Ranges;
 use super::{Family, Kind};
-use crate::model::{Model, Term};
+use crate::model::{Model, ORDERS, Term};
 
 /// Kind `position_dependent_friction`.
 pub struct PositionDependentFriction;
@@ -36,7 +36,7 @@ impl Kind for PositionDependentFriction {
         for &smoothing in &smoothings(ranges)[..3] {
             let mut add = |angle: &str, order: f64| {
                 let values =
-                    [("angle", text(angle)), ("orders", list(order)), ("smoothing_rad_per_s", number(smoothing))];
+                    [("angle", text(angle)), (ORDERS, list(order)), ("smoothing_rad_per_s", number(smoothing))];
                 terms.push(term(self.name(), &values));
             };
             if ranges.motor_turns_enough() {

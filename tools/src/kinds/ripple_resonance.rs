@@ -12,7 +12,7 @@ use super::measures::Measures;
 use super::ranges::Ranges;
 use super::torque_ripple::TorqueRipple;
 use super::{Family, Kind};
-use crate::model::{Model, Term, TermValue};
+use crate::model::{Model, ORDERS, Term, TermValue};
 
 /// Lines that are tried with a mode.
 const LINES: usize = 3;
@@ -45,7 +45,7 @@ impl Kind for RippleResonance {
     /// The lines of a torque ripple in the model, beside modes that they pass within the speeds recorded.
     fn joint_candidates(&self, ranges: &Ranges, model: &Model) -> Vec<Term> {
         let Some(ripple) = model.terms.iter().find(|term| term.kind == TorqueRipple.name()) else { return Vec::new() };
-        let Some(TermValue::List(orders)) = ripple.values.get("orders") else { return Vec::new() };
+        let Some(TermValue::List(orders)) = ripple.values.get(ORDERS) else { return Vec::new() };
         let output = matches!(ripple.values.get("angle"), Some(TermValue::Text(angle)) if angle == "output");
         let ratio = if output { 1.0 } else { model.gear.ratio.map_or(1.0, f64::abs) };
         let turns_per_s = ranges.velocity_rad_per_s * ratio / TAU;
@@ -54,7 +54,7 @@ impl Kind for RippleResonance {
             for share in [0.35, 0.5, 0.62, 0.75, 0.88, 1.0, 1.2] {
                 for damping in [0.03, 0.1, 0.3] {
                     let values = [
-                        ("orders", list(order)),
+                        (ORDERS, list(order)),
                         ("angle", text(if output { "output" } else { "motor" })),
                         ("frequency_hz", number(share * order * turns_per_s)),
                         ("damping_ratio", number(damping)),

@@ -30,6 +30,9 @@ use std::collections::BTreeMap;
 
 use crate::recording::TorqueUnit;
 
+/// The key of a series of waves: the list of their orders.
+pub const ORDERS: &str = "orders";
+
 /// The side of the gear on which the torque is taken, MODEL.md's σ.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, clap::ValueEnum)]
 #[serde(rename_all = "lowercase")]

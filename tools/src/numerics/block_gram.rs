@@ -179,10 +179,10 @@ impl BlockGram {
     pub fn errors(&self, targets: &Targets, chosen: &Chosen) -> Vec<Vec<f64>> {
         let all = chosen.columns();
         let error = |block: usize| {
-            let h = rows_of(&targets.training[block], all);
-            let beta = solve(part(&self.training[block], all), &h, &self.ridges(chosen));
-            let held = part(&self.held[block], all);
-            let own = rows_of(&targets.held[block], all);
+            let h = targets.training[block].select_rows(all);
+            let beta = solve(among(&self.training[block], all, all), &h, &self.ridges(chosen));
+            let held = among(&self.held[block], all, all);
+            let own = targets.held[block].select_rows(all);
             let predicted = &held * &beta;
             (0..targets.count())
                 .map(|k| {
@@ -201,8 +201,8 @@ impl BlockGram {
         let ridges = self.ridges(chosen);
         let h = |m: &DMatrix<f64>| DMatrix::from_fn(all.len(), 1, |i, _| m[(all[i], 0)]);
         std::array::from_fn(|block| {
-            let beta = solve(part(&self.training[block], all), &h(&targets.training[block]), &ridges);
-            let held = part(&self.held[block], all);
+            let beta = solve(among(&self.training[block], all, all), &h(&targets.training[block]), &ridges);
+            let held = among(&self.held[block], all, all);
             let b = beta.column(0);
             let own = h(&targets.held[block]);
             (targets.squares[block][0] - 2.0 * b.dot(&own.column(0)) + b.dot(&(&held * b))).max(0.0)
@@ -212,7 +212,7 @@ impl BlockGram {
     /// The weights of the chosen columns over all rows, for the first target.
     pub fn weights(&self, targets: &Targets, chosen: &Chosen) -> Vec<f64> {
         let all = chosen.columns();
-        let beta = solve(part(&self.total, all), &rows_of(&targets.total, all), &self.ridges(chosen));
+        let beta = solve(among(&self.total, all, all), &targets.total.select_rows(all), &self.ridges(chosen));
         all.iter().enumerate().map(|(i, c)| beta[(i, 0)] / self.scale[*c]).collect()
     }
 
@@ -288,12 +288,9 @@ fn gram_of(x: &DMatrix<f64>) -> DMatrix<f64> {
     gram
 }
 
-fn part(gram: &DMatrix<f64>, chosen: &[usize]) -> DMatrix<f64> {
-    DMatrix::from_fn(chosen.len(), chosen.len(), |i, j| gram[(chosen[i], chosen[j])])
-}
-
-fn rows_of(product: &DMatrix<f64>, chosen: &[usize]) -> DMatrix<f64> {
-    DMatrix::from_fn(chosen.len(), product.ncols(), |i, j| product[(chosen[i], j)])
+/// Some rows and columns of a Gram matrix.
+pub(super) fn among(gram: &DMatrix<f64>, rows: &[usize], columns: &[usize]) -> DMatrix<f64> {
+    DMatrix::from_fn(rows.len(), columns.len(), |i, j| gram[(rows[i], columns[j])])
 }
 
 /// Solves (G + ridges) β = h; the ridges grow until the factor exists.

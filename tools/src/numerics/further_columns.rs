@@ -7,7 +7,7 @@
 use nalgebra::{Cholesky, DMatrix, Dyn};
 use rayon::prelude::*;
 
-use super::block_gram::{BLOCKS, BlockGram, Chosen, Targets};
+use super::block_gram::{BLOCKS, BlockGram, Chosen, Targets, among};
 
 /// A base fitted to the rows that predict a block.
 struct Base {
@@ -87,11 +87,6 @@ impl BlockGram {
         }
         true
     }
-}
-
-/// Some rows and columns of a Gram matrix.
-fn among(gram: &DMatrix<f64>, rows: &[usize], columns: &[usize]) -> DMatrix<f64> {
-    DMatrix::from_fn(rows.len(), columns.len(), |i, j| gram[(rows[i], columns[j])])
 }
 
 #[cfg(test)]

@@ -11,7 +11,7 @@ use super::evaluate::{Followed, RecordingContext};
 use super::predict::{add, context};
 use super::signals::Signals;
 use super::term::{Terms, has_given_base, no_terms};
-use crate::model::{Model, Term, TermValue, TorqueSide};
+use crate::model::{Model, ORDERS, Term, TermValue, TorqueSide};
 use crate::recording::Recording;
 
 /// A linear parameter of a term and what a unit of it adds to the torque.
@@ -86,9 +86,6 @@ pub struct Evaluation<'a> {
     side: TorqueSide,
     parts: Option<&'a Parts>,
 }
-
-/// The key of a series of waves: the list of their orders.
-const ORDERS: &str = "orders";
 
 /// Linear keys of deflection terms are moved by this share of their plausible range to take a derivative.
 const DEFLECTION_STEP: f64 = 1e-3;

@@ -6,15 +6,13 @@ use gmhm::Law;
 use gmhm::terms::{Domain, Form, KeyInfo, Role};
 
 use crate::kinds;
-use crate::model::{Model, Term, TermValue};
+use crate::model::{Model, ORDERS, Term, TermValue};
 use crate::physics::PredictError;
 use crate::physics::columns::{Evaluation, get, set};
 use crate::regression::assembly::from_cycle;
 use crate::regression::base::ELASTIC;
 use crate::regression::deflection_zeros::DEFLECTION_ZERO;
 
-/// The key of harmonic orders.
-const ORDERS: &str = "orders";
 /// A derivative by an order is taken this far on both sides.
 const ORDER_STEP: f64 = 1e-4;
 
@@ -271,8 +269,8 @@ pub fn derivative(
     let at = |to: f64| {
         let mut moved = model.clone();
         put(&mut moved, parameter, to);
-        if let FreeParameter::Term { term, .. } = parameter
-            && let Some(part) = evaluation.part(&moved.terms[term])?
+        if let FreeParameter::Term { term, index, .. } = parameter
+            && let Some(part) = evaluation.part(&element_alone(&moved.terms[term], index))?
         {
             return Ok(part);
         }
@@ -282,6 +280,12 @@ pub fn derivative(
     let low = if is_linear(model, parameter) { now } else { low };
     let (above, below) = (at(high)?, at(low)?);
     Ok(above.iter().zip(&below).map(|(a, b)| (a - b) / (high - low)).collect())
+}
+
+/// A term with one element of its lists alone, a wave or a slip element, since the torques of its elements add up; any other term as it is.
+fn element_alone(term: &Term, index: Option<usize>) -> Cow<'_, Term> {
+    let index = index.filter(|_| term.kind != kinds::UNKNOWN);
+    index.and_then(|index| kinds::with_elements(term, |at| at == index)).map_or(Cow::Borrowed(term), Cow::Owned)
 }
 
 /// Whether a parameter of a joint's model resists motion: friction and inertia have a sign.

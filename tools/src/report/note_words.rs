@@ -83,24 +83,18 @@ pub fn enumeration(names: &[&str]) -> String {
         let (list, index) = name.strip_suffix(']')?.rsplit_once('[')?;
         Some((list.len(), index.parse().ok()?))
     };
-    let follows = |(before, after): (&str, &str)| {
-        let ((list, index), (other, next)) = place(before).zip(place(after))?;
-        (before[..list] == after[..other] && next == index + 1).then_some(())
+    let follows = |before: &&str, after: &&str| {
+        let (Some((list, index)), Some((other, next))) = (place(before), place(after)) else { return false };
+        before[..list] == after[..other] && next == index + 1
     };
     let mut told = Vec::new();
-    let mut at = 0;
-    while at < names.len() {
-        let last = (at + 1..names.len()).take_while(|k| follows((names[k - 1], names[*k])).is_some()).last();
-        match last.filter(|last| *last >= at + 2) {
-            Some(last) => {
-                let index = names[last].rsplit_once('[').map_or(names[last], |(_, index)| index);
-                told.push(format!("{} to [{index}", names[at]));
-                at = last + 1;
+    for run in names.chunk_by(follows) {
+        match run {
+            [first, _, .., last] => {
+                let index = last.rsplit_once('[').map_or(*last, |(_, index)| index);
+                told.push(format!("{first} to [{index}"));
             }
-            None => {
-                told.push(names[at].to_owned());
-                at += 1;
-            }
+            few => told.extend(few.iter().map(|name| (*name).to_owned())),
         }
     }
     told.join(", ")
