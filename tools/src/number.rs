@@ -74,8 +74,14 @@ pub fn estimate(value: f64, sd: f64) -> (String, String) {
     (value + &place.power, place.raised(format!("{low} … {high}")))
 }
 
-/// A value and its error after ±, both to the place of the second digit of the error.
+/// An error of more than so many times a value tells that the value is not known; to the place of the error it would be 0.
+const HIDES: f64 = 100.0;
+
+/// A value and its error after ±, both to the place of the second digit of the error. Of a value that is far less than its error two digits.
 pub fn plus_minus(value: f64, error: f64) -> String {
+    if value != 0.0 && error > HIDES * value.abs() {
+        return format!("{} ± {}", number(value, 2), number(error, 2));
+    }
     match LastDigit::of(error, value.abs().max(error)) {
         Some(place) => place.raised(format!("{} ± {}", place.digits(value), place.digits(error))),
         None => number(value, 6),
@@ -167,6 +173,8 @@ mod tests {
         assert_eq!(written(5.0, 0.0), "5.00000 | –");
         assert_eq!(plus_minus(1.028e9, 8.4e7), "(1.028 ± 0.084)·10⁹");
         assert_eq!(plus_minus(20908.3, 24.2), "20\u{202f}908 ± 24");
+        assert_eq!(plus_minus(59.3, 2.1e7), "59 ± 2.1·10⁷");
+        assert_eq!(plus_minus(0.0, 0.3), "0.00 ± 0.30");
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! What is found of a joint. Synthetic recordings.
 
+use gmhm_tools::diagnose::suggestion::Suggestion;
 use gmhm_tools::diagnose::{Finding, Options, diagnose};
 use gmhm_tools::model::{Base, GearSection, Model, Term, TermValue, TorqueSide};
 use gmhm_tools::recording::Recording;
@@ -46,6 +47,19 @@ fn names(found: &Finding) -> Vec<&str> {
 fn found_delay_s(found: &Finding) -> f64 {
     let delay = found.model.terms.iter().find_map(|term| term.values.get("delay_s"));
     if let Some(TermValue::Number(delay_s)) = delay { *delay_s } else { 0.0 }
+}
+
+/// A term of the base.
+fn term(kind: &str, values: &[(&str, f64)]) -> Term {
+    let values = values.iter().map(|(key, value)| ((*key).to_owned(), TermValue::Number(*value))).collect();
+    Term { kind: kind.to_owned(), values }
+}
+
+/// A number of the first term of a kind.
+fn number_of(model: &Model, kind: &str, key: &str) -> f64 {
+    let term = model.terms.iter().find(|term| term.kind == kind).unwrap();
+    let TermValue::Number(value) = term.values[key] else { panic!("{key} is no number") };
+    value
 }
 
 /// Two sines of the output: angle and velocity.
@@ -129,6 +143,42 @@ fn a_wrong_side_of_the_torque_is_not_made_up_for_by_friction_of_the_position() {
     let found = diagnosed((recording, base));
     assert_eq!(names(&found), ["coulomb_friction", "viscous_friction"]);
     assert_eq!(found.model.gear.torque_side, TorqueSide::Motor);
+}
+
+/// The base has all the friction that there is, on the wrong side: it may not drive the joint.
+#[test]
+fn friction_of_the_base_on_the_wrong_side_of_the_torque_is_held_and_said() {
+    let motion = |t: f64| (0.8 * (1.2 * t).sin(), 0.96 * (1.2 * t).cos());
+    let torque = |t: f64| {
+        let (angle, velocity) = motion(t);
+        5.0 * angle.sin() + 3.0 * (velocity / 0.02).tanh() + 3.0 * velocity
+    };
+    let (recording, mut base) = joint(motion, torque);
+    base.gear.torque_side = TorqueSide::Output;
+    base.terms.push(term("coulomb_friction", &[("torque_nm", 1.0), ("smoothing_rad_per_s", 0.02)]));
+    base.terms.push(term("viscous_friction", &[("damping_nms_per_rad", 1.0)]));
+    let found = diagnosed((recording, base));
+    assert!(found.diagnosis.suggestions.contains(&Suggestion::TorqueSide(TorqueSide::Motor)));
+    assert_eq!(found.model.gear.torque_side, TorqueSide::Motor);
+    assert_eq!(names(&found), [""; 0]);
+    let friction = number_of(&found.model, "coulomb_friction", "torque_nm");
+    assert!((friction - 3.0).abs() < 0.1, "{friction} N·m");
+}
+
+/// Beside gravity that the base lacks, a negative inertia would explain part of it: the torque of either follows the angle.
+#[test]
+fn the_inertia_of_a_base_is_not_negative() {
+    let torque = |t: f64| {
+        let acceleration = -0.3 * t.sin() - 0.529 * (2.3 * t).sin();
+        5.0 * two_sines(t).0.sin() + acceleration
+    };
+    let (recording, mut base) = joint(two_sines, torque);
+    base.terms = vec![term("inertia", &[("inertia_kgm2", 0.5)])];
+    let found = diagnosed((recording, base));
+    assert_eq!(number_of(&found.verdict.base.model, "inertia", "inertia_kgm2"), 0.0);
+    assert_eq!(names(&found), ["gravity_load"]);
+    let inertia = number_of(&found.model, "inertia", "inertia_kgm2");
+    assert!((inertia - 1.0).abs() < 0.05, "{inertia} kg·m²");
 }
 
 #[test]

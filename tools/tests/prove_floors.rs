@@ -237,11 +237,14 @@ fn a_clear_friction_is_named_beside_a_curve_that_predicts_the_rest() {
     assert!(names_just(&case, 1), "{case:?}");
 }
 
-/// A dead spot of the output angle, which a stiffness that follows the slow temperature imitates. On the unseen motion the temperature is another.
+/// Dead spots of the output angle, seen over the angle and over the velocity, which a stiffness that follows the slow temperature imitates. On the unseen motion the temperature is another.
 #[test]
-fn a_kind_that_follows_a_slow_signal_does_not_stand_in_for_structure_over_an_angle() {
-    let case = score("open world", 10027, 95);
-    assert!(case.named == ["unknown"] && case.unseen_error_nm.unwrap() < 1.05 * case.base_leaves_nm, "{case:?}");
+fn a_kind_that_follows_a_slow_signal_does_not_stand_in_for_structure_over_the_motion() {
+    for (seed, index, most) in [(10027, 95, 1.05), (10040, 16, 1.3)] {
+        let case = score("open world", seed, index);
+        let is_unknown = case.named.iter().all(|name| name == "unknown");
+        assert!(is_unknown && case.unseen_error_nm.unwrap() < most * case.base_leaves_nm, "{case:?}");
+    }
 }
 
 /// Slip elements and a torque ripple, the elements alone as good from rest: the search from rest, which has fewer numbers, does not find the ripple.
@@ -312,12 +315,14 @@ fn what_predicts_worse_than_the_base_as_given_is_searched_beside_the_base_as_giv
     assert!(left_nm < 0.7 * case.base_leaves_nm, "{left_nm} N·m on a motion that nobody saw");
 }
 
-/// A ripple met at one speed, of no kind, that two dozen orders follow. When a resonance beside them was dropped, two of them grew to 60 N·m, three times the torque, and left 7 N·m on another motion.
+/// Ripples met at one speed, of no kind, that two dozen orders follow. Where orders may cancel each other, two of them grew to 60 N·m and to 7.7 N·m, and left 7 and 1.1 N·m on another motion.
 #[test]
 fn orders_that_cancel_each_other_are_no_ripple() {
-    let case = score("open world", 10009, 125);
-    let left_nm = case.unseen_error_nm.unwrap();
-    assert!(case.mismatch && left_nm < 1.5 * case.base_leaves_nm, "{case:?}");
+    for (seed, index) in [(10009, 125), (10040, 365)] {
+        let case = score("open world", seed, index);
+        let left_nm = case.unseen_error_nm.unwrap();
+        assert!(case.mismatch && left_nm < 1.5 * case.base_leaves_nm, "{case:?}");
+    }
 }
 
 /// A gear whose slip elements grow with the load is followed by elements that grow and elements that do not: one memory.

@@ -9,6 +9,7 @@ use crate::diagnose::past::{has_slip_elements, other_pasts};
 use crate::diagnose::reduction::{loses_waves, rows_of_mean};
 use crate::diagnose::selection::Selection;
 use crate::diagnose::suggestion::Suggestion;
+use crate::fit::thresholds::THRESHOLDS;
 use crate::model::Model;
 use crate::numerics::autoregression::mark_outliers;
 use crate::numerics::robust;
@@ -26,6 +27,9 @@ const WRONG_SIGN: f64 = 0.1;
 
 /// The other side has to lessen error and prices by this share of what is predictable.
 const LEAST_BETTER: f64 = 0.02;
+
+/// The base with the torque on the other side has to leave less than this share of the error on blocks held out, where friction or inertia of the base is held at zero; as in a fit.
+const SIDE_BETTER_SHARE: f64 = THRESHOLDS.side_better_share;
 
 /// e and h of the published gear over its stiffness, T_A/A (MODEL.md section 6): where a fit of law `masing` starts.
 const USUAL_E: f64 = 0.188;
@@ -75,20 +79,20 @@ impl<'a, 'r> BaseSearch<'a, 'r> {
         let rows = rows_of_mean(&dataset.recordings, model.gear.ratio, dataset.is_far_from(&plain));
         let thin = dataset.thinned(rows, &plain.residual);
         let mut thin = thin.in_means_within(LOST_IN_MEANS * dataset.rms(&plain.residual), &plain.model)?;
-        let mut found = thin.searched(plain, search, progress)?;
+        let mut found = thin.searched(model, plain, search, progress)?;
         let mut base_held = false;
         let as_given = thin.rms(&thin.centred(&thin.total(model)?));
         if found.verdict.mismatch && thin.rms_of_blocks(&found.verdict.extended) > as_given {
             let held = Search { held_terms: Some(model.terms.len()), ..search };
             let plain = thin.fit(model, &thin.parameters(model, held), None, 0)?;
-            let beside_given = thin.searched(plain, held, progress)?;
+            let beside_given = thin.searched(model, plain, held, progress)?;
             if thin.rms_of_blocks(&beside_given.verdict.extended) < as_given {
                 (found, base_held) = (beside_given, true);
             }
         }
         for past in other_pasts(&dataset, &thin, &found.verdict.extended, search.base_terms)? {
             let plain = past.thin.fit(model, &past.thin.parameters(model, search), None, 2)?;
-            let again = past.thin.searched(plain, search, progress)?;
+            let again = past.thin.searched(model, plain, search, progress)?;
             let own = past.thin.rms_of_blocks(&again.verdict.extended);
             let left = thin.rms_of_blocks(&found.verdict.extended);
             let fewer = again.verdict.effects.len() < found.verdict.effects.len();
@@ -147,9 +151,10 @@ pub(super) fn check(progress: &dyn Progress) -> Result<(), DiagnoseError> {
 }
 
 impl Dataset<'_> {
-    /// Searches for what a model lacks from the model fitted, also with the torque on the other side of the gear where friction has the wrong sign.
+    /// Searches for what a given model lacks from that model fitted, also with the torque on the other side of the gear where friction has the wrong sign, or the base explains more there.
     fn searched<'r>(
         &self,
+        given: &Model,
         mut plain: Fitted,
         search: Search<'r>,
         progress: &dyn Progress,
@@ -158,15 +163,29 @@ impl Dataset<'_> {
         let mut base = self.plain_fit(&plain.model, &self.parameters(&plain.model, search), PLAIN_STEPS)?;
         let mut selection = self.select_beside_delays(&base, search)?;
         check(progress)?;
-        if selection.friction_of_wrong_sign > WRONG_SIGN {
+        let is_of_wrong_sign = selection.friction_of_wrong_sign > WRONG_SIGN;
+        let is_held = base.parameters.iter().any(|parameter| self.is_held(&base.model, *parameter));
+        if is_of_wrong_sign || is_held {
             let mut other = plain.model.clone();
             other.gear.torque_side = other.gear.torque_side.other();
+            if is_held {
+                // Without friction its smoothing means nothing.
+                other.terms.clone_from(&given.terms);
+            }
             let fit = self.plain_fit(&other, &self.parameters(&other, search), PLAIN_STEPS)?;
-            let turned = self.select_beside_delays(&fit, search)?;
-            if turned.objective < selection.objective - LEAST_BETTER {
-                suggestions.push(Suggestion::TorqueSide(other.gear.torque_side));
-                (base, selection) = (fit, turned);
-                plain = self.fit(&other, &self.parameters(&other, search), None, 2)?;
+            let is_better_base = self.rms_of_blocks(&fit) < SIDE_BETTER_SHARE * self.rms_of_blocks(&base);
+            if is_of_wrong_sign || is_better_base {
+                let turned = self.select_beside_delays(&fit, search)?;
+                // With all that was selected, too: beside a load that the base lacks, inertia of the wrong sign explains much.
+                let leaves_less = |share: f64| turned.selected_squares < share * selection.selected_squares;
+                let costs_less = turned.objective < selection.objective - LEAST_BETTER;
+                if is_of_wrong_sign && costs_less && leaves_less(1.0)
+                    || is_better_base && leaves_less(SIDE_BETTER_SHARE.powi(2))
+                {
+                    suggestions.push(Suggestion::TorqueSide(other.gear.torque_side));
+                    (base, selection) = (fit, turned);
+                    plain = self.fit(&other, &self.parameters(&other, search), None, 2)?;
+                }
             }
         }
         let selection = self.with_friction_shapes(&base, selection, search)?;

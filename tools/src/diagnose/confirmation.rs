@@ -1,6 +1,7 @@
 //! What of a joint selection likelihood against coloured noise confirms: kinds, and elements of kinds.
 
 use crate::diagnose::DiagnoseError;
+use crate::diagnose::cancelling_waves::add_element;
 use crate::diagnose::decision::LARGE;
 use crate::diagnose::explain::Search;
 use crate::diagnose::naming::follows_slow_signal;
@@ -8,10 +9,9 @@ use crate::diagnose::search::MARGIN;
 use crate::diagnose::selection::{Selected, Selection};
 use crate::kinds;
 use crate::model::{Model, Term};
-use crate::numerics::vector::axpy;
 use crate::regression::dataset::Dataset;
 use crate::regression::fit::Fitted;
-use crate::regression::parameters::{self, FreeParameter};
+use crate::regression::parameters::FreeParameter;
 
 /// A kind that almost every machine has needs no likelihood to be believed where it saves this part of what is left,
 const CLEAR_GAIN_OF_COMMON: f64 = 0.25;
@@ -76,35 +76,21 @@ impl Dataset<'_> {
                 selection.selected.retain(|s| s.kind != kind);
             }
         }
-        // Orders close to each other cancel on the way recorded, and add up on another: without other kinds and orders they may grow beyond the torque.
-        let refitted = |model: &Model| -> Result<(Fitted, Vec<String>), DiagnoseError> {
-            self.without_unlawful(&base.model, self.plain_fit(model, &free(model), STEPS)?, search)
-        };
+        let refitted = |model: &Model| self.plain_fit(model, &free(model), STEPS);
         let fewer = self.with_confirmed_elements(kept.clone(), whole, search)?;
         let mut smaller = None;
         if fewer != kept {
-            smaller = Some(refitted(&fewer)?).filter(|(fit, _)| !self.has_cancelling_elements(fit, base, search));
+            // Without other kinds and orders, orders close to each other may grow beyond the torque: then all stay.
+            smaller = Some(refitted(&fewer)?).filter(|fit| self.cancelling_wave(fit, search).is_none());
         }
         if smaller.is_none() && kept != model {
             smaller = Some(refitted(&kept)?);
         }
-        if let Some((fit, lost)) = smaller {
+        if let Some(fit) = smaller {
+            let (fit, lost) = self.without_unlawful(&base.model, fit, search)?;
             self.left_without(base, &mut selection, &lost, fit, search)?;
         }
         Ok(selection)
-    }
-
-    /// Whether an element of a fit, as an order of a ripple, is larger than everything that the base leaves, rms: such an element cancels another.
-    fn has_cancelling_elements(&self, fit: &Fitted, base: &Fitted, search: Search<'_>) -> bool {
-        let left = self.rms(&base.residual);
-        let found = fit.model.terms.iter().enumerate().skip(search.base_terms);
-        found.filter(|(_, term)| kinds::elements_are_effects(term)).any(|(at, term)| {
-            (0..kinds::elements(term)).any(|element| {
-                let mut torque = vec![0.0; self.len()];
-                add_element(fit, at, element, &mut torque);
-                self.rms(&torque) > left
-            })
-        })
     }
 
     /// A model without the elements, as orders of a ripple, that likelihood does not see beside the others: the spectrum of coloured noise has many lines. `whole` is a fit against coloured noise, of
@@ -145,14 +131,6 @@ fn has_elements(term: &Term) -> bool {
 /// Whether a number is one of an element of a term.
 fn is_of_element(parameter: &FreeParameter, of: usize, element: usize) -> bool {
     matches!(parameter, FreeParameter::Term { term, index, .. } if *term == of && *index == Some(element))
-}
-
-/// Adds the torque of an element of a term to `line`: its linear numbers times their columns.
-fn add_element(fit: &Fitted, term: usize, element: usize, line: &mut [f64]) {
-    let numbers = fit.parameters.iter().zip(&fit.columns);
-    for (parameter, column) in numbers.filter(|(p, _)| p.is_linear_of(term) && is_of_element(p, term, element)) {
-        axpy(parameters::value(&fit.model, *parameter), column, line);
-    }
 }
 
 /// A fit from which elements of terms are removed one after another.

@@ -77,10 +77,10 @@ impl Dataset<'_> {
     }
 }
 
-/// Whether a kind follows a slow signal where the effect is seen in an angle. On another motion the signal is another.
+/// Whether a kind follows a slow signal where the effect is seen over a coordinate of the motion. On another motion the signal is another.
 fn is_slow_stand_in(kind: &str, curves: &[Curve]) -> bool {
-    let over_angle = curves.first().is_some_and(|c| matches!(c.coordinate, "motor_angle" | "output_angle"));
-    over_angle && follows_slow_signal(kind)
+    let of_motion = curves.first().is_some_and(|c| !matches!(c.coordinate, "time" | "temperature" | "frequency"));
+    of_motion && follows_slow_signal(kind)
 }
 
 /// Whether what a curve shows comes once.

@@ -30,6 +30,7 @@
 
 mod alike_waves;
 mod base_search;
+mod cancelling_waves;
 pub mod candidates;
 mod confirmation;
 mod curve_term;

@@ -134,6 +134,7 @@ impl Dataset<'_> {
             let believed = |a: &Alternative| {
                 let predicted = self.gain_of_blocks(&a.fit, &extended, &a.fit.noise);
                 (a.extends.is_some() || self.lessens(&a.fit, &extended, net(a)))
+                    && self.cancelling_wave(&a.fit, search).is_none()
                     && (net(a) < least.net || improves_heldout_by(least.predicted, &predicted))
             };
             let able: Vec<(usize, &Alternative)> = tried.iter().enumerate().filter(|(_, a)| believed(a)).collect();
@@ -155,7 +156,12 @@ impl Dataset<'_> {
                 net(alternative) >= asked && (found < MOST_EFFECTS || grows)
             };
             if let Some((best, _)) = simplest.or(best).filter(is_enough) {
-                extended = self.adopted(&tried[best], search)?;
+                let adopted = self.adopted(&tried[best], search)?;
+                if self.cancelling_wave(&adopted, search).is_some() {
+                    rejected = tried;
+                    break;
+                }
+                extended = adopted;
                 continue;
             }
             let pair = if found == 0 { self.with_hidden_pair(&extended, &proposals, search)? } else { None };

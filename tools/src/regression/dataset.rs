@@ -13,7 +13,7 @@ use crate::numerics::mark::Mark;
 use crate::physics::{Evaluation, Parts, PredictError, Signals, UnitColumn};
 use crate::recording::{Recording, TorqueUnit};
 use crate::regression::error::EstimateError;
-use crate::regression::parameters::FreeParameter;
+use crate::regression::parameters::{self, FreeParameter};
 use crate::regression::rows;
 use crate::signal::acceleration::acceleration;
 use crate::signal::denoise::{denoised, uncounted};
@@ -40,6 +40,8 @@ pub struct Dataset<'a> {
     pub nuisances: Vec<Vec<f64>>,
     /// Smoothings of the friction of a base model, each of a term by its number, and their highest values, rad/s.
     highest_smoothings: Vec<(usize, f64)>,
+    /// So many first terms are the base model of a joint without a simulation, whose friction and inertia resist.
+    resisting_terms: usize,
     /// The largest velocity, rad/s; infinite where none is recorded or asked for.
     pub fastest_rad_per_s: f64,
 }
@@ -92,12 +94,13 @@ impl<'a> Dataset<'a> {
             target,
             nuisances,
             highest_smoothings: Vec::new(),
+            resisting_terms: 0,
             fastest_rad_per_s: f64::INFINITY,
         })
     }
 
-    /// The same with an upper bound of the smoothing of each friction in a base model: [`LARGEST_BASE_SMOOTHING`](kinds::LARGEST_BASE_SMOOTHING) of the
-    /// largest velocity, or what the model gives where that is more.
+    /// The same with bounds of a base model: an upper one of the smoothing of each friction, [`LARGEST_BASE_SMOOTHING`](kinds::LARGEST_BASE_SMOOTHING) of the
+    /// largest velocity, or what the model gives where that is more; and 0 as the lower one of friction and inertia of a joint without a simulation.
     #[must_use]
     pub fn with_base(mut self, model: &Model) -> Self {
         let velocities = self.recordings.iter().filter_map(|r| Signals::new(r, &model.gear).velocity_rad_per_s);
@@ -108,7 +111,30 @@ impl<'a> Dataset<'a> {
         if fastest > 0.0 {
             self.fastest_rad_per_s = fastest;
         }
+        if !model.is_simulation() {
+            self.resisting_terms = model.terms.len();
+        }
         self
+    }
+
+    /// Whether a fitted number is friction or inertia of the base model of a joint, and held at its lowest value, 0.
+    pub fn is_held(&self, model: &Model, parameter: FreeParameter) -> bool {
+        self.resists(model, parameter) && parameters::value(model, parameter) == 0.0
+    }
+
+    /// Whether a number is linear friction or inertia of the base model of a joint.
+    fn resists(&self, model: &Model, parameter: FreeParameter) -> bool {
+        parameter.is_linear_of_first(self.resisting_terms) && parameters::resists(model, parameter)
+    }
+
+    /// The lowest step of a free number of a model, not above 0: to its lowest value.
+    pub fn room(&self, model: &Model, parameter: FreeParameter) -> f64 {
+        let lowest = if self.resists(model, parameter) {
+            -parameters::value(model, parameter).max(0.0)
+        } else {
+            f64::NEG_INFINITY
+        };
+        parameters::room(model, parameter).max(lowest)
     }
 
     /// The highest value of a free number, beside the bounds of its kind.
@@ -153,6 +179,7 @@ impl<'a> Dataset<'a> {
             target: thin(&target),
             nuisances: self.nuisances.iter().map(|n| thin(n)).collect(),
             highest_smoothings: self.highest_smoothings.clone(),
+            resisting_terms: self.resisting_terms,
             fastest_rad_per_s: self.fastest_rad_per_s,
         }
     }
@@ -171,6 +198,7 @@ impl<'a> Dataset<'a> {
             target: self.target.clone(),
             nuisances: self.nuisances.clone(),
             highest_smoothings: self.highest_smoothings.clone(),
+            resisting_terms: self.resisting_terms,
             fastest_rad_per_s: self.fastest_rad_per_s,
         }
     }

@@ -198,6 +198,12 @@ impl Dataset<'_> {
         let schedule = projection.schedule();
         let (mut iterate, _) = descend(&mut projection, from, schedule, &())?;
         let mut columns = projection.columns(&mut iterate)?;
+        // What is held is not free to help on other blocks, or beside other columns.
+        for (column, parameter) in columns.iter_mut().zip(free) {
+            if self.is_held(&iterate.model, *parameter) {
+                column.fill(0.0);
+            }
+        }
         columns.extend(self.nuisances.iter().cloned());
         let residual = self.without_offsets(&projection.noise, &iterate.residual);
         let noise = layout.noise(&residual, 0);

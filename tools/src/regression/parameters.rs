@@ -42,6 +42,11 @@ impl FreeParameter {
         !matches!(self, Self::Term { term, .. } if *term >= terms)
     }
 
+    /// Whether it is a linear number of one of the first `terms` terms.
+    pub fn is_linear_of_first(&self, terms: usize) -> bool {
+        matches!(self, Self::Term { term, key, .. } if *term < terms && key.role == Role::Linear)
+    }
+
     /// Whether it is a linear number of one term.
     pub fn is_linear_of(&self, one: usize) -> bool {
         matches!(self, Self::Term { term, key, .. } if *term == one && key.role == Role::Linear)

@@ -178,7 +178,7 @@ impl<'w, 's> VariableProjection<'w, 's> {
         let own = |&k: &usize| {
             let parameter = self.free[k];
             let above = self.dataset.highest(parameter) - parameters::value(&at.model, parameter);
-            (parameters::room(&at.model, parameter), above.max(0.0))
+            (self.dataset.room(&at.model, parameter), above.max(0.0))
         };
         which.iter().map(own).collect()
     }
@@ -187,6 +187,7 @@ impl<'w, 's> VariableProjection<'w, 's> {
         let mut model = model.clone();
         for (&k, step) in which.iter().zip(step) {
             let parameter = self.free[k];
+            let step = step.max(self.dataset.room(&model, parameter));
             let value = (parameters::value(&model, parameter) + step).min(self.dataset.highest(parameter));
             parameters::put(&mut model, parameter, value);
         }

@@ -146,7 +146,7 @@ impl Dataset<'_> {
         Ok(fit)
     }
 
-    /// A fit without the found terms whose refitted numbers are not of their kind or that are larger than any may be, without memories that are springs, and without found friction beside which friction of the `base`
+    /// A fit without the found terms whose refitted numbers are not of their kind or that are larger than any may be, without memories that are springs, without waves that cancel each other, and without found friction beside which friction of the `base`
     /// turns round and drives: at one speed the two can trade any torque. With it those kinds. What refines such a term goes before the term itself.
     pub(in crate::diagnose) fn without_unlawful(
         &self,
@@ -160,6 +160,9 @@ impl Dataset<'_> {
                 fit = fewer;
                 continue;
             }
+            let (fewer, cancelled) = self.without_cancelling_waves(fit, search, STEPS)?;
+            fit = fewer;
+            lost.extend(cancelled);
             let found = &fit.model.terms[search.base_terms..];
             let may_be_reversed = |term: &Term| {
                 kinds::of_term(term).is_some_and(|k| kinds::may_be_reversed(k, fit.model.is_simulation()))

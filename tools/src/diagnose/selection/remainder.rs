@@ -24,7 +24,7 @@ const ROUNDS: usize = 3;
 const STEPS: usize = 8;
 
 impl Dataset<'_> {
-    /// A selection with the kinds that further selections find beside it, until none is found.
+    /// A selection with the kinds that further selections find beside it, until none is found, without waves that cancel each other.
     ///
     /// # Errors
     /// A model that cannot be evaluated.
@@ -39,6 +39,10 @@ impl Dataset<'_> {
             if !selection.selected.iter().any(memory) || !self.look_behind(base, &mut selection, search)? {
                 break;
             }
+        }
+        let (fit, lost) = self.without_cancelling_waves(selection.fit.clone(), search, STEPS)?;
+        if fit.model != selection.fit.model {
+            self.left_without(base, &mut selection, &lost, fit, search)?;
         }
         Ok(selection)
     }
