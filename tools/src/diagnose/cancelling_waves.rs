@@ -96,26 +96,49 @@ mod tests {
     use crate::model::{Model, TermValue};
     use crate::recording::Recording;
 
-    #[test]
-    fn of_two_waves_that_cancel_each_other_one_stays() {
+    /// A wave of order 3 over 10 s, a base with a wave of order 1, and two found waves of nearly that order, fitted in so many steps from these amplitudes; and the same without waves that cancel each other.
+    fn found(
+        amplitude: impl Fn(f64) -> f64,
+        from_nm: [f64; 2],
+        steps: usize,
+    ) -> (Option<(usize, usize)>, Model, Vec<String>) {
         let time_s: Vec<f64> = (0..2000).map(|row| 0.005 * f64::from(row)).collect();
-        let ripple = |t: f64| 0.1 * (1.0 + 0.3 * t) * (6.0 * t).cos();
+        let noise = |row: u32| 0.01 * (f64::from(row * row % 17) - 8.0);
+        let ripple = |(t, row): (&f64, u32)| amplitude(*t) * (6.0 * t).cos() + noise(row);
         let recordings = [Recording {
             name: "motor".into(),
-            torque: Some(time_s.iter().map(|t| ripple(*t)).collect()),
+            torque: Some(time_s.iter().zip(0..).map(ripple).collect()),
             theta_in_rad: Some(time_s.iter().map(|t| 2.0 * t).collect()),
             time_s: time_s.into(),
             ..Recording::default()
         }];
-        let waves = [("orders", [3.0, 3.001]), ("cos_nm", [0.0, 0.0]), ("sin_nm", [0.0, 0.0])];
-        let waves = waves.map(|(key, list)| (key, TermValue::List(list.to_vec())));
-        let both = Model { terms: vec![term("torque_ripple", &waves)], ..Model::default() };
+        let waves = |orders: &[f64], cos_nm: &[f64]| {
+            let sin_nm = vec![0.0; orders.len()];
+            let lists = [("orders", orders.to_vec()), ("cos_nm", cos_nm.to_vec()), ("sin_nm", sin_nm)];
+            term("torque_ripple", &lists.map(|(key, list)| (key, TermValue::List(list))))
+        };
+        let terms = vec![waves(&[1.0], &[0.0]), waves(&[3.0, 3.001], &from_nm)];
+        let both = Model { terms, ..Model::default() };
         let dataset = Dataset::new(&recordings, &both).unwrap();
-        let search = Search { removed: &[], only: None, base_terms: 0, held_terms: None, zero: false, seed: 1 };
-        let fit = dataset.plain_fit(&both, &dataset.parameters(&both, search), 1).unwrap();
-        assert_eq!(dataset.cancelling_wave(&fit, search).map(|(term, _)| term), Some(0));
-        let (one, lost) = dataset.without_cancelling_waves(fit, search, 5).unwrap();
-        assert_eq!((kinds::elements(&one.model.terms[0]), &lost[..]), (1, &[][..]));
-        assert!(dataset.rms(&one.residual) < dataset.rms(&dataset.centred(&vec![0.0; dataset.len()])));
+        let search = Search { removed: &[], only: None, base_terms: 1, held_terms: None, zero: false, seed: 1 };
+        let fit = dataset.plain_fit(&both, &dataset.parameters(&both, search), steps).unwrap();
+        let cancelling = dataset.cancelling_wave(&fit, search);
+        let (without, lost) = dataset.without_cancelling_waves(fit, search, 5).unwrap();
+        (cancelling, without.model, lost)
+    }
+
+    #[test]
+    fn of_two_waves_of_which_one_is_enough_one_stays() {
+        let (cancelling, without, lost) = found(|_| 0.1, [5.0, -4.9], 0);
+        assert_eq!((cancelling, &lost[..]), (Some((1, 0)), &[][..]));
+        let TermValue::List(cos_nm) = &without.terms[1].values["cos_nm"] else { panic!("no list") };
+        assert!(cos_nm.len() == 1 && (cos_nm[0] - 0.1).abs() < 0.02, "{cos_nm:?}");
+    }
+
+    #[test]
+    fn a_swelling_wave_is_no_series_of_steady_ones() {
+        let (cancelling, without, lost) = found(|t| 0.1 + 0.05 * t, [0.0, 0.0], 1);
+        assert!(cancelling.is_some());
+        assert_eq!((without.terms.len(), &lost[..]), (1, &["torque_ripple".to_owned()][..]));
     }
 }
