@@ -131,8 +131,8 @@ fn friction_seen_at_one_speed_does_not_rise_beyond_it() {
     assert!(effect.equivalents.iter().any(|kind| kind == "viscous_friction"), "{:?}", effect.equivalents);
 }
 
-#[test]
-fn a_wrong_side_of_the_torque_is_not_made_up_for_by_friction_of_the_position() {
+/// A joint with friction, and a base model of gravity alone that takes its torque on the wrong side.
+fn on_the_wrong_side() -> (Recording, Model) {
     let motion = |t: f64| (0.8 * (1.2 * t).sin(), 0.96 * (1.2 * t).cos());
     let torque = |t: f64| {
         let (angle, velocity) = motion(t);
@@ -140,7 +140,12 @@ fn a_wrong_side_of_the_torque_is_not_made_up_for_by_friction_of_the_position() {
     };
     let (recording, mut base) = joint(motion, torque);
     base.gear.torque_side = TorqueSide::Output;
-    let found = diagnosed((recording, base));
+    (recording, base)
+}
+
+#[test]
+fn a_wrong_side_of_the_torque_is_not_made_up_for_by_friction_of_the_position() {
+    let found = diagnosed(on_the_wrong_side());
     assert_eq!(names(&found), ["coulomb_friction", "viscous_friction"]);
     assert_eq!(found.model.gear.torque_side, TorqueSide::Motor);
 }
@@ -148,13 +153,7 @@ fn a_wrong_side_of_the_torque_is_not_made_up_for_by_friction_of_the_position() {
 /// The base has all the friction that there is, on the wrong side: it may not drive the joint.
 #[test]
 fn friction_of_the_base_on_the_wrong_side_of_the_torque_is_held_and_said() {
-    let motion = |t: f64| (0.8 * (1.2 * t).sin(), 0.96 * (1.2 * t).cos());
-    let torque = |t: f64| {
-        let (angle, velocity) = motion(t);
-        5.0 * angle.sin() + 3.0 * (velocity / 0.02).tanh() + 3.0 * velocity
-    };
-    let (recording, mut base) = joint(motion, torque);
-    base.gear.torque_side = TorqueSide::Output;
+    let (recording, mut base) = on_the_wrong_side();
     base.terms.push(term("coulomb_friction", &[("torque_nm", 1.0), ("smoothing_rad_per_s", 0.02)]));
     base.terms.push(term("viscous_friction", &[("damping_nms_per_rad", 1.0)]));
     let found = diagnosed((recording, base));

@@ -20,6 +20,7 @@ const NEEDED: f64 = 1.08;
 impl Dataset<'_> {
     /// The term and the element of the largest wave that was found, where it is far larger than all of them together: an eccentricity and a load, or orders close to each other, of one term or of several, cancel each other.
     pub(super) fn cancelling_wave(&self, fit: &Fitted, search: Search<'_>) -> Option<(usize, usize)> {
+        let white = self.layout().white();
         let mut together = vec![0.0; self.len()];
         let mut largest: Option<(f64, (usize, usize))> = None;
         let found = fit.model.terms.iter().enumerate().skip(search.base_terms);
@@ -28,7 +29,7 @@ impl Dataset<'_> {
                 let mut torque = vec![0.0; self.len()];
                 add_element(fit, at, element, &mut torque);
                 // A part of a wave may be as good as constant, and the offset of a recording takes any constant.
-                let torque = self.without_offsets(&self.layout().white(), &torque);
+                let torque = self.without_offsets(&white, &torque);
                 axpy(1.0, &torque, &mut together);
                 let rms = self.rms(&torque);
                 if largest.is_none_or(|(most, _)| rms > most) {
