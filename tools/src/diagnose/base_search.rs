@@ -196,6 +196,7 @@ impl Dataset<'_> {
         self.withhold_similar_kinds(&mut verdict, search)?;
         self.withdraw_unestablished(&mut verdict, search)?;
         self.with_friction_of_one_speed(&mut verdict, search)?;
+        self.with_unnamed_rest(&mut verdict);
         verdict.extended = self.with_slipping_elements(verdict.extended, search)?;
         check(progress)?;
         Ok(Searched { verdict, selection, search, suggestions })

@@ -67,6 +67,7 @@ mod soft_edges;
 pub mod suggestion;
 pub(crate) mod tones;
 mod unchanged;
+mod unnamed_rest;
 
 pub use crate::diagnose::pipeline::{Finding, Options, diagnose};
 

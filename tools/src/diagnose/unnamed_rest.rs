@@ -1,0 +1,61 @@
+//! Structure that neither a kind nor a curve describes: what a base far from its machine leaves, where it changes far more slowly than noise.
+
+use crate::diagnose::diagnosis::{Naming, UNKNOWN};
+use crate::diagnose::naming::{DiagnosisVerdict, EffectVerdict};
+use crate::diagnose::nonparametric::Explained;
+use crate::numerics::autoregression::Noise;
+use crate::regression::dataset::Dataset;
+
+/// A residual is smooth if the mean square of its steps from row to row is less than this part of twice its own: 1 for white noise, 0.018 and more in 200 nulls of coloured noise.
+const MOST_OF_SMOOTH: f64 = 0.01;
+
+impl Dataset<'_> {
+    /// Says `unknown` over time, without a term, where nothing was found beside a base that is far from its machine and leaves a smooth residual.
+    pub(super) fn with_unnamed_rest(&self, verdict: &mut DiagnosisVerdict) {
+        let residual = &verdict.base.residual;
+        let rough = self.roughness(residual);
+        if verdict.mismatch || rough > MOST_OF_SMOOTH || !self.is_far_from(&verdict.base) {
+            return;
+        }
+        let gain = self.counted() as f64 / rough.max(f64::EPSILON);
+        let over_time = Explained {
+            coordinate: "time",
+            gain,
+            columns: 0,
+            picked: 0,
+            contribution: residual.clone(),
+            part: 1.0,
+            basis: Vec::new(),
+            noise: self.spans.iter().map(|_| Noise::unit()).collect(),
+            coherent: false,
+        };
+        verdict.effects.push(EffectVerdict {
+            name: UNKNOWN.to_owned(),
+            equivalents: Vec::new(),
+            confidence: 1.0,
+            term: None,
+            gain,
+            share: 1.0,
+            curves: vec![over_time],
+            tried: Vec::new(),
+            free_gain: gain,
+            closest: None,
+            fidelity: None,
+            naming: Naming::Unknown,
+        });
+        verdict.mismatch = true;
+        verdict.noise_part = rough.sqrt();
+    }
+
+    /// The mean square of the steps of a line from row to row, over twice its mean square.
+    fn roughness(&self, line: &[f64]) -> f64 {
+        let (mut steps, mut squares) = (0.0, 0.0);
+        for span in &self.spans {
+            for pair in line[span.clone()].windows(2) {
+                steps += (pair[1] - pair[0]).powi(2);
+                squares += pair[0].powi(2) + pair[1].powi(2);
+            }
+        }
+        steps / squares.max(f64::MIN_POSITIVE)
+    }
+}
