@@ -50,8 +50,7 @@ impl Dataset<'_> {
         Ok(extended)
     }
 
-    /// A model with a term `unknown` put in at `at`, over the coordinate where that predicts blocks held out best; none where `beside` predicts them better. What is seen best over a
-    /// coordinate of the motion gets none over the time: on another motion the times are others.
+    /// A model with a term `unknown` put in at `at`, over the coordinate where that predicts blocks held out best; none where `beside` predicts them better.
     pub(super) fn with_curve(
         &self,
         beside: &Fitted,
@@ -64,11 +63,7 @@ impl Dataset<'_> {
         let see = Coordinates::new(self, &evaluations);
         let mut best: Option<Fitted> = None;
         let mut least = self.rms_of_blocks(&self.or_plain(beside.clone())?);
-        let repeats = !once(&curves[0]);
-        let likely = curves
-            .iter()
-            .filter(|p| p.net() > WORTH_A_CURVE * curves[0].net() && !(repeats && once(p)))
-            .take(CURVES);
+        let likely = curves.iter().filter(|p| p.net() > WORTH_A_CURVE * curves[0].net()).take(CURVES);
         for curve in likely.filter_map(|place| curve_term(&see, place.coordinate)) {
             let mut with = model.clone();
             with.terms.insert(at, curve);
