@@ -108,7 +108,7 @@ impl Dataset<'_> {
 }
 
 /// A wave over an angle is looked at over at least so many of its periods.
-pub(super) const FEWEST_PERIODS: f64 = 4.0;
+pub(super) const FEWEST_PERIODS: f64 = 2.5;
 
 #[cfg(test)]
 mod tests {
