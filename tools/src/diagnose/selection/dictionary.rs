@@ -13,6 +13,7 @@ use crate::diagnose::ranges::FEWEST_PERIODS;
 use crate::kinds::free_coordinate::FreeCoordinate;
 use crate::kinds::{self, FURTHER_ELEMENT_PRICE, Kind};
 use crate::model::{Model, TermValue};
+use crate::numerics::basis::Basis;
 use crate::numerics::block_gram::{BlockGram, Chosen};
 use crate::numerics::extremes;
 use crate::numerics::vector::dot;
@@ -58,6 +59,10 @@ pub struct Dictionary {
 const MOST_ORDERS: usize = 14;
 /// And the strongest beside those where no free function of the angle takes a part of them.
 const MOST_SLOW_ORDERS: usize = 3;
+/// And the strongest beside the model alone, one after another: where a recording is short, free functions of the time or the velocity take a wave for their own, too.
+const MOST_ORDERS_ALONE: usize = 5;
+/// Each of these has to save this part of the squares.
+const LEAST_PART_ALONE: f64 = 0.05;
 
 /// Orders of a turn that mechanisms have: teeth, poles, slots.
 fn usual_orders() -> impl Iterator<Item = f64> {
@@ -250,7 +255,7 @@ impl Dictionary {
         self.free.iter().filter(|(c, _)| over.contains(c)).flat_map(|(_, columns)| columns.iter().copied()).collect()
     }
 
-    /// The orders of the motor's and the output's turn that explain most of what base and free functions leave.
+    /// The orders of the motor's and the output's turn that explain most of what base and free functions leave, or of what the model alone leaves.
     fn strongest_orders(
         &self,
         dataset: &Dataset<'_>,
@@ -313,6 +318,28 @@ impl Dictionary {
         let mut found = strongest(&left, &wanted, MOST_ORDERS);
         wanted.retain(|w| !found.contains(w));
         found.extend(strongest(&with_angle, &wanted, MOST_SLOW_ORDERS));
+        let mut model = Basis::default();
+        let of_found = self.candidates.iter().flat_map(|candidate| &candidate.columns);
+        self.base.iter().chain(of_found).for_each(|c| _ = model.add(&self.columns[*c]));
+        let mut left = self.y.clone();
+        model.reduce(&mut left);
+        wanted.extend(&found);
+        for _ in 0..MOST_ORDERS_ALONE {
+            let before = dot(&left, &left);
+            let Some(order) = strongest(&left, &wanted, 1).first().copied() else { break };
+            let q = if order.0 { &see.motor } else { &see.output };
+            let mut waves: Vec<Vec<f64>> = q.iter().flat_map(|q| wave_pair(q, order.1)).collect();
+            Self::without_own(dataset, &self.counts, &mut waves);
+            waves.iter().for_each(|wave| _ = model.add(wave));
+            model.reduce(&mut left);
+            if dot(&left, &left) > (1.0 - LEAST_PART_ALONE) * before {
+                break;
+            }
+            wanted.retain(|w| *w != order);
+            if !found.contains(&order) {
+                found.push(order);
+            }
+        }
         found
     }
 
