@@ -109,6 +109,22 @@ fn a_delay_of_less_than_two_rows_is_found_beside_a_ripple() {
     assert!((delay - 0.0125).abs() < 2e-4, "{delay} s is not 0.0125 s");
 }
 
+/// A motor that turns half a turn, one way, at a speed that hardly changes.
+#[test]
+fn the_cogging_of_half_a_turn_is_found() {
+    let angle_and_velocity = |t: f64| (0.19 * t + 0.02 * (2.0 * t).sin(), 0.19 + 0.04 * (2.0 * t).cos());
+    let cogging =
+        |q: f64| (7.0 * q).sin() + 0.5 * (14.0 * q + 1.0).cos() + 0.6 * (28.0 * q).sin() + 0.4 * (12.0 * q).cos();
+    let (mut motor, mut base) = joint(angle_and_velocity, |t| cogging(angle_and_velocity(t).0));
+    motor.theta_in_rad = motor.theta_out_rad.clone();
+    base.gear.ratio = Some(1.0);
+    base.terms = vec![term("coulomb_friction", &[("torque_nm", 0.1), ("smoothing_rad_per_s", 0.01)])];
+    let found = diagnosed((motor, base));
+    assert_eq!(names(&found), ["torque_ripple"]);
+    let left = found.diagnosis.heldout.rms;
+    assert!(left.extended < 0.2 * left.refitted, "{left:?}");
+}
+
 /// Strokes at 0.1 rad/s: angle and velocity, the smoothed sum of the first harmonics of a square wave.
 fn even_strokes(t: f64) -> (f64, f64) {
     let base = 1.6;

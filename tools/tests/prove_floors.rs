@@ -305,6 +305,13 @@ fn structure_that_free_functions_predict_is_not_passed_over() {
     assert!(left_nm < 1.1 * case.base_leaves_nm, "{left_nm} N·m on a motion that nobody saw");
 }
 
+/// A ripple that is passed once, within the first 0.05 s of one even stroke: nothing predicts it, but the refitted base leaves 1 N·m of 18, smooth over a thousand rows.
+#[test]
+fn a_large_smooth_rest_that_nothing_describes_is_structure() {
+    let case = score("loud", 10041, 100_015);
+    assert_eq!(case.named, ["unknown"]);
+}
+
 /// A ripple of order 1 and a notch over the angle, which no kind describes. The refitted gear follows both, and its error on held-out blocks is three times that of the gear as given.
 #[test]
 fn what_predicts_worse_than_the_base_as_given_is_searched_beside_the_base_as_given() {

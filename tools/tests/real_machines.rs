@@ -114,7 +114,10 @@ fn a_motor_lacks_its_cogging() {
     if recording(&dir, "cogging_slow_nocomp_1.csv", &[]).is_none() {
         return;
     }
-    let found = diagnosed(&dir, MOTOR, "--map theta_out_rad=theta_in_rad");
-    assert!(named(&found).contains(&"torque_ripple".to_owned()), "{}", found["effects"]);
-    assert!(held_out(&found, "extended") < 0.3 * held_out(&found, "refitted"), "{}", found["heldout"]);
+    // Less than a turn in all; in the parts of 60 % of the time free functions take the waves for their own.
+    for part in ["", "--to 5.5", "--from 3.7", "--from 1.9 --to 7.4"] {
+        let found = diagnosed(&dir, MOTOR, &format!("--map theta_out_rad=theta_in_rad {part}"));
+        assert_eq!(named(&found), ["torque_ripple"], "{part}: {}", found["effects"]);
+        assert!(held_out(&found, "extended") < 0.3 * held_out(&found, "refitted"), "{part}: {}", found["heldout"]);
+    }
 }

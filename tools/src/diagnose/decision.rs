@@ -159,7 +159,8 @@ impl Dataset<'_> {
         Ok((if is_nothing { verdict.without_effects() } else { verdict }, by_likelihood))
     }
 
-    /// Whether the few effects that were found of a gear are similar kinds in place of the true one: one of several is very small, or structure over a coordinate is left beside them.
+    /// Whether the few effects that were found of a gear are similar kinds in place of the true one: one of several is very small, or structure over a coordinate is left beside them. Where they are
+    /// clearly better than what likelihood finds, a very small one may be of no account: what is left beside the others decides.
     fn are_similar_kinds(
         &self,
         model: &Model,

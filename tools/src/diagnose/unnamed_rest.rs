@@ -59,3 +59,30 @@ impl Dataset<'_> {
         steps / squares.max(f64::MIN_POSITIVE)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::Model;
+    use crate::recording::Recording;
+
+    #[test]
+    fn white_noise_is_rough_and_a_wave_of_many_rows_is_smooth() {
+        let noise = |row: f64| (row * 12.9898).sin() * (row * row * 0.078_233).cos();
+        let rows: Vec<f64> = (0..4000).map(f64::from).collect();
+        let recordings = [Recording {
+            name: "motor".into(),
+            torque: Some(rows.clone().into()),
+            theta_in_rad: Some(rows.clone().into()),
+            time_s: rows.clone().into(),
+            ..Recording::default()
+        }];
+        let model = Model::default();
+        let dataset = Dataset::new(&recordings, &model).unwrap();
+        let roughness =
+            |line: &dyn Fn(f64) -> f64| dataset.roughness(&rows.iter().map(|row| line(*row)).collect::<Vec<f64>>());
+        assert!((roughness(&noise) - 1.0).abs() < 0.2, "{}", roughness(&noise));
+        // 1 − cos 0.05
+        assert!((roughness(&|row| (0.05 * row).sin()) - 0.00125).abs() < 1e-5);
+    }
+}
