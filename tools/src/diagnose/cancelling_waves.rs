@@ -52,9 +52,14 @@ impl Dataset<'_> {
         steps: usize,
     ) -> Result<(Fitted, Vec<String>), EstimateError> {
         let mut removed: Vec<String> = Vec::new();
+        // The change of the torque with an order is that at the amplitude where a fit began, which may be far larger.
+        let left = |fit: &Fitted| {
+            let fit = self.plain_fit(&fit.model, &fit.parameters, 0)?;
+            Ok::<_, EstimateError>(self.rms_of_blocks(&fit))
+        };
         let mut before = None;
         while let Some((at, cancelling)) = self.cancelling_wave(&fit, search) {
-            before = before.or_else(|| Some(self.rms_of_blocks(&fit)));
+            before = before.or(Some(left(&fit)?));
             let mut model = fit.model.clone();
             removed.push(model.terms[at].kind.clone());
             match kinds::with_elements(&model.terms[at], |element| element != cancelling) {
@@ -64,7 +69,7 @@ impl Dataset<'_> {
             fit = self.plain_fit(&model, &self.parameters(&model, search), steps)?;
         }
         if let Some(before) = before
-            && self.rms_of_blocks(&fit) > NEEDED * before
+            && left(&fit)? > NEEDED * before
         {
             let mut model = fit.model.clone();
             model.remove_terms(search.base_terms, |term| removed.contains(&term.kind));

@@ -142,7 +142,7 @@ impl Dataset<'_> {
         let names_more = || -> Result<bool, DiagnoseError> { Ok(ours <= self.left_by_kinds(&verdict, search)?) };
         if helps && !selection.selected.is_empty() && !doubted && (better || (loud && (nameless || names_more()?))) {
             let joint = self.joint_verdict(&base, &selection, search)?;
-            let refuted = is_nameless(&verdict) && self.are_similar_kinds(model, &joint, &selection, better, search)?;
+            let refuted = is_nameless(&verdict) && self.are_similar_kinds(model, &joint, &selection, search)?;
             if !refuted && joint.mismatch && (better || joint.effects.iter().any(|e| e.name != UNKNOWN)) {
                 return Ok((joint, search));
             }
@@ -159,28 +159,23 @@ impl Dataset<'_> {
         Ok((if is_nothing { verdict.without_effects() } else { verdict }, by_likelihood))
     }
 
-    /// Whether the few effects that were found of a gear are similar kinds in place of the true one: one of several is very small, or structure over a coordinate is left beside them. Where they are
-    /// clearly better than what likelihood finds, a very small one may be of no account: what is left beside the others decides.
+    /// Whether the few effects that were found of a gear are similar kinds in place of the true one: one of several is very small, or structure over a coordinate is left beside them.
     fn are_similar_kinds(
         &self,
         model: &Model,
         found: &DiagnosisVerdict,
         selection: &Selection,
-        is_better: bool,
         search: Search<'_>,
     ) -> Result<bool, DiagnoseError> {
         if !model.has_gear() || self.is_far_from(&found.base) || found.effects.len() > MOST_REFUTABLE_OF_GEAR {
             return Ok(false);
         }
-        let mut extended = found.extended.model.clone();
-        let is_small = |kind: &str| selection.selected.iter().any(|s| s.kind == kind && s.share < LEAST_SHARE);
-        if found.effects.len() > 1 && found.effects.iter().any(|effect| is_small(&effect.name)) {
-            if !is_better {
-                return Ok(true);
-            }
-            extended.remove_terms(search.base_terms, |term| is_small(&term.kind));
+        let mut effects = found.effects.iter().filter_map(|e| selection.selected.iter().find(|s| s.kind == e.name));
+        if found.effects.len() > 1 && effects.any(|selected| selected.share < LEAST_SHARE) {
+            return Ok(true);
         }
-        let fit = self.fit(&extended, &self.parameters(&extended, search), None, STEPS_OF_LIKELIHOOD)?;
+        let extended = &found.extended.model;
+        let fit = self.fit(extended, &self.parameters(extended, search), None, STEPS_OF_LIKELIHOOD)?;
         let left = self.curves_beside(&fit, PART_LEFT)?;
         Ok(left.iter().any(|curve| !curve.coherent && curve.net() > STRUCTURE_LEFT && curve.part > PART_LEFT))
     }
@@ -243,8 +238,7 @@ impl Dataset<'_> {
                 return Ok(true);
             }
             if are_similar_kinds.is_none() {
-                let is_better = theirs < CLEARLY_BETTER * left;
-                are_similar_kinds = Some(self.are_similar_kinds(model, &joint, &selection, is_better, search)?);
+                are_similar_kinds = Some(self.are_similar_kinds(model, &joint, &selection, search)?);
             }
             Ok(are_similar_kinds == Some(true))
         };

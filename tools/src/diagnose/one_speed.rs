@@ -66,7 +66,7 @@ impl Dataset<'_> {
         let fit = self.fit_as(extended, &model, &self.parameters(&model, search), STEPS)?;
         let (fit, lost) = self.without_unlawful(&verdict.base.model, fit, search)?;
         let is_bounded = |term: &Term| {
-            kinds::of(&term.kind).is_some_and(|kind| kind.degenerates_to(term, self.fastest_rad_per_s).is_none())
+            kinds::of(&term.kind).is_some_and(|kind| kind.degenerates_to(term, self.speeds(&fit.model)).is_none())
         };
         let further = self.mean_square_of_blocks(&fit) - self.mean_square_of_blocks(extended);
         let stands = lost.is_empty()

@@ -10,7 +10,7 @@ use crate::diagnose::naming::{DiagnosisVerdict, EffectVerdict, coordinates};
 use crate::diagnose::nonparametric::Coordinates;
 use crate::kinds;
 use crate::numerics::extremes::largest;
-use crate::numerics::vector::{axpy, dot};
+use crate::numerics::vector::dot;
 use crate::regression::dataset::Dataset;
 use crate::regression::fit::Fitted;
 use crate::regression::heldout_rows::trimmed_sum;
@@ -22,9 +22,7 @@ const LEAST_ALONE: f64 = 25.0;
 /// this if several are named, each of which may describe a little of another,
 const LEAST_BESIDE_OTHERS: f64 = 40.0;
 /// and where the change is more than this part of the effect, rms: a smaller one is a shape that differs a little from that of the kind.
-const LEAST_CHANGE: f64 = 0.05;
-/// In slow noise a change that lowers −2 ln L by much saves little; where the numbers of the change all but cancel each other, it saves little, too. It has to save the squares of this part of the effect.
-const LEAST_SAVED: f64 = 0.02;
+const LEAST_CHANGE: f64 = 0.02;
 /// A named effect is a part of the one that a curve describes if it is less than this part of the curve, rms.
 const LEAST_BESIDE_CURVE: f64 = 0.1;
 /// A coordinate is limited to this many standard deviations about its mean.
@@ -169,8 +167,6 @@ struct ModelWithChanges<'t, 'r> {
 /// A model is so much better where an effect changes with a coordinate.
 struct Change {
     gain: f64,
-    /// What it adds to the torque, squared, (N·m)².
-    squares: f64,
     columns: Vec<Vec<f64>>,
     minus_two_log_likelihood: f64,
 }
@@ -186,11 +182,8 @@ impl ModelWithChanges<'_, '_> {
     fn change_of(&self, effect: &TestedEffect) -> Option<Change> {
         let changes = effect.others.par_iter().filter_map(|coordinate| self.change_with(&effect.units, coordinate));
         let noise = self.dataset.layout().squares(&self.fit.residual) / self.dataset.counted().max(1) as f64;
-        let is_large = |change: &Change| {
-            change.squares > LEAST_CHANGE.powi(2) * effect.squares
-                && change.gain * noise > LEAST_SAVED.powi(2) * effect.squares
-        };
-        changes.max_by(|a, b| a.gain.total_cmp(&b.gain)).filter(is_large)
+        let least = LEAST_CHANGE.powi(2) * effect.squares;
+        changes.max_by(|a, b| a.gain.total_cmp(&b.gain)).filter(|change| change.gain * noise > least)
     }
 
     /// How much better the model is, on blocks held out, too, where every number of an effect may have a factor 1 + a c + b c² of a coordinate c.
@@ -206,14 +199,7 @@ impl ModelWithChanges<'_, '_> {
         }
         let predicted = trimmed_sum(&self.dataset.gain_of_columns(&self.fit, &self.changes, &columns, &with.noise));
         let minus_two_log_likelihood = with.minus_two_log_likelihood;
-        if predicted <= self.least {
-            return None;
-        }
-        let mut added = vec![0.0; self.fit.residual.len()];
-        let weights = &with.coefficients[all.len() - columns.len()..];
-        weights.iter().zip(&columns).for_each(|(weight, column)| axpy(*weight, column, &mut added));
-        let squares = self.dataset.layout().squares(&added);
-        Some(Change { gain: net.min(predicted), squares, columns, minus_two_log_likelihood })
+        (predicted > self.least).then(|| Change { gain: net.min(predicted), columns, minus_two_log_likelihood })
     }
 }
 

@@ -6,7 +6,7 @@ use super::build::{number, smoothed, smoothings, term};
 use super::draft::Draft;
 use super::experiment::Experiment;
 use super::measures::Measures;
-use super::ranges::Ranges;
+use super::ranges::{Ranges, Speeds};
 use super::viscous_friction::viscous_friction;
 use super::{Family, Kind, SMOOTHING, WIDER_THAN_SPEEDS, number_of};
 use crate::model::{Model, Term};
@@ -40,9 +40,9 @@ impl Kind for CoulombFriction {
         smoothings(ranges).map(|s| term(self.name(), &[("smoothing_rad_per_s", number(s))])).to_vec()
     }
 
-    fn degenerates_to(&self, term: &Term, fastest_rad_per_s: f64) -> Option<Term> {
+    fn degenerates_to(&self, term: &Term, speeds: Speeds) -> Option<Term> {
         let smoothing = number_of(term, SMOOTHING);
-        let is_wide = smoothing > WIDER_THAN_SPEEDS * fastest_rad_per_s;
+        let is_wide = smoothing > WIDER_THAN_SPEEDS * speeds.output_rad_per_s;
         is_wide.then(|| viscous_friction(number_of(term, "torque_nm") / smoothing))
     }
 

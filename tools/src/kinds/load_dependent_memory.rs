@@ -8,7 +8,7 @@ use super::draft::Draft;
 use super::experiment::Experiment;
 use super::measures::Measures;
 use super::nonlocal_memory::NonlocalMemory;
-use super::ranges::Ranges;
+use super::ranges::{Ranges, Speeds};
 use super::{Family, Kind};
 use crate::model::{Model, Term, TermValue};
 
@@ -71,7 +71,7 @@ impl Kind for LoadDependentMemory {
         true
     }
 
-    fn degenerates_to(&self, own: &Term, _fastest_rad_per_s: f64) -> Option<Term> {
+    fn degenerates_to(&self, own: &Term, _speeds: Speeds) -> Option<Term> {
         let elements = ["radius_rad", "torque_nm"].map(|key| Some((key, own.values.get(key)?.clone())));
         let [Some(radii), Some(torques)] = elements else { return None };
         (growth(own) < LEAST_GROWTH).then(|| term(NonlocalMemory.name(), &[radii, torques]))
@@ -104,7 +104,7 @@ mod tests {
                 ("load_linear", number(linear)),
                 ("load_quadratic", number(quadratic)),
             ];
-            let other = LoadDependentMemory.degenerates_to(&term("load_dependent_memory", &values), 1.0);
+            let other = LoadDependentMemory.degenerates_to(&term("load_dependent_memory", &values), Speeds::default());
             assert_eq!(other.is_none(), grows, "{linear} {quadratic}");
             assert!(other.is_none_or(|other| other == term("nonlocal_memory", &values[..2])));
         }

@@ -74,7 +74,7 @@ use free_coordinate::FreeCoordinate;
 pub use friction_shapes::{WithoutCoulomb, has_inner_exponent, is_smoothed_apart, with_dip, without_coulomb};
 pub use lawful::{exceeds_refined, is_reversed, is_within_limits, may_be_reversed, positive_where_needed};
 use measures::Measures;
-use ranges::{Extent, Ranges};
+use ranges::{Extent, Ranges, Speeds};
 pub use relations::{contains, imitates, includes};
 pub use smoothing::{
     LARGEST_BASE_SMOOTHING, LARGEST_SMOOTHING, SMOOTHING, WIDER_THAN_SPEEDS, highest_base_smoothing, saturates,
@@ -218,7 +218,7 @@ pub trait Kind: Sync {
     }
 
     /// The term of another kind that a fitted term is within the speeds recorded, where nothing is left of what makes it its kind.
-    fn degenerates_to(&self, _term: &Term, _fastest_rad_per_s: f64) -> Option<Term> {
+    fn degenerates_to(&self, _term: &Term, _speeds: Speeds) -> Option<Term> {
         None
     }
 

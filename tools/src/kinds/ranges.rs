@@ -33,6 +33,15 @@ pub struct Ranges {
 const FEWEST_MOTOR_TURNS: f64 = 0.16;
 const FEWEST_OUTPUT_TURNS: f64 = 0.016;
 
+/// The largest speeds recorded.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Speeds {
+    /// Of the output, rad/s.
+    pub output_rad_per_s: f64,
+    /// Of the motor, rad/s.
+    pub motor_rad_per_s: f64,
+}
+
 impl Ranges {
     /// Whether the motor turns far enough to show what turns with it.
     pub fn motor_turns_enough(&self) -> bool {

@@ -5,17 +5,19 @@ use std::f64::consts::TAU;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-use super::build::{harmonics, list, number, term, text};
+use super::build::{harmonics, list, number, number_of, term, text};
 use super::draft::Draft;
 use super::experiment::Experiment;
 use super::measures::Measures;
-use super::ranges::Ranges;
+use super::ranges::{Ranges, Speeds};
 use super::torque_ripple::TorqueRipple;
 use super::{Family, Kind};
 use crate::model::{Model, ORDERS, Term, TermValue};
 
 /// Lines that are tried with a mode.
 const LINES: usize = 3;
+/// A mode is seen up to so many times the highest frequency of a line.
+const BEYOND_LINES: f64 = 1.5;
 
 /// Kind `ripple_resonance`.
 pub struct RippleResonance;
@@ -66,6 +68,21 @@ impl Kind for RippleResonance {
         terms
     }
 
+    /// A mode far beyond what the lines pass only makes them grow a little with the speed.
+    fn degenerates_to(&self, own: &Term, speeds: Speeds) -> Option<Term> {
+        let Some(TermValue::List(orders)) = own.values.get(ORDERS) else { return None };
+        let output = matches!(own.values.get("angle"), Some(TermValue::Text(angle)) if angle == "output");
+        let speed_rad_per_s = if output { speeds.output_rad_per_s } else { speeds.motor_rad_per_s };
+        let passed_hz = orders.iter().copied().fold(0.0, f64::max) * speed_rad_per_s / TAU;
+        if number_of(own, "frequency_hz") <= BEYOND_LINES * passed_hz {
+            return None;
+        }
+        let mut ripple = own.clone();
+        ripple.kind = TorqueRipple.name().to_owned();
+        ripple.values.retain(|key, _| !matches!(key.as_str(), "frequency_hz" | "damping_ratio"));
+        Some(ripple)
+    }
+
     fn price(&self) -> f64 {
         0.01
     }
@@ -77,5 +94,25 @@ impl Kind for RippleResonance {
         harmonics(self.name(), "nm", &[order], 1.0, random)
             .fixed("frequency_hz", frequency.max(1.0))
             .fixed("damping_ratio", random.random_range(0.05..0.3))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_mode_that_no_line_comes_near_is_a_ripple() {
+        // Order 2 at 50 rad/s is 15.9 Hz.
+        let speeds = Speeds { output_rad_per_s: 0.5, motor_rad_per_s: 50.0 };
+        let kind_at = |frequency_hz: f64| {
+            let own = term(
+                "ripple_resonance",
+                &[(ORDERS, list(2.0)), ("frequency_hz", number(frequency_hz)), ("damping_ratio", number(0.1))],
+            );
+            RippleResonance.degenerates_to(&own, speeds).map(|other| (other.kind, other.values.len()))
+        };
+        assert_eq!(kind_at(20.0), None);
+        assert_eq!(kind_at(40.0), Some(("torque_ripple".to_owned(), 1)));
     }
 }

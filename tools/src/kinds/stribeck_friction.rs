@@ -8,7 +8,7 @@ use super::coulomb_friction::{CoulombFriction, coulomb_friction};
 use super::draft::Draft;
 use super::experiment::Experiment;
 use super::measures::Measures;
-use super::ranges::{Extent, Ranges};
+use super::ranges::{Extent, Ranges, Speeds};
 use super::viscous_friction::ViscousFriction;
 use super::{Family, Kind, SMOOTHING, accepts_positive_only, saturates};
 use crate::model::{Model, Term, TermValue};
@@ -105,8 +105,8 @@ impl Kind for StribeckFriction {
         saturates(term, extent.fastest_rad_per_s) && number_of(term, STATIC) > number_of(term, COULOMB)
     }
 
-    fn degenerates_to(&self, term: &Term, fastest_rad_per_s: f64) -> Option<Term> {
-        let is_unseen = number_of(term, "stribeck_velocity_rad_per_s") > BEYOND_SPEEDS * fastest_rad_per_s;
+    fn degenerates_to(&self, term: &Term, speeds: Speeds) -> Option<Term> {
+        let is_unseen = number_of(term, "stribeck_velocity_rad_per_s") > BEYOND_SPEEDS * speeds.output_rad_per_s;
         let is_all = number_of(term, COULOMB) == 0.0 && number_of(term, DAMPING) == 0.0;
         (is_unseen && is_all).then(|| coulomb_friction(number_of(term, STATIC), number_of(term, SMOOTHING)))
     }
@@ -142,7 +142,7 @@ mod tests {
         let of = |velocity: f64| {
             let values = [(COULOMB, 0.0), (STATIC, 0.4), ("stribeck_velocity_rad_per_s", velocity), (SMOOTHING, 0.1)];
             let own = term(StribeckFriction.name(), &values.map(|(key, value)| (key, number(value))));
-            StribeckFriction.degenerates_to(&own, 2.0)
+            StribeckFriction.degenerates_to(&own, Speeds { output_rad_per_s: 2.0, motor_rad_per_s: 2.0 })
         };
         assert!(of(2.5).is_none());
         assert_eq!(of(157.0), Some(coulomb_friction(0.4, 0.1)));

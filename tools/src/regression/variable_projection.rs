@@ -165,25 +165,12 @@ impl<'w, 's> VariableProjection<'w, 's> {
             }
             (total, residual, shared.norm(order.len()).powi(2))
         };
-        let mut columns = at.columns;
-        if self.beside.is_none() && self.changes_much(&at.model, &model) {
-            // The derivative by an order or a radius is in proportion to an amplitude.
-            tangent.iter().for_each(|&k| columns[k] = None);
-        }
         Ok(Projected {
             reduced: project(&shared, &held, tangent.len()),
             norms: system.norms[count..].to_vec(),
             gain: system.shared.norm(order.len()).powi(2) - cost,
             cost,
-            iterate: Iterate { model, total, residual, columns },
-        })
-    }
-
-    /// Whether one of the linear numbers is another, by more than [`MUCH`] of itself.
-    fn changes_much(&self, before: &Model, after: &Model) -> bool {
-        self.linear.iter().any(|&k| {
-            let [before, after] = [before, after].map(|model| parameters::value(model, self.free[k]));
-            (after - before).abs() > MUCH * after.abs()
+            iterate: Iterate { model, total, residual, columns: at.columns },
         })
     }
 
@@ -337,42 +324,8 @@ impl Descend for VariableProjection<'_, '_> {
     }
 }
 
-/// A step of the linear numbers after which the derivatives by the others are found anew.
-const MUCH: f64 = 0.01;
-
 /// A step against coloured noise may leave so many times the squares that it began with.
 const DRIFTED: f64 = 1.3;
 
 /// A step that gains less than this of the deviance is the last.
 const SETTLED: f64 = 0.05;
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::kinds::build::term;
-    use crate::model::TermValue;
-    use crate::recording::Recording;
-
-    #[test]
-    fn the_derivative_by_an_order_is_that_at_the_amplitude_fitted() {
-        let time_s: Vec<f64> = (0..500).map(|row| 0.01 * f64::from(row)).collect();
-        let recordings = [Recording {
-            name: "motor".into(),
-            torque: Some(time_s.iter().map(|t| 0.1 * (6.0 * t).cos()).collect()),
-            theta_in_rad: Some(time_s.iter().map(|t| 2.0 * t).collect()),
-            time_s: time_s.into(),
-            ..Recording::default()
-        }];
-        let lists = [("orders", vec![3.0]), ("cos_nm", vec![5.0]), ("sin_nm", vec![0.0])];
-        let wave = term("torque_ripple", &lists.map(|(key, list)| (key, TermValue::List(list))));
-        let model = Model { terms: vec![wave], ..Model::default() };
-        let dataset = Dataset::new(&recordings, &model).unwrap();
-        let free = dataset.free_parameters(&model, false);
-        let of_fit = dataset.plain_fit(&model, &free, 0).unwrap();
-        let fresh = Iterate::with_columns(&dataset, &of_fit.model, &free, None).unwrap().columns;
-        for (column, fresh) in of_fit.parameter_columns().iter().zip(fresh.iter().flatten()) {
-            let difference = column.iter().zip(fresh).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-            assert!(difference < 1e-3, "{difference}");
-        }
-    }
-}

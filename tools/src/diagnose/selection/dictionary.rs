@@ -61,8 +61,10 @@ const MOST_ORDERS: usize = 14;
 const MOST_SLOW_ORDERS: usize = 3;
 /// And the strongest beside the model alone, one after another: where a recording is short, free functions of the time or the velocity take a wave for their own, too.
 const MOST_ORDERS_ALONE: usize = 5;
-/// Each of these has to save this part of the squares.
-const LEAST_PART_ALONE: f64 = 0.05;
+/// The first of these has to save this part of the squares, as the strongest line of a cogging does and no wave does that follows what comes once,
+const LEAST_PART_OF_FIRST: f64 = 0.25;
+/// each further one this part of what the others leave.
+const LEAST_PART_OF_FURTHER: f64 = 0.05;
 
 /// Orders of a turn that mechanisms have: teeth, poles, slots.
 fn usual_orders() -> impl Iterator<Item = f64> {
@@ -324,7 +326,7 @@ impl Dictionary {
         let mut left = self.y.clone();
         model.reduce(&mut left);
         wanted.extend(&found);
-        for _ in 0..MOST_ORDERS_ALONE {
+        for further in 0..MOST_ORDERS_ALONE {
             let before = dot(&left, &left);
             let Some(order) = strongest(&left, &wanted, 1).first().copied() else { break };
             let q = if order.0 { &see.motor } else { &see.output };
@@ -332,7 +334,8 @@ impl Dictionary {
             Self::without_own(dataset, &self.counts, &mut waves);
             waves.iter().for_each(|wave| _ = model.add(wave));
             model.reduce(&mut left);
-            if dot(&left, &left) > (1.0 - LEAST_PART_ALONE) * before {
+            let least = if further == 0 { LEAST_PART_OF_FIRST } else { LEAST_PART_OF_FURTHER };
+            if dot(&left, &left) > (1.0 - least) * before {
                 break;
             }
             wanted.retain(|w| *w != order);

@@ -4,6 +4,7 @@ use super::STEPS;
 use crate::diagnose::DiagnoseError;
 use crate::diagnose::explain::{Search, is_delay};
 use crate::kinds;
+use crate::kinds::ranges::Speeds;
 use crate::model::{Model, Term};
 use crate::numerics::basis::Basis;
 use crate::numerics::extremes;
@@ -20,6 +21,12 @@ pub(super) type Renamed = (&'static str, Option<&'static str>);
 const LEAST_SLIP: f64 = 0.1;
 
 impl Dataset<'_> {
+    /// The largest speeds of output and motor; of a gear without a ratio both are the same.
+    pub(in crate::diagnose) fn speeds(&self, model: &Model) -> Speeds {
+        let output_rad_per_s = self.fastest_rad_per_s;
+        Speeds { output_rad_per_s, motor_rad_per_s: output_rad_per_s * model.gear.ratio.map_or(1.0, f64::abs) }
+    }
+
     /// A fit in which the found terms that are of another kind within the recordings are of that kind, or part of a term of it that is there; with the kind that
     /// each was and, where it became a term of its own, the kind that it is. One of a kind that is not in the library is left out: it has no name.
     pub(super) fn without_degenerate(
@@ -32,7 +39,7 @@ impl Dataset<'_> {
         for at in (search.base_terms..model.terms.len()).rev() {
             let term = &model.terms[at];
             let Some(kind) = kinds::of_term(term) else { continue };
-            let Some(other) = kind.degenerates_to(term, self.fastest_rad_per_s) else { continue };
+            let Some(other) = kind.degenerates_to(term, self.speeds(&model)) else { continue };
             let Some(is) = kinds::of_term(&other) else { continue };
             let is_known = search.removed.iter().all(|removed| removed != is.name());
             let is_there = model.has_term(&other.kind);
