@@ -123,18 +123,8 @@ impl Dataset<'_> {
             extended = fitted;
             let gain = self.in_noise(gain, selection);
             effects.push(EffectVerdict {
-                name: UNKNOWN.to_owned(),
-                equivalents: Vec::new(),
-                confidence: 1.0,
                 term: Some(extended.model.terms.len() - 1),
-                gain,
-                share: 0.0,
-                curves: vec![self.curve(coordinate, gain, contribution)],
-                tried: Vec::new(),
-                free_gain: gain,
-                closest: None,
-                fidelity: None,
-                naming: Naming::Unknown,
+                ..EffectVerdict::unnamed(gain, self.curve(coordinate, gain, contribution))
             });
         }
         self.share_out(base, &extended, &mut effects)?;
@@ -185,7 +175,8 @@ impl Dataset<'_> {
         }
     }
 
-    fn curve(&self, coordinate: &'static str, gain: f64, contribution: Vec<f64>) -> Curve {
+    /// What structure over a coordinate adds to the torque, where no curve was fitted against coloured noise.
+    pub(super) fn curve(&self, coordinate: &'static str, gain: f64, contribution: Vec<f64>) -> Curve {
         Curve {
             coordinate,
             gain,

@@ -45,6 +45,24 @@ pub struct EffectVerdict {
 }
 
 impl EffectVerdict {
+    /// Structure over the coordinate of a curve that no kind resembles, without a term.
+    pub(super) fn unnamed(gain: f64, curve: Curve) -> Self {
+        Self {
+            name: UNKNOWN.to_owned(),
+            equivalents: Vec::new(),
+            confidence: 1.0,
+            term: None,
+            gain,
+            share: 0.0,
+            curves: vec![curve],
+            tried: Vec::new(),
+            free_gain: gain,
+            closest: None,
+            fidelity: None,
+            naming: Naming::Unknown,
+        }
+    }
+
     /// Makes it unknown; its kind is then the closest one.
     pub(super) fn withhold(&mut self) {
         self.closest = Some(std::mem::replace(&mut self.name, UNKNOWN.to_owned()));

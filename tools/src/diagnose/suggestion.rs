@@ -2,6 +2,7 @@
 
 use gmhm::Law;
 
+use crate::kinds::build::is_over_output;
 use crate::model::{Model, TermValue, TorqueSide};
 
 /// A setting of the model or the recording that should be another.
@@ -35,13 +36,11 @@ pub const LEAST_SHARE: f64 = 0.1;
 /// What the terms that were found beside a base say of its settings.
 pub fn of_model(model: &Model, base_terms: usize, reported: impl Fn(&str) -> bool) -> Vec<Suggestion> {
     let found = model.terms.iter().skip(base_terms).filter(|term| reported(&term.kind));
-    let lines = found.clone().filter(|_| model.gear.ratio.is_none()).filter_map(|term| {
-        let on_output = matches!(term.values.get("angle"), Some(TermValue::Text(angle)) if angle == "output");
-        match term.values.get("orders") {
-            Some(TermValue::List(orders)) if on_output => Some(orders.clone()),
+    let lines =
+        found.clone().filter(|_| model.gear.ratio.is_none()).filter_map(|term| match term.values.get("orders") {
+            Some(TermValue::List(orders)) if is_over_output(term) => Some(orders.clone()),
             _ => None,
-        }
-    });
+        });
     // The wave generator's ellipse meshes twice a turn of the motor.
     let of_line = |order: f64| {
         let ratio = (0.5 * order).round();

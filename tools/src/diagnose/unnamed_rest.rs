@@ -1,9 +1,6 @@
-//! Structure that neither a kind nor a curve describes: what a base far from its machine leaves, where it changes far more slowly than noise.
+//! A residual that is too large and too smooth to be noise, and in which neither a kind nor a curve was found.
 
-use crate::diagnose::diagnosis::{Naming, UNKNOWN};
 use crate::diagnose::naming::{DiagnosisVerdict, EffectVerdict};
-use crate::diagnose::nonparametric::Explained;
-use crate::numerics::autoregression::Noise;
 use crate::regression::dataset::Dataset;
 
 /// A residual is smooth if the mean square of its steps from row to row is less than this part of twice its own: 1 for white noise, 0.018 and more in 200 nulls of coloured noise.
@@ -18,31 +15,8 @@ impl Dataset<'_> {
             return;
         }
         let gain = self.counted() as f64 / rough.max(f64::EPSILON);
-        let over_time = Explained {
-            coordinate: "time",
-            gain,
-            columns: 0,
-            picked: 0,
-            contribution: residual.clone(),
-            part: 1.0,
-            basis: Vec::new(),
-            noise: self.spans.iter().map(|_| Noise::unit()).collect(),
-            coherent: false,
-        };
-        verdict.effects.push(EffectVerdict {
-            name: UNKNOWN.to_owned(),
-            equivalents: Vec::new(),
-            confidence: 1.0,
-            term: None,
-            gain,
-            share: 1.0,
-            curves: vec![over_time],
-            tried: Vec::new(),
-            free_gain: gain,
-            closest: None,
-            fidelity: None,
-            naming: Naming::Unknown,
-        });
+        let over_time = self.curve("time", gain, residual.clone());
+        verdict.effects.push(EffectVerdict { share: 1.0, ..EffectVerdict::unnamed(gain, over_time) });
         verdict.mismatch = true;
         verdict.noise_part = rough.sqrt();
     }

@@ -47,6 +47,11 @@ pub fn waves(kind: &str, orders: &[f64]) -> Vec<Term> {
     unique.into_iter().map(|order| term(kind, &[(ORDERS, list(order))])).collect()
 }
 
+/// Whether the orders of a term are those of the output turn.
+pub fn is_over_output(term: &Term) -> bool {
+    matches!(term.values.get("angle"), Some(TermValue::Text(angle)) if angle == "output")
+}
+
 /// One candidate for each order of the motor's and the output's turn that the residual holds.
 pub fn waves_of_both(kind: &str, ranges: &Ranges) -> Vec<Term> {
     let output = waves(kind, &ranges.output_orders).into_iter().map(|mut term| {

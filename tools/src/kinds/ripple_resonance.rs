@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-use super::build::{harmonics, list, number, number_of, term, text};
+use super::build::{harmonics, is_over_output, list, number, number_of, term, text};
 use super::draft::Draft;
 use super::experiment::Experiment;
 use super::measures::Measures;
@@ -48,7 +48,7 @@ impl Kind for RippleResonance {
     fn joint_candidates(&self, ranges: &Ranges, model: &Model) -> Vec<Term> {
         let Some(ripple) = model.terms.iter().find(|term| term.kind == TorqueRipple.name()) else { return Vec::new() };
         let Some(TermValue::List(orders)) = ripple.values.get(ORDERS) else { return Vec::new() };
-        let output = matches!(ripple.values.get("angle"), Some(TermValue::Text(angle)) if angle == "output");
+        let output = is_over_output(ripple);
         let ratio = if output { 1.0 } else { model.gear.ratio.map_or(1.0, f64::abs) };
         let turns_per_s = ranges.velocity_rad_per_s * ratio / TAU;
         let mut terms = Vec::new();
@@ -71,8 +71,7 @@ impl Kind for RippleResonance {
     /// A mode far beyond what the lines pass only makes them grow a little with the speed.
     fn degenerates_to(&self, own: &Term, speeds: Speeds) -> Option<Term> {
         let Some(TermValue::List(orders)) = own.values.get(ORDERS) else { return None };
-        let output = matches!(own.values.get("angle"), Some(TermValue::Text(angle)) if angle == "output");
-        let speed_rad_per_s = if output { speeds.output_rad_per_s } else { speeds.motor_rad_per_s };
+        let speed_rad_per_s = if is_over_output(own) { speeds.output_rad_per_s } else { speeds.motor_rad_per_s };
         let passed_hz = orders.iter().copied().fold(0.0, f64::max) * speed_rad_per_s / TAU;
         if number_of(own, "frequency_hz") <= BEYOND_LINES * passed_hz {
             return None;

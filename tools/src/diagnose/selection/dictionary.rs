@@ -59,11 +59,11 @@ pub struct Dictionary {
 const MOST_ORDERS: usize = 14;
 /// And the strongest beside those where no free function of the angle takes a part of them.
 const MOST_SLOW_ORDERS: usize = 3;
-/// And the strongest beside the model alone, one after another: where a recording is short, free functions of the time or the velocity take a wave for their own, too.
+/// And so many, one after another, from the residual of the model without free functions: in a short recording, functions of time or velocity can describe a wave, too.
 const MOST_ORDERS_ALONE: usize = 5;
-/// The first of these has to save this part of the squares, as the strongest line of a cogging does and no wave does that follows what comes once,
+/// The first of these orders must explain this part of the squared residual. The strongest order of a cogging does; a wave fitted to an event that occurs once does not.
 const LEAST_PART_OF_FIRST: f64 = 0.25;
-/// each further one this part of what the others leave.
+/// Each further order must explain this part of the squared residual beside the orders before it.
 const LEAST_PART_OF_FURTHER: f64 = 0.05;
 
 /// Orders of a turn that mechanisms have: teeth, poles, slots.
@@ -257,7 +257,7 @@ impl Dictionary {
         self.free.iter().filter(|(c, _)| over.contains(c)).flat_map(|(_, columns)| columns.iter().copied()).collect()
     }
 
-    /// The orders of the motor's and the output's turn that explain most of what base and free functions leave, or of what the model alone leaves.
+    /// Orders of the motor turn and of the output turn: those that explain most of the residual of base and free functions, and those that explain most of the residual of the model without free functions.
     fn strongest_orders(
         &self,
         dataset: &Dataset<'_>,
