@@ -301,3 +301,29 @@ fn a_payload_may_be_as_large_as_the_simulated_torque() {
     let found = diagnosed(simulated(two_sines, simulation, torque));
     assert_eq!(names(&found), ["gravity_load", "torque_scale", "viscous_friction"]);
 }
+
+#[test]
+fn a_damper_that_records_its_displacement_as_a_deflection_moves_by_it() {
+    let (mut recording, mut base) = joint(two_sines, |_| 0.0);
+    base.terms = vec![term("inertia", &[("inertia_kgm2", 0.0)])];
+    // Friction of 8 N·m that reverses over 40 mrad of travel (Dahl).
+    let path = recording.theta_out_rad.take().unwrap();
+    let mut share = 0.0_f64;
+    let friction = path.windows(2).map(|step| {
+        let travel = step[1] - step[0];
+        share += (travel - share * travel.abs()) / 0.04;
+        8.0 * share
+    });
+    let friction: Vec<f64> = std::iter::once(0.0).chain(friction).collect();
+    let noisy = recording.torque.take().unwrap();
+    recording.torque = Some(noisy.iter().zip(&friction).map(|(noise, friction)| noise + friction).collect());
+    recording.velocity_out_rad_per_s = None;
+    recording.deflection_rad = Some(path);
+    let found = diagnosed((recording.clone(), base));
+    assert_eq!(names(&found), ["presliding_friction"]);
+    assert!((number_of(&found.model, "presliding_friction", "torque_nm") - 8.0).abs() < 0.2);
+    // The model predicts a file with the same columns.
+    let predicted = gmhm_tools::physics::predict(&found.model, None, &recording).unwrap();
+    let missed = predicted.torque.iter().zip(&friction).map(|(model, truth)| (model - truth).powi(2)).sum::<f64>();
+    assert!((missed / f64::from(ROWS)).sqrt() < 0.2, "{missed}");
+}

@@ -123,3 +123,19 @@ fn a_motor_lacks_its_cogging() {
         assert!(held_out(&found, "extended") < 0.3 * held_out(&found, "refitted"), "{part}: {}", found["heldout"]);
     }
 }
+
+#[test]
+fn the_two_encoders_of_an_arm_say_nothing_of_a_spring_that_its_model_has_not() {
+    let dir = WorkDir::new();
+    if recording(&dir, "kuka_kr300_a1_B.csv", &["torque_sim_nm"]).is_none() {
+        return;
+    }
+    // The encoders are 3 ms apart, so that the deflection follows the velocity.
+    let found = diagnosed(&dir, AXIS, "");
+    let names = named(&found);
+    for kind in ["coulomb_friction", "viscous_friction"] {
+        assert!(names.contains(&kind.to_owned()), "{kind}: {}", found["effects"]);
+    }
+    let effects = found["effects"].as_array().unwrap();
+    assert!(effects.iter().all(|effect| effect["family"] != "elastic" && effect["name"] != "creep"), "{effects:?}");
+}

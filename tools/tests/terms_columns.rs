@@ -166,7 +166,7 @@ fn a_total_from_stored_parts_is_the_total() {
                 for factor in [1.0, 1.1, 0.9] {
                     with.terms.iter_mut().for_each(|term| scale(term, factor));
                     let Ok(expected) = Evaluation::new(&with, None, &recording) else { continue };
-                    let signals = Signals::new(&recording, &with.gear);
+                    let signals = Signals::new(&recording, &with);
                     let found = Evaluation::along(&with, None, &recording, signals, Some(&parts)).unwrap();
                     let off: Vec<f64> = expected.total().iter().zip(found.total()).map(|(e, f)| e - f).collect();
                     assert!(largest(&off) <= 1e-11 * largest(expected.total()), "{} {choice} {factor}", info.name);

@@ -52,7 +52,12 @@ pub fn proposals_over(
 ) -> Vec<Proposal> {
     let beside = if jointly { with_refined(model) } else { model.clone() };
     let mut wanted: Vec<(&'static dyn Kind, Term, Option<usize>)> = Vec::new();
-    for &kind in ALL.iter().filter(|kind| kind.name() != UNKNOWN && search.allows(kind.name())) {
+    // That of another simulator is not known to be none.
+    let may_have_spring = model.has_gear() || model.is_simulation();
+    let is_tried = |kind: &&&'static dyn Kind| {
+        kind.name() != UNKNOWN && search.allows(kind.name()) && (may_have_spring || !kind.changes_spring())
+    };
+    for &kind in ALL.iter().filter(is_tried) {
         let present = model.terms.iter().position(|t| t.kind == kind.name());
         if present.is_some() && !kind.repeatable() {
             continue;

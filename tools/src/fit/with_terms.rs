@@ -182,8 +182,8 @@ fn without_noise<'r>(recording: &'r Recording, model: &Model) -> Cow<'r, Recordi
 /// What a model sees of a recording.
 fn signals<'r>(recorded: &'r Recording, clean: &'r Cow<'r, Recording>, model: &Model) -> (&'r Recording, Signals<'r>) {
     match clean {
-        Cow::Borrowed(_) => (recorded, recorded::signals(recorded, &model.gear)),
-        Cow::Owned(clean) => (clean, recorded::clean_signals(recorded, clean, &model.gear)),
+        Cow::Borrowed(_) => (recorded, recorded::signals(recorded, model)),
+        Cow::Owned(clean) => (clean, recorded::clean_signals(recorded, clean, model)),
     }
 }
 
@@ -232,8 +232,10 @@ fn is_joint_base(model: &Model) -> bool {
 /// The base model of joint logs before it is fitted.
 fn joint_base(recordings: &[Recording], options: &FitOptions) -> Result<Model, EstimateError> {
     let first = &recordings[0];
+    let name = options.start.as_ref().map(|model| model.name.clone()).unwrap_or_default();
     let gear = options.gear(first.torque_unit);
-    let velocities = recordings.iter().filter_map(|r| Signals::new(r, &gear).velocity_rad_per_s);
+    let model = Model { name, gear, torque_unit: first.torque_unit, ..Model::default() };
+    let velocities = recordings.iter().filter_map(|r| Signals::new(r, &model).velocity_rad_per_s);
     let fastest = velocities.map(|v| largest(&v)).fold(0.0, f64::max);
     if fastest == 0.0 {
         return Err(EstimateError::NoMovement { recording: first.name.clone() });
@@ -245,9 +247,7 @@ fn joint_base(recordings: &[Recording], options: &FitOptions) -> Result<Model, E
         let values = linear.chain(smoothing).map(|(key, value)| (key.to_owned(), TermValue::Number(value)));
         Term { kind: (*name).to_owned(), values: values.collect() }
     };
-    let name = options.start.as_ref().map(|model| model.name.clone()).unwrap_or_default();
-    let terms = JOINT_BASE.iter().map(term).collect();
-    Ok(Model { name, gear, torque_unit: first.torque_unit, elastic: None, memory: None, terms })
+    Ok(Model { terms: JOINT_BASE.iter().map(term).collect(), ..model })
 }
 
 /// The model with the canonical signs of its memory and a rated deflection, and whether that is the largest seen.

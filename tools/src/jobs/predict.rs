@@ -27,7 +27,7 @@ pub fn predict(
         recording::ratio::check(recording, model.gear.ratio)?;
     }
     let prediction = recorded::predict_under(model, rated_deflection_rad, recording, progress)?;
-    let theta = Signals::new(recording, &model.gear).deflection_rad;
+    let theta = Signals::new(recording, model).deflection_rad;
     let mut far = None;
     let largest = || theta.as_deref().map(extremes::largest);
     if let Some(rated_rad) = rated_deflection_rad.or(model.gear.rated_deflection_rad).or_else(largest) {

@@ -23,6 +23,10 @@ impl Kind for Creep {
         Family::Memory
     }
 
+    fn changes_spring(&self) -> bool {
+        true
+    }
+
     fn experiments(&self) -> &'static [Experiment] {
         &[Experiment::Cycle]
     }

@@ -125,6 +125,11 @@ pub trait Kind: Sync {
     /// Its family.
     fn family(&self) -> Family;
 
+    /// Whether it changes the spring of a gear: it is not tried beside a model that has none.
+    fn changes_spring(&self) -> bool {
+        self.family() == Family::Elastic
+    }
+
     /// The bench tests that show it, the best first. None for structure without a name.
     fn experiments(&self) -> &'static [Experiment];
 

@@ -96,7 +96,7 @@ impl<'a> Evaluation<'a> {
     /// # Errors
     /// As there.
     pub fn new(model: &Model, asked_rad: Option<f64>, recording: &'a Recording) -> Result<Self, PredictError> {
-        Self::along(model, asked_rad, recording, Signals::new(recording, &model.gear), None)
+        Self::along(model, asked_rad, recording, Signals::new(recording, model), None)
     }
 
     /// The same for signals that are at hand, with `parts` that other evaluations on this recording have computed.

@@ -36,7 +36,7 @@ pub struct Prediction {
 /// # Errors
 /// [`PredictError`].
 pub fn predict(model: &Model, asked_rad: Option<f64>, recording: &Recording) -> Result<Prediction, PredictError> {
-    predict_along(model, asked_rad, recording, Signals::new(recording, &model.gear), &())
+    predict_along(model, asked_rad, recording, Signals::new(recording, model), &())
 }
 
 /// [`predict`] for signals that are at hand.

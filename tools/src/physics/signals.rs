@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use gmhm::terms::{Need, Sample};
 
-use crate::model::{GearSection, TorqueSide};
+use crate::model::{Model, TorqueSide};
 use crate::recording::Recording;
 
 /// The signals of MODEL.md section 7 for every row; `None` where the recording does not tell.
@@ -48,8 +48,9 @@ pub struct Signals<'a> {
 }
 
 impl<'a> Signals<'a> {
-    /// The signals of a recording of this gear.
-    pub fn new(recording: &'a Recording, gear: &GearSection) -> Self {
+    /// The signals of a recording as a model sees it. A machine without a gear that records no angle, as a damper or a slide, moves by its deflection: that is its q_o.
+    pub fn new(recording: &'a Recording, model: &Model) -> Self {
+        let gear = &model.gear;
         let time_s = &*recording.time_s;
         let (input, output) = (recording.theta_in_rad.as_deref(), recording.theta_out_rad.as_deref());
         let recorded = recording.deflection_rad.as_deref();
@@ -71,6 +72,7 @@ impl<'a> Signals<'a> {
             (None, Some(q_m), Some(theta), Some(n)) => Some(combine(q_m, theta, |q_m, theta| q_m / n - theta)),
             // Without an output encoder and a deflection the gear is taken as stiff.
             (None, Some(q_m), None, n) => Some(q_m.iter().map(|q| q / n.unwrap_or(1.0)).collect()),
+            (None, None, Some(theta), _) if !model.has_gear() && !model.is_simulation() => Some(theta.clone()),
             _ => None,
         };
         let of_angle = |q: &[f64]| (Cow::Owned(rate(q, time_s)), curvature(q, time_s));
@@ -102,7 +104,7 @@ impl<'a> Signals<'a> {
             deflection_rad,
             velocity_rad_per_s,
             temperature_c: recording.temperature_c.as_deref(),
-            past: recording.past.as_deref().map(|past| path(&Signals::new(past, gear))).unwrap_or_default(),
+            past: recording.past.as_deref().map(|past| path(&Signals::new(past, model))).unwrap_or_default(),
         }
     }
 

@@ -80,7 +80,7 @@ impl<'a> Dataset<'a> {
             return Err(EstimateError::SomeSimulated);
         }
         let marks = recordings.iter().map(|r| rows::gaps(&r.time_s)).collect();
-        let accelerations = recordings.iter().map(|r| acceleration(r, &uncounted(r), &model.gear)).collect();
+        let accelerations = recordings.iter().map(|r| acceleration(r, &uncounted(r), model)).collect();
         let recordings: Vec<Cow<'a, Recording>> = recordings.iter().map(|r| denoised(r, model.gear.ratio)).collect();
         let nuisances = nuisances(&recordings, &spans, model)?;
         let parts = Arc::new(recordings.iter().map(|_| Parts::default()).collect());
@@ -103,7 +103,7 @@ impl<'a> Dataset<'a> {
     /// largest velocity, or what the model gives where that is more; and 0 as the lower one of friction and inertia of a joint without a simulation.
     #[must_use]
     pub fn with_base(mut self, model: &Model) -> Self {
-        let velocities = self.recordings.iter().filter_map(|r| Signals::new(r, &model.gear).velocity_rad_per_s);
+        let velocities = self.recordings.iter().filter_map(|r| Signals::new(r, model).velocity_rad_per_s);
         let fastest = velocities.map(|v| extremes::largest(&v)).fold(0.0, f64::max);
         let given = model.terms.iter().enumerate().filter(|(_, term)| term.values.contains_key(kinds::SMOOTHING));
         let highest = |(at, term): (usize, &Term)| (at, kinds::highest_base_smoothing(term, fastest));
@@ -267,7 +267,7 @@ impl<'a> Dataset<'a> {
 
     pub(crate) fn evaluate_one(&self, model: &Model, index: usize) -> Result<Evaluation<'_>, PredictError> {
         let recording = &self.recordings[index];
-        let mut signals = Signals::new(recording, &model.gear);
+        let mut signals = Signals::new(recording, model);
         signals.acceleration_rad_per_s2.clone_from(&self.accelerations[index]);
         Evaluation::along(model, None, recording, signals, Some(&self.parts[index]))
     }

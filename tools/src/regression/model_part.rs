@@ -44,7 +44,7 @@ impl<'a> ModelPart<'a> {
     /// # Errors
     /// A model that cannot be evaluated on them.
     pub fn new(model: &Model, recordings: &'a [Recording], free: &[FreeParameter]) -> Result<Self, PredictError> {
-        let signals = |recording: &'a Recording| (recording, recorded::signals(recording, &model.gear));
+        let signals = |recording: &'a Recording| (recording, recorded::signals(recording, model));
         Self::along(model, recordings.iter().map(signals).collect(), free)
     }
 
@@ -113,7 +113,7 @@ impl<'a> ModelPart<'a> {
         let zero = model.gear.deflection_zero_rad - self.model.gear.deflection_zero_rad;
         if zero != 0.0 {
             let acceleration = signals.acceleration_rad_per_s2;
-            signals = Signals::new(recording, &model.gear);
+            signals = Signals::new(recording, model);
             signals.acceleration_rad_per_s2 = acceleration;
         }
         Evaluation::along(model, None, recording, signals, None)

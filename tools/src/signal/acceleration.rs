@@ -11,7 +11,7 @@ use std::f64::consts::TAU;
 use realfft::RealFftPlanner;
 use realfft::num_complex::Complex;
 
-use crate::model::{GearSection, TorqueSide};
+use crate::model::{Model, TorqueSide};
 use crate::numerics::vector::dot;
 use crate::physics::Signals;
 use crate::physics::signals::{curvature, rate};
@@ -29,11 +29,11 @@ const STANDS_OUT: f64 = 3.0;
 /// Two records of one motion share what they tell of it: their squared coherence is at least this. Of two that have nothing in common it is 0.1 over so many bins.
 const COHERENT: f64 = 0.3;
 
-/// The acceleration that a model of this gear sees, freed of the noise of the angle or the velocity that it follows from, whichever tells more of it; `None` without either. `motion`
+/// The acceleration that a model sees, freed of the noise of the angle or the velocity that it follows from, whichever tells more of it; `None` without either. `motion`
 /// is the recording after `denoise::uncounted`.
 ///
 /// A record without noise is differentiated as it stands.
-pub fn acceleration(recording: &Recording, motion: &Recording, gear: &GearSection) -> Option<Vec<f64>> {
+pub fn acceleration(recording: &Recording, motion: &Recording, model: &Model) -> Option<Vec<f64>> {
     let time_s = &*recording.time_s;
     let of_angle = |q: &[f64], uncounted: &[f64], other: Option<&[f64]>| {
         // A difference of two samples has the weights 1, −2, 1 over the period squared.
@@ -41,7 +41,8 @@ pub fn acceleration(recording: &Recording, motion: &Recording, gear: &GearSectio
         expected(curvature(uncounted, time_s), other, white_sd(q), time_s, gain)
     };
     let input = recording.theta_in_rad.as_deref().zip(motion.theta_in_rad.as_deref());
-    if let (TorqueSide::Motor, Some((q_m, uncounted)), Some(ratio)) = (gear.torque_side, input, gear.ratio) {
+    if let (TorqueSide::Motor, Some((q_m, uncounted)), Some(ratio)) = (model.gear.torque_side, input, model.gear.ratio)
+    {
         let at_output = |q: &[f64]| q.iter().map(|q| q / ratio).collect::<Vec<f64>>();
         return Some(of_angle(&at_output(q_m), &at_output(uncounted), None));
     }
@@ -49,7 +50,7 @@ pub fn acceleration(recording: &Recording, motion: &Recording, gear: &GearSectio
         let gain = |w: f64, period_s: f64| (w.sin() / period_s).powi(2);
         expected(rate(v, time_s), other, sd, time_s, gain)
     };
-    let (signals, smooth) = (Signals::new(recording, gear), Signals::new(motion, gear));
+    let (signals, smooth) = (Signals::new(recording, model), Signals::new(motion, model));
     let output = signals.output_angle_rad.as_deref().zip(smooth.output_angle_rad.as_deref());
     let recorded = recording.velocity_out_rad_per_s.as_deref().map(|v| (v, white_sd(v)));
     match (output, recorded) {
@@ -167,8 +168,8 @@ mod tests {
     #[test]
     fn regressions_on_it_are_not_biased() {
         let clean = motion(6000, 2e-3);
-        let gear = GearSection::default();
-        let truth = acceleration(&clean, &clean, &gear).unwrap();
+        let model = Model::default();
+        let truth = acceleration(&clean, &clean, &model).unwrap();
         assert_eq!(truth, curvature(clean.theta_out_rad.as_deref().unwrap(), &clean.time_s));
         // Noise of a five-hundredth, a quarter and twenty-six times the power of the acceleration.
         for (seed, sd, within) in [(1, 1e-6, 0.002), (2, 1e-5, 0.01), (3, 1e-4, 0.2)] {
@@ -178,7 +179,7 @@ mod tests {
                 let normal: f64 = StandardNormal.sample(&mut random);
                 *q += sd * normal;
             }
-            let found = acceleration(&noisy, &uncounted(&noisy), &gear).unwrap();
+            let found = acceleration(&noisy, &uncounted(&noisy), &model).unwrap();
             let slope = dot(&truth, &found) / dot(&found, &found);
             assert!((slope - 1.0).abs() < within, "sd {sd}: {slope}");
         }
@@ -191,12 +192,12 @@ mod tests {
         let counted = |q: &f64| (q / count).round() * count;
         let angle = clean.theta_out_rad.as_deref().map(|q| q.iter().map(counted).collect());
         let rough = Recording { theta_out_rad: angle, ..clean.clone() };
-        let gear = GearSection::default();
-        let truth = acceleration(&clean, &clean, &gear).unwrap();
+        let model = Model::default();
+        let truth = acceleration(&clean, &clean, &model).unwrap();
         let alike = |found: &[f64]| dot(&truth, found) / (dot(&truth, &truth) * dot(found, found)).sqrt();
-        let found = acceleration(&rough, &uncounted(&rough), &gear).unwrap();
+        let found = acceleration(&rough, &uncounted(&rough), &model).unwrap();
         assert!(alike(&found) > 0.97, "{}", alike(&found));
-        let of_counts = acceleration(&rough, &rough, &gear).unwrap();
+        let of_counts = acceleration(&rough, &rough, &model).unwrap();
         assert!(alike(&of_counts) < 0.9, "{}", alike(&of_counts));
     }
 }

@@ -276,7 +276,7 @@ pub fn examine(recordings: &[Recording], held_out: &[Recording], model: &Model) 
         if model.has_gear() && recording.torque.is_some() && recording.torque_unit != model.torque_unit {
             return Err(Implausible::OtherQuantity { file: recording.name.clone(), found: recording.torque_unit });
         }
-        let theta = Signals::new(recording, &model.gear).deflection_rad;
+        let theta = Signals::new(recording, model).deflection_rad;
         let theta = theta.as_deref();
         let still = still(recording, theta)?;
         units(recording, model)?;
@@ -328,7 +328,7 @@ pub fn units(recording: &Recording, model: &Model) -> Result<(), Implausible> {
         return Ok(());
     }
     let apart = |recording: &Recording| {
-        let theta = Signals::new(recording, &model.gear).deflection_rad;
+        let theta = Signals::new(recording, model).deflection_rad;
         let largest = theta.map(|theta| theta.iter().fold(0.0, |most: f64, x| most.max(x.abs())));
         largest.zip(model.gear.rated_deflection_rad).map_or(0.0, |(largest, rated)| (largest / rated).ln().abs())
     };
