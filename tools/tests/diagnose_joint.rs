@@ -303,6 +303,20 @@ fn a_payload_may_be_as_large_as_the_simulated_torque() {
 }
 
 #[test]
+fn friction_on_the_other_side_of_the_torque_is_found_behind_a_payload() {
+    let simulation = |t: f64| 20.0 * two_sines(t).0.sin() + 3.0;
+    let torque = |t: f64| {
+        let (angle, velocity) = two_sines(t);
+        simulation(t) + 6.0 * (angle + 0.4).cos() + 0.2 * (velocity / 0.02).tanh()
+    };
+    let (recording, mut base) = simulated(two_sines, simulation, torque);
+    base.gear.torque_side = TorqueSide::Output;
+    let found = diagnosed((recording, base));
+    assert_eq!(names(&found), ["coulomb_friction", "gravity_load"]);
+    assert!(found.diagnosis.suggestions.contains(&Suggestion::TorqueSide(TorqueSide::Motor)));
+}
+
+#[test]
 fn a_damper_that_records_its_displacement_as_a_deflection_moves_by_it() {
     let (mut recording, mut base) = joint(two_sines, |_| 0.0);
     base.terms = vec![term("inertia", &[("inertia_kgm2", 0.0)])];

@@ -23,10 +23,10 @@ use crate::regression::fit::Fitted;
 const LOST_IN_MEANS: f64 = 0.01;
 
 /// Friction of the wrong sign that would save this share of what is predictable: the torque is on the other side of the gear.
-const WRONG_SIGN: f64 = 0.1;
+const WRONG_SIGN: f64 = 0.02;
 
 /// The other side has to lessen error and prices by this share of what is predictable.
-const LEAST_BETTER: f64 = 0.02;
+const LEAST_BETTER: f64 = 0.005;
 
 /// The base with the torque on the other side has to leave less than this share of the error on blocks held out, where friction or inertia of the base is held at zero; as in a fit.
 const SIDE_BETTER_SHARE: f64 = THRESHOLDS.side_better_share;

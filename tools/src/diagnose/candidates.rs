@@ -52,8 +52,8 @@ pub fn proposals_over(
 ) -> Vec<Proposal> {
     let beside = if jointly { with_refined(model) } else { model.clone() };
     let mut wanted: Vec<(&'static dyn Kind, Term, Option<usize>)> = Vec::new();
-    // That of another simulator is not known to be none.
-    let may_have_spring = model.has_gear() || model.is_simulation();
+    // A rated deflection says that another simulator stands in for a gear.
+    let may_have_spring = model.has_gear() || model.is_simulation() && model.gear.rated_deflection_rad.is_some();
     let is_tried = |kind: &&&'static dyn Kind| {
         kind.name() != UNKNOWN && search.allows(kind.name()) && (may_have_spring || !kind.changes_spring())
     };
