@@ -307,7 +307,7 @@ fn friction_on_the_other_side_of_the_torque_is_found_behind_a_payload() {
     let simulation = |t: f64| 20.0 * two_sines(t).0.sin() + 3.0;
     let torque = |t: f64| {
         let (angle, velocity) = two_sines(t);
-        simulation(t) + 6.0 * (angle + 0.4).cos() + 0.2 * (velocity / 0.02).tanh()
+        simulation(t) + 6.0 * (angle + 0.4).cos() + 0.15 * (velocity / 0.02).tanh()
     };
     let (recording, mut base) = simulated(two_sines, simulation, torque);
     base.gear.torque_side = TorqueSide::Output;
