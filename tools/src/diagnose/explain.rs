@@ -140,10 +140,12 @@ impl Dataset<'_> {
             // What only trades structure for slow noise explains nothing.
             let squares = |fit: &Fitted| self.layout().squares(&fit.residual);
             let worse = squares(&polished) > DEARER * squares(fit);
-            if worse || !proposal.accepts_fitted(&polished.model) {
+            let at = proposal.extends.unwrap_or(polished.model.terms.len() - 1);
+            let too_large = !is_delay(&polished.model.terms[at]) && self.exceeds_torque(&polished, at);
+            if worse || too_large || !proposal.accepts_fitted(&polished.model) {
                 return None;
             }
-            let gain = self.gain_of(proposal.extends.unwrap_or(polished.model.terms.len() - 1), &polished, fit);
+            let gain = self.gain_of(at, &polished, fit);
             Some(Alternative {
                 kind: proposal.info.name,
                 extends: proposal.extends,

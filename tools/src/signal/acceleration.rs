@@ -29,6 +29,9 @@ const STANDS_OUT: f64 = 3.0;
 /// Two records of one motion share what they tell of it: their squared coherence is at least this. Of two that have nothing in common it is 0.1 over so many bins.
 const COHERENT: f64 = 0.3;
 
+/// An acceleration that follows from an angle has at most so many times the power of the derivative of the velocity. A difference over two samples loses 1.5 dB at an eighth of the sampling rate.
+const MOST_OF_OTHER: f64 = 1.5;
+
 /// The acceleration that a model sees, freed of the noise of the angle or the velocity that it follows from, whichever tells more of it; `None` without either. `motion`
 /// is the recording after `denoise::uncounted`.
 ///
@@ -57,8 +60,11 @@ pub fn acceleration(recording: &Recording, motion: &Recording, model: &Model) ->
         (Some((q, uncounted)), Some((v, sd))) if sd > 0.0 => {
             let angle = of_angle(q, uncounted, Some(&rate(v, time_s)));
             let velocity = of_velocity(v, sd, Some(&curvature(uncounted, time_s)));
-            // What is expected varies the less the less is known.
-            Some(if dot(&velocity, &velocity) > dot(&angle, &angle) { velocity } else { angle })
+            let power = |line: &[f64]| dot(line, line);
+            // What is expected varies the less the less is known. Nor is there more of it than the velocity has, noise and all: the rest is errors of an encoder that are not white.
+            let is_of_velocity =
+                power(&velocity) > power(&angle) || power(&angle) > MOST_OF_OTHER * power(&rate(v, time_s));
+            Some(if is_of_velocity { velocity } else { angle })
         }
         (_, Some((v, sd))) => Some(of_velocity(v, sd, None)),
         (output, None) => output.map(|(q, uncounted)| of_angle(q, uncounted, None)),
@@ -199,5 +205,29 @@ mod tests {
         assert!(alike(&found) > 0.97, "{}", alike(&found));
         let of_counts = acceleration(&rough, &rough, &model).unwrap();
         assert!(alike(&of_counts) < 0.9, "{}", alike(&of_counts));
+    }
+
+    #[test]
+    fn errors_of_an_encoder_that_its_filtered_velocity_hardly_has_are_no_acceleration() {
+        let clean = motion(3000, 4e-3);
+        let model = Model::default();
+        let truth = acceleration(&clean, &clean, &model).unwrap();
+        // Some 50 Hz, as an encoder of 800 lines a turn makes them, of 20 µrad; the velocity is a mean over 8 samples.
+        let angle: Vec<f64> =
+            clean.theta_out_rad.as_deref().unwrap().iter().map(|q| q + 2e-5 * (800.0 * q).sin()).collect();
+        let of_eight = |row: usize| {
+            let (from, to) = (row.saturating_sub(4), (row + 4).min(angle.len() - 1));
+            (angle[to] - angle[from]) / (clean.time_s[to] - clean.time_s[from])
+        };
+        let velocity: Vec<f64> =
+            (0..angle.len()).map(|row| of_eight(row) + 1e-5 * ((row * row) as f64).sin()).collect();
+        let recording = Recording {
+            theta_out_rad: Some(angle.into()),
+            velocity_out_rad_per_s: Some(velocity.into()),
+            ..clean.clone()
+        };
+        let found = acceleration(&recording, &uncounted(&recording), &model).unwrap();
+        let slope = dot(&truth, &found) / dot(&found, &found);
+        assert!((slope - 1.0).abs() < 0.1, "{slope}");
     }
 }

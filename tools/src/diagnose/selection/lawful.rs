@@ -62,7 +62,7 @@ impl Dataset<'_> {
     }
 
     /// Whether a linear number of a term makes it larger than any may be, as no set of kinds that is selected does.
-    fn exceeds_torque(&self, fit: &Fitted, at: usize) -> bool {
+    pub(in crate::diagnose) fn exceeds_torque(&self, fit: &Fitted, at: usize) -> bool {
         let numbers = fit.parameters.iter().zip(&fit.columns);
         let own = numbers.filter(|(parameter, _)| parameter.is_linear_of(at));
         let largest =

@@ -39,6 +39,13 @@ impl Search<'_> {
         self.beats_surrogates(kind, set, total, step)
     }
 
+    /// The squares of a line over those that its blocks leave held out, at most 1. Where some block does not determine the base, what is extrapolated there counts many times, and so does what a further
+    /// column saves of it.
+    fn determined(&self, line: &[f64], held_out: f64) -> f64 {
+        let own = line.iter().zip(&self.dictionary.counts).filter(|(_, counts)| **counts);
+        (own.map(|(x, _)| x * x).sum::<f64>() / held_out.max(f64::MIN_POSITIVE)).min(1.0)
+    }
+
     /// Whether a gain is more than surrogates of the noise give to any kind.
     fn beats_surrogates(&self, kind: &'static str, set: &Set, gain: f64, step: usize) -> bool {
         let chosen = self.columns_of(set);
@@ -61,8 +68,17 @@ impl Search<'_> {
             .map(|c| &c.columns[..])
             .collect();
         let gains = self.gram.savings(&targets, &base, &competitors);
+        let plain = Chosen::plain(&base);
+        let mut held = [0.0; SURROGATES];
+        for block in self.gram.errors(&targets, &plain) {
+            held.iter_mut().zip(block).for_each(|(sum, squares)| *sum += squares);
+        }
+        let most_of = |k: usize| gains.iter().map(|g: &Vec<f64>| g[k]).fold(0.0, f64::max);
         let mut most: Vec<f64> =
-            (0..SURROGATES).map(|k| gains.iter().map(|g: &Vec<f64>| g[k]).fold(0.0, f64::max)).collect();
+            (0..SURROGATES).map(|k| most_of(k) * self.determined(&surrogates[k], held[k])).collect();
+        let weights = self.gram.weights(self.targets, &plain);
+        let left = self.gram.residual(&self.dictionary.columns, &self.dictionary.y, &weights, &base);
+        let gain = gain * self.determined(&left, self.squares(&rest));
         most.sort_by(f64::total_cmp);
         let rank = if is_common(kind) { SURROGATES - 2 } else { SURROGATES - 1 };
         gain > most[rank]
