@@ -14,6 +14,9 @@ pub const T_OTHERS: f64 = 1.5;
 /// A gain of this share of what is predictable, in seven blocks, needs no surrogates.
 const BEYOND_DOUBT: f64 = 0.05;
 
+/// Where blocks do not determine the base, this part of a gain has to be in others than the best block.
+const LEAST_ELSEWHERE: f64 = 0.25;
+
 impl Search<'_> {
     /// The gain of each block by a kind in its set.
     pub fn gains(&self, kind: &str, set: &Set) -> [f64; BLOCKS] {
@@ -36,7 +39,7 @@ impl Search<'_> {
         if positive >= MOST_BLOCKS && total > BEYOND_DOUBT * self.scale {
             return true;
         }
-        self.beats_surrogates(kind, set, total, step)
+        self.beats_surrogates(kind, set, &gains, step)
     }
 
     /// The squares of a line over those that its blocks leave held out, at most 1. Where some block does not determine the base, what is extrapolated there counts many times, and so does what a further
@@ -46,8 +49,9 @@ impl Search<'_> {
         (own.map(|(x, _)| x * x).sum::<f64>() / held_out.max(f64::MIN_POSITIVE)).min(1.0)
     }
 
-    /// Whether a gain is more than surrogates of the noise give to any kind.
-    fn beats_surrogates(&self, kind: &'static str, set: &Set, gain: f64, step: usize) -> bool {
+    /// Whether a gain is more than surrogates of the noise give to any kind; or would be, were the base determined by all blocks.
+    fn beats_surrogates(&self, kind: &'static str, set: &Set, gains: &[f64; BLOCKS], step: usize) -> bool {
+        let gain: f64 = gains.iter().sum();
         let chosen = self.columns_of(set);
         let with_free = |ridge: f64| Chosen::with_free(&chosen, &self.free.0, ridge);
         let described = [Chosen::plain(&chosen), with_free(1e-2), with_free(1e-4)];
@@ -67,21 +71,30 @@ impl Search<'_> {
             .filter(|c| !rest.contains_key(c.kind))
             .map(|c| &c.columns[..])
             .collect();
-        let gains = self.gram.savings(&targets, &base, &competitors);
+        let gains_of_noise = self.gram.savings(&targets, &base, &competitors);
+        let most: Vec<f64> =
+            (0..SURROGATES).map(|k| gains_of_noise.iter().map(|g: &Vec<f64>| g[k]).fold(0.0, f64::max)).collect();
+        let rank = if is_common(kind) { SURROGATES - 2 } else { SURROGATES - 1 };
+        let exceeds = |gain: f64, mut most: Vec<f64>| {
+            most.sort_by(f64::total_cmp);
+            gain > most[rank]
+        };
+        if exceeds(gain, most.clone()) {
+            return true;
+        }
+        let largest = gains.iter().fold(0.0, |most: f64, gain| most.max(*gain));
+        if gain - largest < LEAST_ELSEWHERE * gain {
+            return false;
+        }
         let plain = Chosen::plain(&base);
         let mut held = [0.0; SURROGATES];
         for block in self.gram.errors(&targets, &plain) {
             held.iter_mut().zip(block).for_each(|(sum, squares)| *sum += squares);
         }
-        let most_of = |k: usize| gains.iter().map(|g: &Vec<f64>| g[k]).fold(0.0, f64::max);
-        let mut most: Vec<f64> =
-            (0..SURROGATES).map(|k| most_of(k) * self.determined(&surrogates[k], held[k])).collect();
         let weights = self.gram.weights(self.targets, &plain);
         let left = self.gram.residual(&self.dictionary.columns, &self.dictionary.y, &weights, &base);
-        let gain = gain * self.determined(&left, self.squares(&rest));
-        most.sort_by(f64::total_cmp);
-        let rank = if is_common(kind) { SURROGATES - 2 } else { SURROGATES - 1 };
-        gain > most[rank]
+        let scaled = (0..SURROGATES).map(|k| most[k] * self.determined(&surrogates[k], held[k])).collect();
+        exceeds(gain * self.determined(&left, self.squares(&rest)), scaled)
     }
 }
 
