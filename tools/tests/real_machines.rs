@@ -125,6 +125,25 @@ fn a_motor_lacks_its_cogging() {
 }
 
 #[test]
+fn an_axis_that_moves_few_strokes_lacks_its_inertia() {
+    let friction = "[gear]\ntorque_side = \"motor\"\n[[term]]\nkind = \"coulomb_friction\"\ntorque_nm = 0.0\n\
+                    smoothing_rad_per_s = 0.01\n[[term]]\nkind = \"viscous_friction\"\ndamping_nms_per_rad = 0.0\n";
+    for (file, part) in [("kuka_kr300_a1_B.csv", "--to 5.996"), ("kuka_kr300_a1_C.csv", "--from 4")] {
+        let dir = WorkDir::new();
+        if recording(&dir, file, &["torque_sim_nm", "theta_in_rad", "deflection_rad"]).is_none() {
+            return;
+        }
+        let found = diagnosed(&dir, &format!("format = 1\nname = \"axis\"\n{friction}"), part);
+        let effects = found["effects"].as_array().unwrap();
+        let is_inertia = |effect: &Value| effect["name"] == "inertia" || effect["closest"]["name"] == "inertia";
+        assert!(effects.iter().any(is_inertia), "{file}: {effects:?}");
+        // Within half a turn, an offset hides a gravity of 40 kN·m, twenty times the torque recorded.
+        assert!(!named(&found).contains(&"gravity_load".to_owned()), "{file}: {effects:?}");
+        assert!(held_out(&found, "extended") < 0.5 * held_out(&found, "refitted"), "{file}: {}", found["heldout"]);
+    }
+}
+
+#[test]
 fn the_two_encoders_of_an_arm_say_nothing_of_a_spring_that_its_model_has_not() {
     let dir = WorkDir::new();
     if recording(&dir, "kuka_kr300_a1_B.csv", &["torque_sim_nm"]).is_none() {
