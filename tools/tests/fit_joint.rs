@@ -235,3 +235,17 @@ fn deviation(values: &[f64]) -> f64 {
     let mean = values.iter().sum::<f64>() / values.len() as f64;
     (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / values.len() as f64).sqrt()
 }
+
+#[test]
+fn a_joint_with_two_angles_is_fitted_at_the_ratio_that_they_show() {
+    let dir = WorkDir::new();
+    let recording = joint(40.0, 0.01, 8, to_and_fro);
+    let angle = recording.theta_out_rad.as_deref().unwrap();
+    let rows = recording.time_s.iter().zip(angle).zip(recording.torque.as_deref().unwrap());
+    let rows = rows.map(|((t, q), torque)| format!("{t},{},{q},{torque}\n", 32.0 * q));
+    dir.write("joint.csv", format!("time_s,theta_in_rad,theta_out_rad,torque_nm\n{}", rows.collect::<String>()));
+    let inertia = "[[term]]\nkind = \"inertia\"\ninertia_kgm2 = 0.1\n";
+    dir.write("base.toml", format!("format = 1\nname = \"joint\"\n[gear]\ntorque_side = \"motor\"\n{inertia}"));
+    dir.succeed("fit joint.csv --model base.toml -o fitted.toml");
+    assert!(dir.read("fitted.toml").contains("\nratio = 32.0 "), "{}", dir.read("fitted.toml"));
+}

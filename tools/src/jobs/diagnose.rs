@@ -1,13 +1,14 @@
 //! `gmhm diagnose` on recordings that are read.
 
 use super::Notes;
+use super::ready::ratio_of_joint;
 use crate::diagnose::{self, Finding, Options};
 use crate::failure::Failure;
 use crate::fit::zeros;
 use crate::model::{Base, GearSection, Model};
 use crate::number::number;
 use crate::progress::Progress;
-use crate::recording::{self, Need, Needs, Recording};
+use crate::recording::{Need, Needs, Recording};
 use crate::signal::encoder_zeros;
 
 /// Time and torque; motion as far as the terms of the model need it, which its evaluation says.
@@ -41,12 +42,7 @@ pub fn find(
     progress: &dyn Progress,
     notes: Notes<'_>,
 ) -> Result<Diagnosed, Failure> {
-    if !model.has_gear() && model.gear.ratio.is_none() {
-        model.gear.ratio = recordings.iter().find_map(recording::ratio::shown_rounded);
-        if let Some(ratio) = model.gear.ratio {
-            notes(&format!("ratio {ratio}: the slope of theta_in_rad over theta_out_rad"));
-        }
-    }
+    model.gear.ratio = ratio_of_joint(&model, &recordings, notes);
     if own_zeros {
         let all: Vec<&Recording> = recordings.iter().chain(&holdout).collect();
         let apart = zeros::between(&all, &model)?.unwrap_or_default();

@@ -1,6 +1,7 @@
 //! `gmhm fit` on recordings that are read.
 
 use super::Notes;
+use super::ready::ratio_of_joint;
 use crate::failure::Failure;
 use crate::fit::verdict::Assessment;
 use crate::fit::{self, Fit, FitOptions};
@@ -35,7 +36,11 @@ pub fn identify(
     notes: Notes<'_>,
 ) -> Result<Identified, Failure> {
     plausible::repeated(&recordings, &[]).iter().for_each(|remark| notes(&remark.to_string()));
-    let mut fit = fit::fit(&recordings, options, progress)?;
+    let mut options = options.clone();
+    if let (None, Some(model)) = (options.ratio, &options.start) {
+        options.ratio = ratio_of_joint(model, &recordings, notes);
+    }
+    let mut fit = fit::fit(&recordings, &options, progress)?;
     if let Some(name) = name {
         fit.model.name = name;
     }

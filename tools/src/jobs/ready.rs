@@ -30,6 +30,18 @@ pub fn ready(
     Ok(())
 }
 
+/// The ratio of a joint's model; where it states none, the one that the two angles of a recording show, and a note of it.
+pub fn ratio_of_joint(model: &Model, recordings: &[Recording], notes: Notes<'_>) -> Option<f64> {
+    if model.has_gear() || model.gear.ratio.is_some() {
+        return model.gear.ratio;
+    }
+    let shown = recordings.iter().find_map(recording::ratio::shown_rounded);
+    if let Some(ratio) = shown {
+        notes(&format!("ratio {ratio}: the slope of theta_in_rad over theta_out_rad"));
+    }
+    shown
+}
+
 /// Values so many times farther from the middle than 98 % of all, and of at most such a share of the rows, are perhaps no measurement.
 const SPIKE: (f64, f64) = (20.0, 0.01);
 
