@@ -37,6 +37,8 @@ pub struct Dictionary {
     pub columns: Vec<Vec<f64>>,
     /// What is to be described: the torque less the base model.
     pub y: Vec<f64>,
+    /// Whether the base model has a gear.
+    pub(super) has_gear: bool,
     /// Whether another simulation stands in for the base model.
     pub(super) simulation: bool,
     /// Rows that count.
@@ -93,6 +95,7 @@ impl Dictionary {
         }
         let mut all = Self {
             y: fit.residual.clone(),
+            has_gear: fit.model.has_gear(),
             simulation: fit.model.is_simulation(),
             counts: dataset.rows_that_count(),
             ..Self::default()

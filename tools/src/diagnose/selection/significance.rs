@@ -14,7 +14,7 @@ pub const T_OTHERS: f64 = 1.5;
 /// A gain of this share of what is predictable, in seven blocks, needs no surrogates.
 const BEYOND_DOUBT: f64 = 0.05;
 
-/// Where blocks do not determine the base, this part of a gain has to be in others than the best block.
+/// Where blocks do not determine the base of a joint, this part of a gain has to be in others than the best block.
 const LEAST_ELSEWHERE: f64 = 0.25;
 
 impl Search<'_> {
@@ -49,7 +49,7 @@ impl Search<'_> {
         (own.map(|(x, _)| x * x).sum::<f64>() / held_out.max(f64::MIN_POSITIVE)).min(1.0)
     }
 
-    /// Whether a gain is more than surrogates of the noise give to any kind; or would be, were the base determined by all blocks.
+    /// Whether a gain is more than surrogates of the noise give to any kind; or would be, were the base of a joint determined by all blocks.
     fn beats_surrogates(&self, kind: &'static str, set: &Set, gains: &[f64; BLOCKS], step: usize) -> bool {
         let gain: f64 = gains.iter().sum();
         let chosen = self.columns_of(set);
@@ -83,7 +83,8 @@ impl Search<'_> {
             return true;
         }
         let largest = gains.iter().fold(0.0, |most: f64, gain| most.max(*gain));
-        if gain - largest < LEAST_ELSEWHERE * gain {
+        // What is extrapolated of a gear's base is its spring and its past, which any kind can make up for.
+        if self.dictionary.has_gear || gain - largest < LEAST_ELSEWHERE * gain {
             return false;
         }
         let plain = Chosen::plain(&base);
