@@ -29,7 +29,8 @@ const STANDS_OUT: f64 = 3.0;
 /// Two records of one motion share what they tell of it: their squared coherence is at least this. Of two that have nothing in common it is 0.1 over so many bins.
 const COHERENT: f64 = 0.3;
 
-/// An acceleration that follows from an angle has at most so many times the power of the derivative of the velocity. A difference over two samples loses 1.5 dB at an eighth of the sampling rate.
+/// An acceleration that follows from an angle has at most so many times the power of the derivative of the velocity. A difference over two samples loses that
+/// much at a quarter of the sampling rate.
 const MOST_OF_OTHER: f64 = 1.5;
 
 /// The acceleration that a model sees, freed of the noise of the angle or the velocity that it follows from, whichever tells more of it; `None` without either. `motion`
