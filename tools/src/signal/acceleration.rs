@@ -213,15 +213,14 @@ mod tests {
         let clean = motion(3000, 4e-3);
         let model = Model::default();
         let truth = acceleration(&clean, &clean, &model).unwrap();
-        // Some 50 Hz, as an encoder of 800 lines a turn makes them, of 20 µrad; the velocity is a mean over 8 samples.
+        // An encoder's errors of 0.2 mrad, 100 waves a radian, some 50 Hz; the velocity is a mean over 8 samples.
         let angle: Vec<f64> =
-            clean.theta_out_rad.as_deref().unwrap().iter().map(|q| q + 2e-5 * (800.0 * q).sin()).collect();
+            clean.theta_out_rad.as_deref().unwrap().iter().map(|q| q + 2e-4 * (100.0 * q).sin()).collect();
         let of_eight = |row: usize| {
             let (from, to) = (row.saturating_sub(4), (row + 4).min(angle.len() - 1));
             (angle[to] - angle[from]) / (clean.time_s[to] - clean.time_s[from])
         };
-        let velocity: Vec<f64> =
-            (0..angle.len()).map(|row| of_eight(row) + 1e-5 * ((row * row) as f64).sin()).collect();
+        let velocity: Vec<f64> = (0..angle.len()).map(|row| of_eight(row) + 0.01 * ((row * row) as f64).sin()).collect();
         let recording = Recording {
             theta_out_rad: Some(angle.into()),
             velocity_out_rad_per_s: Some(velocity.into()),
