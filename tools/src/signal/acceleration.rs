@@ -220,7 +220,8 @@ mod tests {
             let (from, to) = (row.saturating_sub(4), (row + 4).min(angle.len() - 1));
             (angle[to] - angle[from]) / (clean.time_s[to] - clean.time_s[from])
         };
-        let velocity: Vec<f64> = (0..angle.len()).map(|row| of_eight(row) + 0.01 * ((row * row) as f64).sin()).collect();
+        let velocity: Vec<f64> =
+            (0..angle.len()).map(|row| of_eight(row) + 0.01 * ((row * row) as f64).sin()).collect();
         let recording = Recording {
             theta_out_rad: Some(angle.into()),
             velocity_out_rad_per_s: Some(velocity.into()),
