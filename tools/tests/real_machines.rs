@@ -47,6 +47,14 @@ fn named(found: &Value) -> Vec<String> {
     known.map(|e| e["name"].as_str().unwrap().to_owned()).collect()
 }
 
+/// Kinds that are named, perhaps among others.
+fn assert_names(found: &Value, kinds: &[&str]) {
+    let names = named(found);
+    for kind in kinds {
+        assert!(names.iter().any(|name| name == kind), "{kind}: {}", found["effects"]);
+    }
+}
+
 fn held_out(found: &Value, of: &str) -> f64 {
     found["heldout"][of].as_f64().unwrap()
 }
@@ -58,7 +66,7 @@ fn an_industrial_arm_lacks_coulomb_friction() {
         return;
     }
     let found = diagnosed(&dir, ARM, "");
-    assert!(named(&found).contains(&"coulomb_friction".to_owned()), "{}", found["effects"]);
+    assert_names(&found, &["coulomb_friction"]);
     assert!(found["predictable"].as_f64().unwrap() > 0.5, "{found}");
     // Textbook least squares leave 4.7 of 8.3 N·m.
     assert!(held_out(&found, "extended") < 0.65 * held_out(&found, "refitted"), "{}", found["heldout"]);
@@ -82,10 +90,7 @@ fn a_ball_screw_lacks_coulomb_and_viscous_friction() {
         return;
     }
     let found = diagnosed(&dir, AXIS, "");
-    let names = named(&found);
-    for kind in ["coulomb_friction", "viscous_friction"] {
-        assert!(names.contains(&kind.to_owned()), "{kind}: {}", found["effects"]);
-    }
+    assert_names(&found, &["coulomb_friction", "viscous_friction"]);
     // Textbook least squares leave 2.55 N.
     assert!(held_out(&found, "extended") < 2.8, "{}", found["heldout"]);
 }
@@ -151,10 +156,7 @@ fn the_two_encoders_of_an_arm_say_nothing_of_a_spring_that_its_model_has_not() {
     }
     // The encoders are 3 ms apart, so that the deflection follows the velocity.
     let found = diagnosed(&dir, AXIS, "");
-    let names = named(&found);
-    for kind in ["coulomb_friction", "viscous_friction"] {
-        assert!(names.contains(&kind.to_owned()), "{kind}: {}", found["effects"]);
-    }
+    assert_names(&found, &["coulomb_friction", "viscous_friction"]);
     let effects = found["effects"].as_array().unwrap();
     assert!(effects.iter().all(|effect| effect["family"] != "elastic" && effect["name"] != "creep"), "{effects:?}");
 }

@@ -141,8 +141,7 @@ impl Dataset<'_> {
             let squares = |fit: &Fitted| self.layout().squares(&fit.residual);
             let worse = squares(&polished) > DEARER * squares(fit);
             let at = proposal.extends.unwrap_or(polished.model.terms.len() - 1);
-            let too_large = !is_delay(&polished.model.terms[at]) && self.exceeds_torque(&polished, at);
-            if worse || too_large || !proposal.accepts_fitted(&polished.model) {
+            if worse || self.exceeds_torque(&polished, at) || !proposal.accepts_fitted(&polished.model) {
                 return None;
             }
             let gain = self.gain_of(at, &polished, fit);

@@ -224,9 +224,7 @@ fn of_past(recordings: &[Vec<Vec<f64>>]) -> Ready<'_> {
 
 /// Whether a model, of no difference to a simulation, has the terms of a joint's base model and no others.
 fn is_joint_base(model: &Model) -> bool {
-    !model.has_gear()
-        && !model.is_simulation()
-        && model.terms.iter().all(|term| JOINT_BASE.contains(&term.kind.as_str()))
+    model.has_terms_alone() && model.terms.iter().all(|term| JOINT_BASE.contains(&term.kind.as_str()))
 }
 
 /// The base model of joint logs before it is fitted.

@@ -155,6 +155,11 @@ impl Model {
         self.gear.base == Base::Simulation
     }
 
+    /// Whether there is nothing but its terms: a joint, or another machine without a gear, whose base no simulation is.
+    pub fn has_terms_alone(&self) -> bool {
+        !self.has_gear() && !self.is_simulation()
+    }
+
     /// The parameters of the gear at the rated deflection A, as the host evaluates them: beside slip elements the fitted spring of a real gear may fall at 0. `None` for a
     /// joint log. The file's own A is only a default: commands may be given another.
     ///

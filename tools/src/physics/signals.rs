@@ -72,7 +72,7 @@ impl<'a> Signals<'a> {
             (None, Some(q_m), Some(theta), Some(n)) => Some(combine(q_m, theta, |q_m, theta| q_m / n - theta)),
             // Without an output encoder and a deflection the gear is taken as stiff.
             (None, Some(q_m), None, n) => Some(q_m.iter().map(|q| q / n.unwrap_or(1.0)).collect()),
-            (None, None, Some(theta), _) if !model.has_gear() && !model.is_simulation() => Some(theta.clone()),
+            (None, None, Some(theta), _) if model.has_terms_alone() => Some(theta.clone()),
             _ => None,
         };
         let of_angle = |q: &[f64]| (Cow::Owned(rate(q, time_s)), curvature(q, time_s));

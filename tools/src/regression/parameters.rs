@@ -238,7 +238,7 @@ pub fn is_linear(model: &Model, parameter: FreeParameter) -> bool {
 pub fn linear_together(model: &Model, free: &[FreeParameter]) -> Vec<bool> {
     let followed = model.terms.iter().any(Term::follows_base);
     // T_base is the gear's torque, that of a simulation, or the load of a joint with neither.
-    let is_of_loads = !model.has_gear() && !model.is_simulation();
+    let is_of_loads = model.has_terms_alone();
     let of_base = |parameter: FreeParameter| match parameter {
         FreeParameter::Term { .. } => is_of_loads && domain(model, parameter) == Some(Domain::Load),
         _ => true,

@@ -50,24 +50,25 @@ pub fn acceleration(recording: &Recording, motion: &Recording, model: &Model) ->
         let at_output = |q: &[f64]| q.iter().map(|q| q / ratio).collect::<Vec<f64>>();
         return Some(of_angle(&at_output(q_m), &at_output(uncounted), None));
     }
-    let of_velocity = |v: &[f64], sd: f64, other: Option<&[f64]>| {
+    let of_velocity = |rate: Vec<f64>, sd: f64, other: Option<&[f64]>| {
         let gain = |w: f64, period_s: f64| (w.sin() / period_s).powi(2);
-        expected(rate(v, time_s), other, sd, time_s, gain)
+        expected(rate, other, sd, time_s, gain)
     };
     let (signals, smooth) = (Signals::new(recording, model), Signals::new(motion, model));
     let output = signals.output_angle_rad.as_deref().zip(smooth.output_angle_rad.as_deref());
     let recorded = recording.velocity_out_rad_per_s.as_deref().map(|v| (v, white_sd(v)));
     match (output, recorded) {
         (Some((q, uncounted)), Some((v, sd))) if sd > 0.0 => {
-            let angle = of_angle(q, uncounted, Some(&rate(v, time_s)));
-            let velocity = of_velocity(v, sd, Some(&curvature(uncounted, time_s)));
             let power = |line: &[f64]| dot(line, line);
+            let unfiltered = rate(v, time_s);
+            let most = MOST_OF_OTHER * power(&unfiltered);
+            let angle = of_angle(q, uncounted, Some(&unfiltered));
+            let velocity = of_velocity(unfiltered, sd, Some(&curvature(uncounted, time_s)));
             // What is expected varies the less the less is known. Nor is there more of it than the velocity has, noise and all: the rest is errors of an encoder that are not white.
-            let is_of_velocity =
-                power(&velocity) > power(&angle) || power(&angle) > MOST_OF_OTHER * power(&rate(v, time_s));
+            let is_of_velocity = power(&velocity) > power(&angle) || power(&angle) > most;
             Some(if is_of_velocity { velocity } else { angle })
         }
-        (_, Some((v, sd))) => Some(of_velocity(v, sd, None)),
+        (_, Some((v, sd))) => Some(of_velocity(rate(v, time_s), sd, None)),
         (output, None) => output.map(|(q, uncounted)| of_angle(q, uncounted, None)),
     }
 }
